@@ -1,0 +1,56 @@
+"""The sim-to-real gap of one recording: three measures, each beside its noise floor, and the traces behind them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RecordingGap:
+    """Gap measures of one recording.
+
+    free_run: RMS(y_sim - y)/std(y); ahead: RMS position error 0.1 s ahead in m (rotary: rad);
+    force: RMS residual force in N (rotary: N m); force_share: the same over the RMS total force.
+    The *_floor fields hold what encoder and current noise alone would give.
+    """
+
+    recording: str
+    kind: str
+    split: str
+    free_run: float
+    free_run_floor: float
+    ahead: float
+    ahead_floor: float
+    force: float
+    force_share: float
+    force_floor: float
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Measured and simulated motion of one recording, (n,) arrays in SI units.
+
+    velocity_measured is differentiated position, shown only; force_residual lives on force_t.
+    phase_currents: (3, n) A or None; drive_input: (n,) or None.
+    """
+
+    recording: str
+    kind: str
+    split: str
+    axis: str
+    added_mass: float
+    t: Array
+    y_measured: Array
+    y_simulated: Array
+    velocity_measured: Array
+    velocity_simulated: Array
+    force_t: Array
+    force_residual: Array
+    phase_currents: Array | None = None
+    drive_input: Array | None = None
+    input_unit: str = "A"

@@ -1,0 +1,95 @@
+"""What a fit returns: estimates with their intervals, how the search went, and what the data cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Status = Literal["fitted", "fixed", "not_identifiable", "at_bound"]
+ModelKind = Literal["friction", "force", "sine", "theta"]
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One identified parameter in SI units.
+
+    std: standard deviation (nan if fixed or not identifiable); low, high: 95 % interval;
+    note: why it is fixed, at its bound or not identifiable, and which recording would help.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    value: float
+    std: float
+    low: float
+    high: float
+    status: Status = "fitted"
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Generation:
+    """One line of the convergence history. stage: 'genetic', 'cma' or 'polish'; cost: dimensionless."""
+
+    stage: str
+    generation: int
+    evaluations: int
+    best: float
+    median: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """Start state of one recording's simulation: y in m, v in m/s, w in m (rotary: rad, rad/s, rad)."""
+
+    t: float
+    y: float
+    v: float
+    w: float
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """The MODEL (`parameters.json`): parameters, uncertainty, identifiability and convergence.
+
+    correlation: (p, p) matrix of the parameters named in `fitted`; pairs: parameters that the data
+    cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from the
+    parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known.
+    """
+
+    model: ModelKind
+    axis: str
+    effects: tuple[str, ...]
+    estimates: tuple[Estimate, ...]
+    fitted: tuple[str, ...]
+    correlation: Array
+    condition_number: float
+    pairs: tuple[tuple[str, str, float, str], ...]
+    starts: dict[str, Start]
+    objectives: dict[str, str]
+    residual_rms: dict[str, float]
+    history: tuple[Generation, ...]
+    stop_reasons: tuple[str, ...]
+    converged: bool
+    seed: int
+    evaluations: int
+    substeps: int
+    step_error: float
+    warnings: tuple[str, ...] = ()
+    derived: tuple[Estimate, ...] = ()
+    per_mass: bool = False
+    input_unit: str = "A"
+    covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    def value(self, name: str) -> float:
+        """The value of parameter `name` in SI units; KeyError if the model has none."""
+        for estimate in self.estimates:
+            if estimate.name == name:
+                return estimate.value
+        raise KeyError(name)

@@ -1,0 +1,33 @@
+"""Parameters: name, symbol, unit, search bounds and scale of every quantity that can be identified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+# Unit of the same quantity on a rotary axis (m -> rad, N -> N m, kg -> kg m^2).
+_ROTARY = {
+    "m": "rad", "m/s": "rad/s", "N": "N m", "kg": "kg m^2", "N/m": "N m/rad", "N s/m": "N m s/rad",
+    "N/A": "N m/A", "N/V": "N m/V", "1/m": "1/rad", "N s^2/m^2": "N m s^2/rad^2",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One physical quantity to be identified.
+
+    lower, upper: search bounds in SI units; log: search on a logarithmic scale (positive scale
+    parameters); default: value when it is neither fitted nor given.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    lower: float
+    upper: float
+    default: float
+    log: bool = False
+    meaning: str = ""
+
+    def unit_on(self, axis: str) -> str:
+        """The unit on a `linear` or `rotary` axis."""
+        return _ROTARY.get(self.unit, self.unit) if axis == "rotary" else self.unit

@@ -1,0 +1,74 @@
+"""The Recording: one scope export in SI units, checked and read-only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Axis = Literal["linear", "rotary"]
+Kind = Literal["free_wheel", "motor"]
+Split = Literal["fit", "held_out"]
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One scope export: SI units, equal lengths, finite, t increasing.
+
+    t: (n,) time in s, strictly increasing; y: (n,) position in m (rotary: rad);
+    v: (n,) velocity as exported, m/s, only shown, never fitted;
+    phase_currents: (3, n) A; drive_input: (n,) q-current in A or command in `input_unit`.
+    added_mass: known extra mass in kg (rotary: kg m^2). notes: what the reader corrected or noticed.
+    """
+
+    name: str
+    t: Array
+    y: Array
+    v: Array | None = None
+    phase_currents: Array | None = None
+    drive_input: Array | None = None
+    input_unit: str = "A"
+    axis: Axis = "linear"
+    kind: Kind = "motor"
+    split: Split = "fit"
+    added_mass: float = 0.0
+    source: Path | None = None
+    sha256: str = ""
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        for array in (self.t, self.y, self.v, self.phase_currents, self.drive_input):
+            if array is not None:
+                array.setflags(write=False)
+
+    @property
+    def period(self) -> float:
+        """Median sampling period in s."""
+        return float(np.median(np.diff(self.t)))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample in s."""
+        return float(self.t[-1] - self.t[0])
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Recordings of one axis with what is known about it (`known`: parameter name -> SI value)."""
+
+    name: str
+    axis: Axis
+    recordings: tuple[Recording, ...]
+    known: dict[str, float] = field(default_factory=dict)
+    path: Path | None = None
+
+    def of(self, *, kind: Kind | None = None, split: Split | None = None) -> tuple[Recording, ...]:
+        """The recordings of the given kind and split (None: any)."""
+        return tuple(
+            r for r in self.recordings
+            if (kind is None or r.kind == kind) and (split is None or r.split == split)
+        )
