@@ -1,0 +1,1 @@
+"""The laboratory stand: an independent plant that generates scope recordings of a described axis."""

@@ -1,0 +1,199 @@
+"""The described axis: what `linid generate` is told about a laboratory stand and its measuring campaign."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from linid.errors import ConfigError
+from linid.stand.mode_descriptions import Mode
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+# Nomes closer to one would need hundreds of Fourier terms; no real magnet track has them.
+NOME_LIMIT = 0.95
+
+
+class Description(BaseModel):
+    """Base: unknown keys are errors, values cannot be changed afterwards."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Friction(Description):
+    """LuGre friction (DESIGN symbols F_C, F_S, v_s, alpha, sigma_0, sigma_1, sigma_2)."""
+
+    coulomb_force_n: Positive
+    static_force_n: Positive
+    stribeck_velocity_m_per_s: Positive
+    stribeck_exponent: Annotated[float, Field(ge=0.5, le=2)] = 2.0
+    bristle_stiffness_n_per_m: Positive
+    bristle_damping_n_s_per_m: NotNegative
+    viscous_friction_n_s_per_m: NotNegative
+
+    @model_validator(mode="after")
+    def _static_not_below_coulomb(self) -> Friction:
+        if self.static_force_n < self.coulomb_force_n:
+            raise ValueError("static_force_n must not be below coulomb_force_n")
+        return self
+
+
+class SineMotor(Description):
+    """F = K_f sum_j sin(omega_g y + alpha_p (j-2) + alpha_S) I_j."""
+
+    kind: Literal["sine"]
+    force_constant_n_per_a: float
+    guideway_density_per_m: Positive
+    winding_displacement_rad: float
+    shift_rad: float
+
+
+class ThetaMotor(Description):
+    """F = K_f' sum_j Theta0(z_0 y + z_p (j-2) + z_S, q_0) I_j with winding length z_L."""
+
+    kind: Literal["theta"]
+    force_constant_n_per_a: float
+    guideway_density_per_m: Positive
+    winding_displacement_rad: float
+    shift_rad: float
+    winding_length_rad: float
+    nome: Annotated[float, Field(gt=0, le=NOME_LIMIT)]
+
+
+Motor = Annotated[SineMotor | ThetaMotor, Field(discriminator="kind")]
+
+
+class Stroke(Description):
+    """Where the forcer may go; a generated motion that leaves it is refused."""
+
+    lower_m: float
+    upper_m: float
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Stroke:
+        if self.lower_m >= self.upper_m:
+            raise ValueError("lower_m must be below upper_m")
+        return self
+
+
+class Drive(Description):
+    """Servo drive: sampled P position loop, PI velocity loop, first-order current loop, 120 degree commutation.
+
+    Gains act on sampled exact position and velocity: the drive's interpolated encoder is far finer than the log.
+    """
+
+    loop_period_s: Positive = 1.0e-4
+    current_time_constant_s: Positive = 3.0e-4
+    current_limit_a: Positive = 4.0
+    position_gain_per_s: NotNegative = 60.0
+    velocity_gain_a_s_per_m: NotNegative = 5.0
+    velocity_integral_gain_a_per_m: NotNegative = 375.0
+    velocity_feedforward: NotNegative = 1.0
+
+
+class Measurement(Description):
+    """What the scope logs; a resolution of 0 means unquantised."""
+
+    sample_period_s: Positive = 1.0e-3
+    position_resolution_m: NotNegative = 1.0e-7
+    position_noise_rms_m: NotNegative = 2.0e-7
+    current_resolution_a: NotNegative = 1.0e-3
+    current_noise_rms_a: NotNegative = 3.0e-3
+
+
+class AxisDescription(Description):
+    """One linear axis, its drive, its measurement and the campaign to be recorded; all values SI."""
+
+    name: Annotated[str, Field(min_length=1)]
+    axis: Literal["linear"] = "linear"
+    mass_kg: Positive
+    constant_force_n: float = 0.0
+    friction: Friction
+    motor: Motor
+    stroke: Stroke
+    drive: Drive = Drive()
+    measurement: Measurement = Measurement()
+    integration_step_s: Positive = 1.0e-5
+    campaign: tuple[Mode, ...] = Field(min_length=1)
+
+    @field_validator("campaign")
+    @classmethod
+    def _names_differ(cls, campaign: tuple[Mode, ...]) -> tuple[Mode, ...]:
+        names = [mode.name for mode in campaign]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise ValueError(f"recording names must differ, repeated: {', '.join(repeated)}")
+        return campaign
+
+    @model_validator(mode="after")
+    def _periods_nest(self) -> AxisDescription:
+        _whole_ratio("drive.loop_period_s", self.drive.loop_period_s, "integration_step_s", self.integration_step_s)
+        _whole_ratio(
+            "measurement.sample_period_s",
+            self.measurement.sample_period_s,
+            "drive.loop_period_s",
+            self.drive.loop_period_s,
+        )
+        return self
+
+    @property
+    def substeps(self) -> int:
+        """Integration steps per drive loop period."""
+        return round(self.drive.loop_period_s / self.integration_step_s)
+
+    @property
+    def loops_per_sample(self) -> int:
+        """Drive loop periods per logged sample."""
+        return round(self.measurement.sample_period_s / self.drive.loop_period_s)
+
+
+def _whole_ratio(long_name: str, long: float, short_name: str, short: float) -> None:
+    ratio = long / short
+    if round(ratio) < 1 or not math.isclose(ratio, round(ratio), rel_tol=1e-9):
+        raise ValueError(f"{long_name} must be a whole multiple of {short_name} (ratio is {ratio:g})")
+
+
+def describe(content: Mapping[str, Any], place: str = "axis description") -> AxisDescription:
+    """Check a mapping as read from YAML and return it as AxisDescription.
+
+    content: keys as in configs/stand_axis.yaml, SI values; place: what an error names as its location.
+    Raises ConfigError naming the key when one is unknown, missing or out of range.
+    """
+    try:
+        return AxisDescription.model_validate(content)
+    except ValidationError as error:
+        raise _config_error(error, place) from None
+
+
+def load_axis_description(path: str | Path) -> AxisDescription:
+    """Read an axis description from a YAML file.
+
+    path: file like configs/stand_axis.yaml. Raises ConfigError when it is unreadable, no YAML, or not valid.
+    """
+    import yaml
+
+    place = str(path)
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(place, f"cannot be read ({error.strerror})", "Give an existing file.") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(place, f"is not YAML ({error})", "Correct the file; UTF-8 YAML is expected.") from None
+    if not isinstance(content, dict):
+        raise ConfigError(place, "holds no mapping", "Start from configs/stand_axis.yaml.")
+    return describe(content, place)
+
+
+def _config_error(error: ValidationError, place: str) -> ConfigError:
+    first = error.errors(include_url=False)[0]
+    key = ".".join(str(part) for part in first["loc"]) or "whole file"
+    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    return ConfigError(
+        f"{place}, key {key}",
+        f"{first['msg']}, found {first['input']!r:.80}{more}",
+        "Compare with configs/stand_axis.yaml; keys carry their unit.",
+    )

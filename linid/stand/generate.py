@@ -1,0 +1,156 @@
+"""Generating a campaign: each described recording is simulated once, then measured with seeded noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.errors import ConfigError, UsageError
+from linid.recording.recording import Recording
+from linid.stand.description import AxisDescription
+from linid.stand.measurement import measure
+from linid.stand.mode_descriptions import FreeWheel, Mode
+
+if TYPE_CHECKING:
+    from linid.stand.plant import PlantRun
+
+Array = NDArray[np.float64]
+
+
+class ExactMotion(NamedTuple):
+    """Noise-free motion at the logged instants: t (n,) s, y (n,) m, v (n,) m/s, currents (3, n) A."""
+
+    t: Array
+    y: Array
+    v: Array
+    currents: Array
+
+
+@dataclass(frozen=True)
+class GeneratedCampaign:
+    """A generated campaign: measured recordings, the exact motion behind them, and the true parameters.
+
+    truth: canonical parameter name -> SI value; exact: recording name -> ExactMotion; seed: of the noise.
+    """
+
+    description: AxisDescription
+    recordings: tuple[Recording, ...]
+    exact: dict[str, ExactMotion]
+    truth: dict[str, float]
+    seed: int
+
+
+def generate(description: AxisDescription, *, seed: int, only: Sequence[str] | None = None) -> GeneratedCampaign:
+    """Simulate and measure the campaign of a described axis.
+
+    seed: of the measurement noise, >= 0; the motion itself is deterministic. only: recording names to make
+    (default all); their bits do not depend on which others are made.
+    Raises UsageError for a negative seed or an unknown name, ConfigError when a motion leaves the stroke or
+    does not stay finite.
+    """
+    _check_seed(seed)
+    known = [mode.name for mode in description.campaign]
+    unknown = sorted(set(only or ()) - set(known))
+    if unknown:
+        raise UsageError(
+            f"axis {description.name}", f"no recording named {', '.join(unknown)}", f"Known: {', '.join(known)}."
+        )
+    exact = {mode.name: _exact(mode, description) for mode in description.campaign if only is None or mode.name in only}
+    return GeneratedCampaign(
+        description, _measured(description, exact, seed), exact, true_parameters(description), seed
+    )
+
+
+def resample_noise(generated: GeneratedCampaign, seed: int) -> GeneratedCampaign:
+    """The same exact motion measured again with another noise seed, bit for bit what `generate` would give.
+
+    Raises UsageError for a negative seed.
+    """
+    _check_seed(seed)
+    return replace(generated, recordings=_measured(generated.description, generated.exact, seed), seed=seed)
+
+
+def true_parameters(description: AxisDescription) -> dict[str, float]:
+    """The true parameters of a described axis under their canonical names, SI units.
+
+    guideway_density, winding_displacement and shift are omega_g, alpha_p, alpha_S of the sine motor and z_0, z_p,
+    z_S of the theta motor; force_constant is K_f or K_f'.
+    """
+    friction, motor = description.friction, description.motor
+    truth = {
+        "coulomb_force": friction.coulomb_force_n,
+        "static_force": friction.static_force_n,
+        "stribeck_velocity": friction.stribeck_velocity_m_per_s,
+        "stribeck_exponent": friction.stribeck_exponent,
+        "bristle_stiffness": friction.bristle_stiffness_n_per_m,
+        "bristle_damping": friction.bristle_damping_n_s_per_m,
+        "viscous_friction": friction.viscous_friction_n_s_per_m,
+        "mass": description.mass_kg,
+        "force_constant": motor.force_constant_n_per_a,
+        "guideway_density": motor.guideway_density_per_m,
+        "winding_displacement": motor.winding_displacement_rad,
+        "shift": motor.shift_rad,
+    }
+    if motor.kind == "theta":
+        truth |= {"winding_length": motor.winding_length_rad, "nome": motor.nome}
+    if description.constant_force_n != 0:
+        truth["constant_force"] = description.constant_force_n
+    return truth
+
+
+def _check_seed(seed: int) -> None:
+    if seed < 0:
+        raise UsageError("seed", f"is {seed}, must not be negative", "Give a whole number from 0.")
+
+
+def _exact(mode: Mode, description: AxisDescription) -> ExactMotion:
+    from linid.stand.modes import command
+    from linid.stand.plant import simulate
+
+    run = simulate(
+        description, command(mode, description), start_position=mode.start_position_m, added_mass=mode.added_mass_kg
+    )
+    _check_motion(mode, description, run)
+    return ExactMotion(run.t, run.y, run.v, run.phase_currents)
+
+
+def _check_motion(mode: Mode, description: AxisDescription, run: PlantRun) -> None:
+    place = f"axis {description.name}, recording {mode.name}"
+    if not (np.all(np.isfinite(run.y)) and np.all(np.isfinite(run.w))):
+        raise ConfigError(place, "the motion does not stay finite", "Shorten integration_step_s or lower the gains.")
+    low, high = run.peak
+    lower, upper = description.stroke.lower_m, description.stroke.upper_m
+    if low < lower or high > upper:
+        raise ConfigError(
+            place,
+            f"moves between {low:.3f} m and {high:.3f} m, outside the stroke {lower:g} to {upper:g} m",
+            "Lower its amplitude, speed or duration, or start it elsewhere.",
+        )
+
+
+def _measured(description: AxisDescription, exact: dict[str, ExactMotion], seed: int) -> tuple[Recording, ...]:
+    return tuple(
+        _recording(mode, description, exact[mode.name], seed, index)
+        for index, mode in enumerate(description.campaign)
+        if mode.name in exact
+    )
+
+
+def _recording(mode: Mode, description: AxisDescription, motion: ExactMotion, seed: int, index: int) -> Recording:
+    coasting = isinstance(mode, FreeWheel)
+    y, currents = measure(
+        motion.y, motion.currents, description.measurement, seed=seed, index=index, powered=not coasting
+    )
+    return Recording(
+        name=mode.name,
+        t=motion.t.copy(),
+        y=y,
+        phase_currents=currents,
+        kind="free_wheel" if coasting else "motor",
+        split=mode.split,
+        added_mass=mode.added_mass_kg,
+    )

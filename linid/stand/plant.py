@@ -1,0 +1,282 @@
+"""The stand's plant: fine-step integration of forcer, bristles and current loop under a sampled drive.
+
+Kept free of `linid.simulation` on purpose, so that each can be checked against the other: here every step is a
+plain fourth-order Runge-Kutta step, short enough for the bristles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from linid.stand.description import AxisDescription, SineMotor, ThetaMotor
+    from linid.stand.modes import Command
+
+Array = NDArray[np.float64]
+
+# Harmonics below this share of the fundamental cannot change a double-precision sum.
+NEGLIGIBLE = 1e-17
+
+
+class PlantParameters(NamedTuple):
+    """Numbers the kernel needs, SI.
+
+    harmonics: (h, 2) order n and force per current c_n in N/A; polarity: sign that the drive's commutation has
+    learned, so that positive q-current pushes forward.
+    """
+
+    mass: float
+    constant_force: float
+    coulomb: float
+    static: float
+    stribeck: float
+    exponent: float
+    sigma_0: float
+    sigma_1: float
+    sigma_2: float
+    harmonics: Array
+    density: float
+    displacement: float
+    shift: float
+    polarity: float
+    current_lag: float
+
+
+class DriveParameters(NamedTuple):
+    """Numbers of the sampled loops, SI."""
+
+    period: float
+    limit: float
+    position_gain: float
+    velocity_gain: float
+    integral_gain: float
+    feedforward: float
+
+
+@dataclass(frozen=True)
+class PlantRun:
+    """Exact motion at the logged instants; (n,) arrays in SI units, phase_currents (3, n).
+
+    work: work done on the forcer by motor, push and constant force in J; loss: energy dissipated by friction in J;
+    peak: (lowest, highest) position in m over all integration steps, not only the logged ones.
+    """
+
+    t: Array
+    y: Array
+    v: Array
+    w: Array
+    q_current: Array
+    phase_currents: Array
+    work: Array
+    loss: Array
+    peak: tuple[float, float]
+
+
+def motor_harmonics(motor: SineMotor | ThetaMotor) -> tuple[Array, float, float, float]:
+    """A motor as F = sum_j sum_n c_n sin(n (omega y + p (j-2) + s)) I_j: ((h, 2) n and c_n in N/A, omega, p, s).
+
+    theta: Theta0(z, q) = 8 sum over odd n of q^(n^2) sin(2 n z_L) sin(2 n z), hence omega = 2 z_0, p = 2 z_p,
+    s = 2 z_S; sine: the single harmonic K_f. omega in 1/m, p and s in rad.
+    """
+    if motor.kind == "sine":
+        return (
+            np.array([[1.0, motor.force_constant_n_per_a]]),
+            motor.guideway_density_per_m,
+            motor.winding_displacement_rad,
+            motor.shift_rad,
+        )
+    rows, n = [], 1
+    while motor.nome ** (n * n - 1) > NEGLIGIBLE:
+        field = 8 * motor.nome ** (n * n) * math.sin(2 * n * motor.winding_length_rad)
+        rows.append((float(n), motor.force_constant_n_per_a * field))
+        n += 2
+    return (
+        np.array(rows),
+        2 * motor.guideway_density_per_m,
+        2 * motor.winding_displacement_rad,
+        2 * motor.shift_rad,
+    )
+
+
+def plant_parameters(description: AxisDescription, added_mass: float = 0.0) -> PlantParameters:
+    """The kernel's numbers of a described axis; added_mass in kg."""
+    friction = description.friction
+    harmonics, density, displacement, shift = motor_harmonics(description.motor)
+    return PlantParameters(
+        mass=description.mass_kg + added_mass,
+        constant_force=description.constant_force_n,
+        coulomb=friction.coulomb_force_n,
+        static=friction.static_force_n,
+        stribeck=friction.stribeck_velocity_m_per_s,
+        exponent=friction.stribeck_exponent,
+        sigma_0=friction.bristle_stiffness_n_per_m,
+        sigma_1=friction.bristle_damping_n_s_per_m,
+        sigma_2=friction.viscous_friction_n_s_per_m,
+        harmonics=harmonics,
+        density=density,
+        displacement=displacement,
+        shift=shift,
+        polarity=math.copysign(1.0, harmonics[0, 1]),
+        current_lag=description.drive.current_time_constant_s,
+    )
+
+
+def drive_parameters(description: AxisDescription) -> DriveParameters:
+    """The sampled loops' numbers of a described axis."""
+    drive = description.drive
+    return DriveParameters(
+        drive.loop_period_s,
+        drive.current_limit_a,
+        drive.position_gain_per_s,
+        drive.velocity_gain_a_s_per_m,
+        drive.velocity_integral_gain_a_per_m,
+        drive.velocity_feedforward,
+    )
+
+
+def simulate(
+    description: AxisDescription,
+    command: Command,
+    *,
+    start_position: float,
+    added_mass: float = 0.0,
+    substeps: int | None = None,
+) -> PlantRun:
+    """Integrate the described axis under a command and return its exact motion at the logged instants.
+
+    start_position in m, added_mass in kg; substeps: integration steps per drive loop period (default: as described).
+    A start in motion begins with the bristles at their steady deflection g(v) sign(v) / sigma_0 (free wheel).
+    """
+    parameters = plant_parameters(description, added_mass)
+    v0 = command.v0
+    w0 = math.copysign(stribeck(v0, parameters) / parameters.sigma_0, v0) if v0 else 0.0
+    logged, low, high = _integrate(
+        parameters,
+        drive_parameters(description),
+        command.control,
+        command.current,
+        command.y_reference,
+        command.v_reference,
+        command.push,
+        start_position,
+        v0,
+        w0,
+        substeps or description.substeps,
+        description.loops_per_sample,
+    )
+    y, v, w, q_current, work, loss = logged.T.copy()
+    t: Array = np.arange(len(y), dtype=np.float64) * np.float64(description.measurement.sample_period_s)
+    return PlantRun(t, y, v, w, q_current, phase_currents(parameters, y, q_current), work, loss, (low, high))
+
+
+def phase_currents(parameters: PlantParameters, y: Array, q_current: Array) -> Array:
+    """Balanced phase currents (3, n) in A: I_j = +-i_q sin(omega y + 2 pi/3 (j-2) + s), along the field."""
+    angle = parameters.density * y + parameters.shift
+    return np.stack([parameters.polarity * q_current * np.sin(angle + 2 * math.pi / 3 * (j - 2)) for j in (1, 2, 3)])
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def stribeck(v: float, p: PlantParameters) -> float:
+    """g(v) = F_C + (F_S - F_C) exp(-|v/v_s|^alpha) in N; v in m/s."""
+    return p.coulomb + (p.static - p.coulomb) * math.exp(-(abs(v / p.stribeck) ** p.exponent))
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def thrust(y: float, i_q: float, p: PlantParameters) -> float:
+    """Motor force in N of the commutated q-current i_q in A at y in m."""
+    base = p.density * y + p.shift
+    force = 0.0
+    for j in range(-1, 2):
+        current = p.polarity * i_q * math.sin(base + 2 * math.pi / 3 * j)
+        field = 0.0
+        for h in range(p.harmonics.shape[0]):
+            field += p.harmonics[h, 1] * math.sin(p.harmonics[h, 0] * (base + p.displacement * j))
+        force += field * current
+    return force
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _rates(s: Any, i_reference: float, push: float, p: PlantParameters) -> Any:
+    """Time derivatives of (y, v, w, i_q, work, loss)."""
+    y, v, w, i_q = s[0], s[1], s[2], s[3]
+    pull = p.sigma_0 * abs(v) * w / stribeck(v, p)
+    w_rate = v - pull
+    resist = p.sigma_0 * w + p.sigma_1 * w_rate + p.sigma_2 * v
+    drive = thrust(y, i_q, p) + push + p.constant_force
+    # What friction takes beyond the energy stored in the bristles, sigma_0 w w'.
+    loss = p.sigma_0 * w * pull + p.sigma_1 * w_rate * v + p.sigma_2 * v * v
+    return v, (drive - resist) / p.mass, w_rate, (i_reference - i_q) / p.current_lag, drive * v, loss
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _along(s: Any, k: Any, h: float) -> Any:
+    return (
+        s[0] + h * k[0],
+        s[1] + h * k[1],
+        s[2] + h * k[2],
+        s[3] + h * k[3],
+        s[4] + h * k[4],
+        s[5] + h * k[5],
+    )
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _step(s: Any, h: float, i_reference: float, push: float, p: PlantParameters) -> Any:
+    """One classical Runge-Kutta step of h seconds."""
+    a = _rates(s, i_reference, push, p)
+    b = _rates(_along(s, a, h / 2), i_reference, push, p)
+    c = _rates(_along(s, b, h / 2), i_reference, push, p)
+    d = _rates(_along(s, c, h), i_reference, push, p)
+    return _along(_along(_along(_along(s, a, h / 6), b, h / 3), c, h / 3), d, h / 6)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _control(
+    y: float, v: float, y_reference: float, v_reference: float, integral: float, d: DriveParameters
+) -> tuple[float, float]:
+    """q-current reference in A and the new integral in A; the integral stops while the current is limited."""
+    error = d.position_gain * (y_reference - y) + d.feedforward * v_reference - v
+    wanted = d.velocity_gain * error + integral
+    if abs(wanted) <= d.limit or wanted * error < 0:
+        integral += d.integral_gain * error * d.period
+    return min(max(wanted, -d.limit), d.limit), integral
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _integrate(
+    p: PlantParameters,
+    d: DriveParameters,
+    control: int,
+    current: Array,
+    y_reference: Array,
+    v_reference: Array,
+    push: Array,
+    y0: float,
+    v0: float,
+    w0: float,
+    substeps: int,
+    loops_per_sample: int,
+) -> tuple[Array, float, float]:
+    loops = current.shape[0]
+    logged = np.empty((loops // loops_per_sample, 6))
+    state = (y0, v0, w0, 0.0, 0.0, 0.0)
+    low, high, integral, i_reference = y0, y0, 0.0, 0.0
+    h = d.period / substeps
+    for loop in range(loops):
+        if loop % loops_per_sample == 0:
+            for column in range(6):
+                logged[loop // loops_per_sample, column] = state[column]
+        if control == 1:
+            i_reference = min(max(current[loop], -d.limit), d.limit)
+        elif control == 2:
+            i_reference, integral = _control(state[0], state[1], y_reference[loop], v_reference[loop], integral, d)
+        for _ in range(substeps):
+            state = _step(state, h, i_reference, push[loop], p)
+            low, high = min(low, state[0]), max(high, state[0])
+    return logged, low, high
