@@ -1,0 +1,1 @@
+"""Unmodelled effects that can be switched on: one file each, listed in `registry`."""

@@ -1,0 +1,75 @@
+"""The flat parameter vector that every compiled function reads: friction, mass, motor, then all effects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.errors import UsageError
+from linid.physics import friction, motors
+from linid.physics.effects.registry import EFFECTS, active_mask, find_effect
+from linid.physics.parameter import Parameter
+
+MOTOR_START = len(friction.PARAMETERS)
+MOTOR_SIZE = 6
+EFFECT_START = MOTOR_START + MOTOR_SIZE
+MASS = MOTOR_START - 1
+
+
+def _effect_slots() -> dict[str, int]:
+    slots: dict[str, int] = {}
+    position = EFFECT_START
+    for effect in EFFECTS:
+        for parameter in effect.parameters:
+            slots[parameter.name] = position
+            position += 1
+    return slots
+
+
+EFFECT_SLOTS = _effect_slots()
+VECTOR_SIZE = EFFECT_START + len(EFFECT_SLOTS)
+
+
+@dataclass(frozen=True)
+class Model:
+    """Which motor and effects act: kind is friction (free wheels only), force, sine or theta."""
+
+    kind: str
+    effects: tuple[str, ...] = ()
+    mask: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.kind not in motors.MOTOR_CODES:
+            kinds = ", ".join(motors.MOTOR_CODES)
+            raise UsageError("--model", f"there is no model {self.kind!r}", f"Choose one of {kinds}")
+        object.__setattr__(self, "mask", active_mask(self.effects))
+
+    @property
+    def motor(self) -> int:
+        """The motor's code in the compiled kernel."""
+        return motors.MOTOR_CODES[self.kind]
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All parameters of friction, motor and active effects, in table order."""
+        active = tuple(p for name in self.effects for p in find_effect(name).parameters)
+        return motors.PARAMETERS[self.kind] + friction.PARAMETERS + active
+
+    def slot(self, name: str) -> int:
+        """Where parameter `name` stands in the flat vector; KeyError if the model has none."""
+        for index, parameter in enumerate(friction.PARAMETERS):
+            if parameter.name == name:
+                return index
+        for index, parameter in enumerate(motors.PARAMETERS[self.kind]):
+            if parameter.name == name:
+                return MOTOR_START + index
+        return EFFECT_SLOTS[name]
+
+    def vector(self, values: dict[str, float]) -> NDArray[np.float64]:
+        """The flat vector (VECTOR_SIZE,) of SI values; parameters not given take their default."""
+        vector = np.zeros(VECTOR_SIZE)
+        for parameter in self.parameters:
+            vector[self.slot(parameter.name)] = values.get(parameter.name, parameter.default)
+        return vector

@@ -1,0 +1,111 @@
+"""The three motor models: `force` (one logged current or command), `sine` (31, 44) and `theta` (39, 45)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from linid.physics.parameter import Parameter
+from linid.physics.theta import GAUSSIAN_NOME, big_theta_0, harmonic_coefficients
+
+NONE, FORCE, SINE, THETA = 0, 1, 2, 3
+MOTOR_CODES = {"friction": NONE, "force": FORCE, "sine": SINE, "theta": THETA}
+
+_TURN = 2.0 * math.pi
+PARAMETERS = {
+    "friction": (),
+    "force": (Parameter("force_constant", "K", "N/A", 1e-3, 1e3, 1.0, log=True, meaning="force per input"),),
+    "sine": (
+        Parameter("force_constant", "K_f", "N/A", 1e-1, 1e3, 30.0, log=True, meaning="force per phase current"),
+        Parameter("guideway_density", "omega_g", "1/m", 20.0, 1500.0, 200.0, log=True, meaning="pi / pole pitch"),
+        Parameter("winding_displacement", "alpha_p", "1", 0.05, _TURN, 2.094, meaning="phase between windings"),
+        Parameter("shift", "alpha_S", "1", -_TURN, _TURN, 0.0, meaning="field phase at position zero"),
+    ),
+    "theta": (
+        Parameter("force_constant", "K_f'", "N/A", 1e-2, 1e4, 10.0, log=True, meaning="theta force per phase current"),
+        Parameter("guideway_density", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
+        Parameter("winding_displacement", "z_p", "1", 0.025, math.pi, 1.047, meaning="phase between windings"),
+        Parameter("shift", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
+        Parameter("winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length, z_0 l_y / 2"),
+        Parameter("nome", "q_0", "1", 0.02, 0.98, 0.5, meaning="field shape, exp(-k^2 pi^2 / 4)"),
+    ),
+}
+
+
+@njit(cache=True)
+def prepare_motor(motor: int, p: NDArray[np.float64], table: NDArray[np.float64]) -> int:
+    """Fill `table` with what the force needs once per simulation; returns the number of harmonics.
+
+    p: (6,) force_constant, guideway_density, winding_displacement, shift, winding_length, nome;
+    table: (3, MAX_HARMONICS) amplitude in N/A, cos and sin of the phase step per harmonic.
+    0 harmonics with a theta motor means: nome too near 1 for Fourier, use Gaussians.
+    """
+    if motor == SINE:
+        table[0, 0] = p[0]
+        table[1, 0] = math.cos(p[2])
+        table[2, 0] = math.sin(p[2])
+        return 1
+    if motor != THETA or p[5] > GAUSSIAN_NOME:
+        return 0
+    count = harmonic_coefficients(p[4], p[5], table[0])
+    for k in range(count):
+        n = 2 * k + 1
+        table[0, k] *= p[0]
+        table[1, k] = math.cos(2.0 * n * p[2])
+        table[2, k] = math.sin(2.0 * n * p[2])
+    return count
+
+
+@njit(cache=True)
+def phase_force(
+    y: float, current_u: float, current_v: float, current_w: float,
+    wavenumber: float, phase: float, table: NDArray[np.float64], harmonics: int,
+) -> float:
+    """Thrust in N of three phase currents (A) at position y (m): sum over odd harmonics by angle addition.
+
+    One sine and one cosine serve every phase and harmonic, so theta costs hardly more than sine.
+    """
+    angle = wavenumber * y + phase
+    sine = math.sin(angle)
+    cosine = math.cos(angle)
+    outer_sum = current_u + current_w
+    outer_difference = current_w - current_u
+    force = table[0, 0] * (
+        sine * (current_v + table[1, 0] * outer_sum) + cosine * table[2, 0] * outer_difference
+    )
+    if harmonics > 1:
+        sine_2 = 2.0 * sine * cosine
+        cosine_2 = 1.0 - 2.0 * sine * sine
+        for k in range(1, harmonics):
+            turned = sine * cosine_2 + cosine * sine_2
+            cosine = cosine * cosine_2 - sine * sine_2
+            sine = turned
+            force += table[0, k] * (
+                sine * (current_v + table[1, k] * outer_sum) + cosine * table[2, k] * outer_difference
+            )
+    return force
+
+
+@njit(cache=True)
+def gaussian_force(
+    y: float, current_u: float, current_v: float, current_w: float, p: NDArray[np.float64]
+) -> float:
+    """Thrust in N of the theta motor for a nome near 1, phase by phase (eq. 45). p as in `prepare_motor`."""
+    z = p[1] * y + p[3]
+    return p[0] * (
+        big_theta_0(z - p[2], p[4], p[5]) * current_u
+        + big_theta_0(z, p[4], p[5]) * current_v
+        + big_theta_0(z + p[2], p[4], p[5]) * current_w
+    )
+
+
+def fundamental_force_constant(force_constant: float, winding_length: float, nome: float) -> float:
+    """Force constant in N/A of the first harmonic of a theta motor: 8 K_f' q sin(2 z_L) (from eq. 37)."""
+    if nome <= GAUSSIAN_NOME:
+        out = np.zeros(12)
+        harmonic_coefficients(winding_length, nome, out)
+        return float(force_constant * out[0])
+    return float(force_constant * 8.0 * nome * math.sin(2.0 * winding_length))

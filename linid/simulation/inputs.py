@@ -1,0 +1,68 @@
+"""Recordings packed for the kernel: input splines, clocks and masses in flat arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Inputs of R recordings on uniform grids.
+
+    coefficients: (intervals, 3, 4) cubic splines in powers of t - t_k, A or V; offsets: (R + 1,) first
+    interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s; added_mass: (R,) kg;
+    powered: (R,) whether any input is not zero.
+    """
+
+    coefficients: Array
+    offsets: Integers
+    sample_offsets: Integers
+    t_starts: Array
+    dts: Array
+    added_mass: Array
+    powered: NDArray[np.bool_]
+
+    @property
+    def counts(self) -> Integers:
+        """Samples per recording (R,)."""
+        return np.diff(self.sample_offsets)
+
+
+def pack_inputs(recordings: Sequence[Recording]) -> Inputs:
+    """Spline the inputs of recordings on uniform grids (the paper's section 5.2) and pack them."""
+    from scipy.interpolate import CubicSpline
+
+    blocks, counts, powered = [], [], []
+    for recording in recordings:
+        n = recording.t.size
+        channels = recording.phase_currents
+        if channels is None and recording.drive_input is not None:
+            channels = np.vstack([recording.drive_input, np.zeros((2, n))])
+        active = channels is not None and bool(np.any(channels))
+        block = np.zeros((n - 1, 3, 4))
+        if active:
+            dt = (recording.t[-1] - recording.t[0]) / (n - 1)
+            spline = CubicSpline(np.arange(n) * dt, channels, axis=1)
+            block[:] = np.transpose(spline.c[::-1], (1, 2, 0))
+        blocks.append(block)
+        counts.append(n)
+        powered.append(active)
+    sizes = np.array(counts, dtype=np.int64)
+    return Inputs(
+        coefficients=np.concatenate(blocks),
+        offsets=np.concatenate([[0], np.cumsum(sizes - 1)]).astype(np.int64),
+        sample_offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        t_starts=np.array([r.t[0] for r in recordings]),
+        dts=np.array([(r.t[-1] - r.t[0]) / (r.t.size - 1) for r in recordings]),
+        added_mass=np.array([r.added_mass for r in recordings]),
+        powered=np.array(powered, dtype=np.bool_),
+    )

@@ -1,0 +1,198 @@
+"""The compiled simulation. The emitter copies this text and fills the marked place with motors and effects.
+
+One function advances one simulation; effects enter through `external_force` only. Not run as it stands.
+"""
+
+# ruff: noqa
+import math
+
+from numba import njit
+
+from linid.physics.friction import lugre_step, stribeck
+from linid.physics.motors import gaussian_force, phase_force, prepare_motor
+import numpy as np
+
+# <imports>
+
+FINEST = 12  # a base step is halved at most this often around a reversal
+
+
+@njit(cache=True)
+def external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
+    """All forces on the mass but friction, in N."""
+    force = 0.0
+    # <forces>
+    return force
+
+
+@njit(cache=True)
+def simulate_one(
+    p, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, y, v, w, substeps, tolerance, y_out, v_out
+):
+    """Simulate `count` samples from sample `first`; returns the number of internal steps.
+
+    p: flat parameters; coefficients: (n - 1, 3, 4) splines of the inputs; y_out: (count,) m;
+    v_out: (count,) m/s, or empty if not wanted. A diverged run is nan from there on.
+    """
+    coulomb, static, v_s, alpha = p[0], p[1], p[2], p[3]
+    sigma_0, sigma_1, sigma_2 = p[4], p[5], p[6]
+    mass = p[7] + added_mass
+    table = np.zeros((3, 12))
+    harmonics = prepare_motor(motor, p[8:14], table)
+    wavenumber, phase = p[9], p[11]
+    if motor == 3:
+        wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
+    want_v = v_out.size > 0
+    y_out[0] = y
+    if want_v:
+        v_out[0] = v
+    steps = 0
+    level = 0
+    ticks_per_interval = substeps << FINEST
+    tick = dt / ticks_per_interval
+    i_1 = i_2 = i_3 = 0.0
+    for k in range(count - 1):
+        t_k = t_start + (first + k) * dt
+        done = 0
+        while done < ticks_per_interval:
+            size = 1 << (FINEST - level)
+            h = size * tick
+            half = 0.5 * h
+            x = done * tick
+            if powered:
+                c = coefficients[first + k]
+                i_1 = ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0]
+                i_2 = ((c[1, 3] * x + c[1, 2]) * x + c[1, 1]) * x + c[1, 0]
+                i_3 = ((c[2, 3] * x + c[2, 2]) * x + c[2, 1]) * x + c[2, 0]
+            force = external_force(motor, on, powered, t_k + x, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
+            rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
+            # Half a step by implicit Euler: first order and L-stable, which is enough for a predictor.
+            relax = 1.0 / (1.0 + half * rate)
+            pull = half * (sigma_0 - sigma_1 * rate) * relax
+            v_mid = (mass * v + half * force - pull * w) / (mass + half * (sigma_1 + sigma_2 + pull))
+            w_mid = (w + half * v_mid) * relax
+            level_mid = stribeck(v_mid, coulomb, static, v_s, alpha)
+            rate_mid = sigma_0 * abs(v_mid) / level_mid
+            # How far the frozen bristle rate is off within the step, in parts of the friction force.
+            if level < FINEST and abs(rate_mid - rate) * h > tolerance * (1.0 + rate_mid * h):
+                level += 1
+                continue
+            y_mid = y + 0.5 * half * (v + v_mid)
+            x += half
+            if powered:
+                c = coefficients[first + k]
+                i_1 = ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0]
+                i_2 = ((c[1, 3] * x + c[1, 2]) * x + c[1, 1]) * x + c[1, 0]
+                i_3 = ((c[2, 3] * x + c[2, 2]) * x + c[2, 1]) * x + c[2, 0]
+            force_mid = external_force(
+                motor, on, powered, t_k + x, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+            )
+            v, w, displacement = lugre_step(
+                v, w, v_mid, w_mid, level_mid, force, (force_mid - force) / half, mass, sigma_0, sigma_1, sigma_2, h
+            )
+            y += displacement
+            steps += 1
+            done += size
+            if level > 0 and done % (size << 1) == 0:
+                if abs(rate_mid - rate) * h < 0.3 * tolerance * (1.0 + rate_mid * h):
+                    level -= 1
+        if not abs(y) < 1e6 or not abs(v) < 1e4:
+            for rest in range(k + 1, count):
+                y_out[rest] = np.nan
+                if want_v:
+                    v_out[rest] = np.nan
+            return steps
+        y_out[k + 1] = y
+        if want_v:
+            v_out[k + 1] = v
+    return steps
+
+
+@njit(cache=True, nogil=True)
+def simulate_tasks(
+    params, motor, on, powered, coefficients, offsets, t_starts, dts, recording, first, count, added_mass,
+    starts, out_offsets, substeps, tolerance, begin, end, y_out, v_out
+):
+    """Simulate tasks begin..end-1; task = candidate * segments + segment. Results land in y_out[candidate].
+
+    params: (candidates, VECTOR_SIZE); recording, first, count, out_offsets: (segments,) integers;
+    coefficients: (intervals of all recordings, 3, 4); offsets: first interval of each recording;
+    starts: (candidates, segments, 3) y, v, w. Returns the internal steps taken.
+    """
+    segments = recording.size
+    steps = 0
+    for task in range(begin, end):
+        candidate = task // segments
+        s = task % segments
+        r = recording[s]
+        a = out_offsets[s]
+        b = a + count[s]
+        v_row = v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0]
+        steps += simulate_one(
+            params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r], dts[r],
+            first[s], count[s], added_mass[r], starts[candidate, s, 0], starts[candidate, s, 1], starts[candidate, s, 2],
+            substeps, tolerance, y_out[candidate, a:b], v_row,
+        )
+    return steps
+
+
+@njit(cache=True)
+def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mass, y, v, w, standstill, a_out, w_out):
+    """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
+
+    y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
+    (the bristle then balances the other forces). a_out: (count,) m/s^2; w_out: (count,) m.
+    """
+    coulomb, static, v_s, alpha = p[0], p[1], p[2], p[3]
+    sigma_0, sigma_1, sigma_2 = p[4], p[5], p[6]
+    mass = p[7] + added_mass
+    table = np.zeros((3, 12))
+    harmonics = prepare_motor(motor, p[8:14], table)
+    wavenumber, phase = p[9], p[11]
+    if motor == 3:
+        wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
+    i_1 = i_2 = i_3 = 0.0
+    for k in range(count):
+        if powered:
+            if k < count - 1:
+                i_1, i_2, i_3 = coefficients[k, 0, 0], coefficients[k, 1, 0], coefficients[k, 2, 0]
+            else:
+                c = coefficients[k - 1]
+                i_1 = ((c[0, 3] * dt + c[0, 2]) * dt + c[0, 1]) * dt + c[0, 0]
+                i_2 = ((c[1, 3] * dt + c[1, 2]) * dt + c[1, 1]) * dt + c[1, 0]
+                i_3 = ((c[2, 3] * dt + c[2, 2]) * dt + c[2, 1]) * dt + c[2, 0]
+        force = external_force(
+            motor, on, powered, t_start + k * dt, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+        )
+        if standstill[k]:
+            w = min(max(force, -static), static) / sigma_0
+        w_out[k] = w
+        level = stribeck(v[k], coulomb, static, v_s, alpha)
+        rate = v[k] - sigma_0 * abs(v[k]) * w / level
+        a_out[k] = (force - sigma_0 * w - sigma_1 * rate - sigma_2 * v[k]) / mass
+        if k < count - 1:
+            travel = y[k + 1] - y[k]
+            speed = travel / dt
+            rest = stribeck(speed, coulomb, static, v_s, alpha) / sigma_0
+            if travel < 0.0:
+                rest = -rest
+            w = rest + (w - rest) * math.exp(-abs(travel / rest))
+
+
+@njit(cache=True, nogil=True)
+def along_tasks(
+    params, motor, on, powered, coefficients, offsets, t_starts, dts, counts, sample_offsets, added_mass,
+    y, v, standstill, start_w, begin, end, a_out, w_out
+):
+    """`along_one` for tasks begin..end-1; task = candidate * recordings + recording. Rows of a_out: candidates."""
+    recordings = counts.size
+    for task in range(begin, end):
+        candidate = task // recordings
+        r = task % recordings
+        a = sample_offsets[r]
+        b = sample_offsets[r + 1]
+        along_one(
+            params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r], dts[r],
+            counts[r], added_mass[r], y[a:b], v[a:b], start_w[candidate, r], standstill[a:b],
+            a_out[candidate, a:b], w_out[candidate, a:b],
+        )

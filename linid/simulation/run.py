@@ -1,0 +1,116 @@
+"""Run one model or a whole population over segments of recordings, in parallel threads."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.physics.model import Model
+from linid.simulation.emitter import load_kernel
+from linid.simulation.inputs import Inputs
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Share of the friction force by which a step may misjudge the bristle rate, at one step per sample.
+REVERSAL_TOLERANCE = float(__import__("os").environ.get("TOL","0.2"))
+
+
+@dataclass(frozen=True)
+class Segments:
+    """S stretches of recordings to be simulated: recording index, first sample, number of samples (S,)."""
+
+    recording: Integers
+    first: Integers
+    count: Integers
+
+    @property
+    def out_offsets(self) -> Integers:
+        """Where each segment's samples start in the output (S + 1,)."""
+        return np.concatenate([[0], np.cumsum(self.count)]).astype(np.int64)
+
+
+def whole_recordings(inputs: Inputs) -> Segments:
+    """One segment per recording, from its first to its last sample."""
+    n = inputs.counts
+    return Segments(np.arange(n.size, dtype=np.int64), np.zeros(n.size, dtype=np.int64), n)
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A model over packed recordings. jobs: threads (never changes a result); specialised: compile for this
+    model alone; substeps: internal steps per sample."""
+
+    model: Model
+    inputs: Inputs
+    substeps: int = 2
+    jobs: int = 1
+    specialised: bool = False
+
+    def _split(self, tasks: int) -> list[tuple[int, int]]:
+        pieces = min(tasks, 4 * self.jobs if self.jobs > 1 else 1)
+        edges = np.linspace(0, tasks, pieces + 1).astype(int)
+        return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+    def _kernel(self) -> object:
+        return load_kernel(self.model if self.specialised else None)
+
+    def run(
+        self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False
+    ) -> tuple[Array, Array, int]:
+        """Simulate every candidate over every segment.
+
+        params: (C, VECTOR_SIZE) SI; starts: (C, S, 3) y in m, v in m/s, w in m.
+        Returns positions (C, samples) in m, velocities (C, samples) in m/s (empty unless asked for) and the
+        number of internal steps. A diverged simulation is nan from there on.
+        """
+        kernel = self._kernel()
+        inputs = self.inputs
+        offsets = segments.out_offsets
+        candidates = params.shape[0]
+        y_out = np.empty((candidates, int(offsets[-1])))
+        v_out = np.empty_like(y_out) if velocity else np.empty((1, 0))
+        params = np.ascontiguousarray(params)
+        starts = np.ascontiguousarray(starts)
+
+        def work(piece: tuple[int, int]) -> int:
+            return int(kernel.simulate_tasks(  # type: ignore[attr-defined]
+                params, self.model.motor, self.model.mask, inputs.powered, inputs.coefficients, inputs.offsets,
+                inputs.t_starts, inputs.dts, segments.recording, segments.first, segments.count, inputs.added_mass,
+                starts, offsets, self.substeps, REVERSAL_TOLERANCE / self.substeps, piece[0], piece[1], y_out, v_out,
+            ))
+
+        steps = self._spread(work, candidates * segments.count.size)
+        return y_out, v_out, steps
+
+    def along(self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array) -> tuple[Array, Array]:
+        """Model acceleration (C, samples) in m/s^2 and bristle deflection in m along a measured motion.
+
+        y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m.
+        """
+        kernel = self._kernel()
+        inputs = self.inputs
+        a_out = np.empty((params.shape[0], y.size))
+        w_out = np.empty_like(a_out)
+        params = np.ascontiguousarray(params)
+
+        def work(piece: tuple[int, int]) -> int:
+            kernel.along_tasks(  # type: ignore[attr-defined]
+                params, self.model.motor, self.model.mask, inputs.powered, inputs.coefficients, inputs.offsets,
+                inputs.t_starts, inputs.dts, inputs.counts, inputs.sample_offsets, inputs.added_mass,
+                y, v, standstill, start_w, piece[0], piece[1], a_out, w_out,
+            )
+            return 0
+
+        self._spread(work, params.shape[0] * inputs.counts.size)
+        return a_out, w_out
+
+    def _spread(self, work: object, tasks: int) -> int:
+        pieces = self._split(tasks)
+        if self.jobs == 1:
+            return sum(work(piece) for piece in pieces)  # type: ignore[operator]
+        with ThreadPoolExecutor(self.jobs) as pool:
+            return sum(pool.map(work, pieces))  # type: ignore[arg-type]
