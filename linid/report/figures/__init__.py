@@ -1,0 +1,1 @@
+"""Figures: one function each returns a matplotlib Figure that belongs to the caller; nothing touches pyplot."""

@@ -1,0 +1,107 @@
+"""What several figures share: traces as lines, limits that a diverged simulation cannot blow up, labels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.report.display import display_unit, envelope, peak
+from linid.report.style import ERROR, MEASURED, MODEL, MUTED
+
+if TYPE_CHECKING:
+    from linid.diagnosis.gap import Trace
+    from linid.report.display import Display
+
+Array = NDArray[np.float64]
+TIME_LABEL = "time (s)"
+_ROOM = 0.6  # how far, in spans of the measured line, a simulation may leave it before it is cut
+
+
+def position_display(traces: list[Trace]) -> Display:
+    """One unit for the positions of all traces, by their largest travel."""
+    travel = max((float(np.ptp(trace.y_measured)) for trace in traces if trace.t.size), default=0.0)
+    return display_unit("position", traces[0].axis, travel)
+
+
+def error_display(traces: list[Trace]) -> Display:
+    """One unit for simulated minus measured position; what lies beyond the measured travel does not count."""
+    largest = 0.0
+    for trace in traces:
+        error = np.abs(trace.y_simulated - trace.y_measured)
+        error = error[np.isfinite(error)]
+        if error.size:
+            travel = float(np.ptp(trace.y_measured))
+            largest = max(largest, float(min(error.max(), travel)) if travel > 0 else float(error.max()))
+    return display_unit("position", traces[0].axis, largest)
+
+
+def velocity_display(traces: list[Trace]) -> Display:
+    """One unit for the velocities of all traces."""
+    return display_unit("velocity", traces[0].axis, max(peak(trace.velocity_measured) for trace in traces))
+
+
+def draw_pair(axes: Any, t: Array, measured: Array, simulated: Array, factor: float) -> None:
+    """Measured (blue, wide) below simulated (black, thin), decimated to envelopes, limits ruled by the measured."""
+    axes.plot(*envelope(t, measured * factor), color=MEASURED, linewidth=2.0, label="measured", zorder=2)
+    axes.plot(*envelope(t, simulated * factor), color=MODEL, linewidth=0.8, label="model", zorder=3)
+    limit_to_measured(axes, measured * factor, simulated * factor)
+
+
+def draw_error(axes: Any, t: Array, measured: Array, simulated: Array, factor: float, **line: Any) -> None:
+    """Simulated minus measured; a runaway error is cut at the measured span."""
+    error = (simulated - measured) * factor
+    axes.axhline(0.0, color=MUTED, linewidth=0.5, zorder=1)
+    axes.plot(*envelope(t, error), **{"color": ERROR, "linewidth": 0.8, "zorder": 3, **line})
+    span = float(np.ptp(measured)) * factor if measured.size else 0.0
+    if span > 0 and peak(error) > span:
+        axes.set_ylim(-span, span)
+
+
+def limit_to_measured(axes: Any, measured: Array, simulated: Array) -> None:
+    """Keep the measured line legible when the simulation runs far away."""
+    low, high = float(np.min(measured)), float(np.max(measured))
+    room = _ROOM * (high - low)
+    good = simulated[np.isfinite(simulated)]
+    if room > 0 and good.size and (good.min() < low - room or good.max() > high + room):
+        axes.set_ylim(max(low - room, min(low, good.min())) - 0.05 * room, min(high + room, max(high, good.max())))
+
+
+def breakdown(trace: Trace) -> tuple[float, str] | None:
+    """When and how the simulation fails, as (t, text); None if it follows within the drawn range."""
+    simulated, measured = trace.y_simulated, trace.y_measured
+    bad = ~np.isfinite(simulated)
+    if bad.any():
+        first = float(trace.t[int(np.argmax(bad))])
+        return first, f"simulation diverged at {first:.3g} s"
+    room = _ROOM * float(np.ptp(measured))
+    out = (simulated < measured.min() - room) | (simulated > measured.max() + room)
+    if room > 0 and out.any():
+        first = float(trace.t[int(np.argmax(out))])
+        return first, f"simulation leaves the drawn range at {first:.3g} s"
+    return None
+
+
+def mark_breakdown(axes: Any, trace: Trace) -> None:
+    """A dotted line and a word where the simulation fails."""
+    failure = breakdown(trace)
+    if failure is not None:
+        t, text = failure
+        axes.axvline(t, color=ERROR, linewidth=0.8, linestyle=":")
+        late = t > 0.5 * (trace.t[0] + trace.t[-1])
+        axes.annotate(
+            text, (t, 0.04), xycoords=("data", "axes fraction"), xytext=(-3 if late else 3, 0),
+            textcoords="offset points", ha="right" if late else "left", color=ERROR, fontsize=7, zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8},
+        )  # fmt: skip
+
+
+def legend_above(axes: Any, columns: int = 4, **more: Any) -> None:
+    """A legend on the line of the title, where no data can be."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2, **more)
+
+
+def kind_and_split(trace: Trace) -> str:
+    """`motor, held out`."""
+    return f"{trace.kind}, {trace.split}".replace("_", " ")

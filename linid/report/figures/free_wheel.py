@@ -1,0 +1,110 @@
+"""Free wheels by added mass: displacement and velocity with the model (counterpart of the paper's Figs. 9 to 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.errors import DataError
+from linid.report.display import Display, display_unit, every, peak
+from linid.report.figures.common import TIME_LABEL
+from linid.report.style import ERROR, MEASURED, MODEL, MUTED, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from linid.diagnosis.gap import Trace
+
+Array = NDArray[np.float64]
+_MARKERS = ("o", "s", "^", "D", "v", "P")
+_DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1)), (0, (1, 3)))
+_POINTS = 45
+_COLUMNS = 3
+
+
+def free_wheel_displacement_figure(traces: Sequence[Trace]) -> Figure:
+    """Displacement since release, in the direction of travel: points measured, line model, error below; SI traces in."""
+    return _figure(traces, "position", "Free wheels: displacement", "displacement")
+
+
+def free_wheel_velocity_figure(traces: Sequence[Trace]) -> Figure:
+    """Velocity in the direction of travel: points differentiated position, line model, error below; SI traces in."""
+    return _figure(traces, "velocity", "Free wheels: velocity (measured: differentiated position)", "velocity")
+
+
+def direction(trace: Trace) -> float:
+    """+1 or -1: which way the recording travels."""
+    return -1.0 if trace.y_measured[-1] < trace.y_measured[0] else 1.0
+
+
+def _lines(trace: Trace, quantity: str) -> tuple[Array, Array]:
+    sign = direction(trace)
+    if quantity == "velocity":
+        return sign * trace.velocity_measured, sign * trace.velocity_simulated
+    return sign * (trace.y_measured - trace.y_measured[0]), sign * (trace.y_simulated - trace.y_measured[0])
+
+
+def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], title: str, label: str) -> Figure:
+    if not traces:
+        raise DataError("free-wheel figure", "there is no free wheel to draw", "Give at least one free-wheel trace.")
+    groups: dict[float, list[Trace]] = {}
+    for trace in sorted(traces, key=lambda one: one.added_mass):
+        groups.setdefault(trace.added_mass, []).append(trace)
+    axis = traces[0].axis
+    pairs = [_lines(trace, quantity) for trace in traces]
+    main = display_unit(quantity, axis, max(peak(measured) for measured, _ in pairs))
+    largest = max(min(peak(simulated - measured), peak(measured)) for measured, simulated in pairs)
+    error = display_unit(quantity, axis, largest)
+    columns = min(_COLUMNS, len(groups))
+    rows = -(-len(groups) // columns)
+    with style():
+        figure = new_figure(8.0 + 85.0 * rows, title)
+        cells = figure.add_gridspec(2 * rows, columns, height_ratios=[2.4, 1.0] * rows)
+        first: tuple[Any, Any] | None = None
+        for index, (mass, group) in enumerate(groups.items()):
+            row, column = divmod(index, columns)
+            top = figure.add_subplot(cells[2 * row, column], sharey=first[0] if first else None)
+            bottom = figure.add_subplot(cells[2 * row + 1, column], sharex=top, sharey=first[1] if first else None)
+            first = first or (top, bottom)
+            _panel(top, bottom, group, quantity, (main, error))
+            unit = "kg m²" if axis == "rotary" else "kg"
+            top.set_title(f"added {'inertia' if axis == 'rotary' else 'mass'} {mass:g} {unit}")
+            top.tick_params(labelbottom=False)
+            bottom.set_xlabel(TIME_LABEL)
+            if column == 0:
+                top.set_ylabel(f"{label} ({main.unit})")
+                bottom.set_ylabel(f"error ({error.unit})")
+        figure.align_ylabels()
+    return figure
+
+
+def _panel(top: Any, bottom: Any, group: list[Trace], quantity: str, units: tuple[Display, Display]) -> None:
+    main, error = units
+    bottom.axhline(0.0, color=MUTED, linewidth=0.5, zorder=1)
+    for index, trace in enumerate(group):
+        measured, simulated = _lines(trace, quantity)
+        t = trace.t - trace.t[0]
+        few = every(len(t), _POINTS)
+        top.plot(t, simulated * main.factor, color=MODEL, linewidth=0.9, zorder=2)
+        top.plot(
+            t[few], measured[few] * main.factor, linestyle="none", color=MEASURED, zorder=3,
+            marker=_MARKERS[index % len(_MARKERS)], markeredgewidth=0.0, label=trace.recording,
+        )  # fmt: skip
+        bottom.plot(
+            t, (simulated - measured) * error.factor, color=ERROR, linewidth=0.8, zorder=2,
+            linestyle=_DASHES[index % len(_DASHES)],
+        )  # fmt: skip
+        if not np.isfinite(simulated).all():
+            first = float(t[int(np.argmax(~np.isfinite(simulated)))])
+            top.axvline(first, color=ERROR, linewidth=0.8, linestyle=":")
+    span = max(peak(_lines(trace, quantity)[0]) for trace in group)
+    if span > 0 and max(peak(_lines(trace, quantity)[1]) for trace in group) > 1.6 * span:
+        top.set_ylim(-0.1 * span * main.factor, 1.6 * span * main.factor)
+        bottom.set_ylim(-span * error.factor, span * error.factor)
+    if len(group) <= len(_MARKERS):
+        top.legend(loc="lower right" if quantity == "position" else "upper right", markerscale=1.4)
+    else:
+        top.text(0.98, 0.5, f"{len(group)} recordings", transform=top.transAxes, ha="right", fontsize=7.5)

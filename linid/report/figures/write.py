@@ -1,0 +1,110 @@
+"""Write all figures of a fit or a validation into a folder, under stable names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from linid.report.figures.comparison import comparison_figure
+from linid.report.figures.convergence import convergence_figure
+from linid.report.figures.correlation import correlation_figure
+from linid.report.figures.currents import Spline, currents_figure
+from linid.report.figures.free_wheel import free_wheel_displacement_figure, free_wheel_velocity_figure
+from linid.report.figures.friction_curve import CURVE, friction_curve_figure, speed_covered
+from linid.report.figures.gap_bars import gap_figure
+from linid.report.figures.overview import overview_figure
+from linid.report.files import file_stems
+from linid.report.style import save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from linid.diagnosis.gap import RecordingGap, Trace
+    from linid.identification.result import FitResult
+
+# done, total, file stem
+Progress = Callable[[int, int, str], None]
+Job = tuple[str, Callable[[], "Figure"]]
+
+
+def write_fit_figures(
+    result: FitResult,
+    traces: Sequence[Trace],
+    folder: Path,
+    *,
+    splines: Mapping[str, Spline] | None = None,
+    formats: Sequence[str] = ("png", "pdf"),
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write what shows a fit: free wheels, friction curve, convergence, correlation, currents, each recording.
+
+    traces: of the fitted recordings; splines: recording name -> spline of its inputs, mapping (m,) s to (k, m).
+    Figures that have nothing to show are left out. Returns the written files in order; progress is called after
+    each figure with (done, total, stem).
+    """
+    jobs: list[Job] = []
+    wheels = [trace for trace in traces if trace.kind == "free_wheel"]
+    if wheels:
+        jobs.append(("free_wheel_displacement", lambda: free_wheel_displacement_figure(wheels)))
+        jobs.append(("free_wheel_velocity", lambda: free_wheel_velocity_figure(wheels)))
+    if set(CURVE) <= {e.name for e in result.estimates}:
+        jobs.append(("friction_curve", lambda: friction_curve_figure(result, speed_covered(traces), result.seed)))
+    if result.history:
+        jobs.append(("convergence", lambda: convergence_figure(result)))
+    if len(result.fitted) > 1 and result.correlation.shape == (len(result.fitted),) * 2:
+        jobs.append(("correlation", lambda: correlation_figure(result)))
+    driven = [trace for trace in traces if trace.kind != "free_wheel"]
+    if driven:
+        jobs.append(("overview", lambda: overview_figure(driven)))
+    for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
+        jobs.append((f"comparison_{stem}", _later(trace)))
+        inputs = _inputs(trace)
+        if inputs is not None and trace.kind != "free_wheel":
+            jobs.append((f"currents_{stem}", _inputs_later(trace, inputs, (splines or {}).get(trace.recording))))
+    return _write(jobs, Path(folder), formats, progress)
+
+
+def write_validation_figures(
+    gaps: Sequence[RecordingGap],
+    traces: Sequence[Trace],
+    folder: Path,
+    *,
+    formats: Sequence[str] = ("png", "pdf"),
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write what shows a validation: gap measures, overview page, each recording. Returns the written files."""
+    jobs: list[Job] = []
+    axis = traces[0].axis if traces else "linear"
+    if gaps:
+        jobs.append(("gaps", lambda: gap_figure(gaps, axis)))
+    if traces:
+        jobs.append(("overview", lambda: overview_figure(traces)))
+    for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
+        jobs.append((f"comparison_{stem}", _later(trace)))
+    return _write(jobs, Path(folder), formats, progress)
+
+
+def _write(jobs: list[Job], folder: Path, formats: Sequence[str], progress: Progress | None) -> list[Path]:
+    paths: list[Path] = []
+    for done, (stem, draw) in enumerate(jobs, 1):
+        paths += save(draw(), folder / stem, formats)
+        if progress is not None:
+            progress(done, len(jobs), stem)
+    return paths
+
+
+def _later(trace: Trace) -> Callable[[], Figure]:
+    return lambda: comparison_figure(trace)
+
+
+def _inputs_later(trace: Trace, inputs: np.ndarray, spline: Spline | None) -> Callable[[], Figure]:
+    return lambda: currents_figure(trace.recording, trace.t, inputs, spline, unit=trace.input_unit)
+
+
+def _inputs(trace: Trace) -> np.ndarray | None:
+    if trace.phase_currents is not None:
+        return trace.phase_currents
+    return None if trace.drive_input is None else np.atleast_2d(trace.drive_input)

@@ -1,0 +1,119 @@
+"""Tables as LaTeX (booktabs), ready for \\input; the preamble needs \\usepackage{booktabs}."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from linid.report.numbers import Rounded, common_exponent, format_number, plain, round_estimate
+from linid.report.symbols import latex_escape, symbol_math, unit_math
+
+if TYPE_CHECKING:
+    from linid.diagnosis.gap import RecordingGap
+    from linid.identification.result import Estimate, FitResult
+
+_PREAMBLE = "% needs \\usepackage{booktabs}\n"
+_STATUS = {"fixed": " (fixed)", "at_bound": " (at bound)"}
+
+
+def parameter_latex(result: FitResult) -> str:
+    """The parameter table of a fit as a booktabs tabular, derived quantities below a rule, notes below the table."""
+    notes = [e.note for e in (*result.estimates, *result.derived) if e.note]
+    lines = [
+        r"\begin{tabular}{@{}lllll@{}}",
+        r"\toprule",
+        r"Parameter & Symbol & Value & 95\,\% interval & Unit \\",
+        r"\midrule",
+    ]
+    number = 0
+    for group in (result.estimates, result.derived):
+        if group is result.derived and result.derived:
+            lines.append(r"\midrule")
+        for estimate in group:
+            number += bool(estimate.note)
+            lines.append(_parameter_row(estimate, f"$^{{{number}}}$" if estimate.note else ""))
+    lines.append(r"\bottomrule")
+    lines += [_note(5, f"$^{{{i}}}$ {latex_escape(note)}") for i, note in enumerate(notes, 1)]
+    return _PREAMBLE + "\n".join([*lines, r"\end{tabular}"]) + "\n"
+
+
+def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
+    """The gap table as a booktabs tabular; the noise floor stands in brackets."""
+    ahead, force = (r"\mu rad", r"N\,m") if axis == "rotary" else (r"\mu m", "N")
+    lines = [
+        r"\begin{tabular}{@{}lllrrrr@{}}",
+        r"\toprule",
+        r"Recording & Kind & Split & Free run & 0.1\,s ahead & Force & Force \\",
+        rf" & & & \% & $\mathrm{{{ahead}}}$ & $\mathrm{{{force}}}$ & \% \\",
+        r"\midrule",
+    ]
+    for gap in gaps:
+        cells = [latex_escape(text.replace("_", " ")) for text in (gap.kind, gap.split)]
+        cells = [latex_escape(gap.recording), *cells]
+        cells += [
+            _with_floor(100 * gap.free_run, 100 * gap.free_run_floor),
+            _with_floor(1e6 * gap.ahead, 1e6 * gap.ahead_floor),
+            _with_floor(gap.force, gap.force_floor),
+            _measure(100 * gap.force_share, 3),
+        ]
+        lines.append(" & ".join(cells) + r" \\")
+    lines += [r"\bottomrule", _note(7, "In brackets: the noise floor.")]
+    return _PREAMBLE + "\n".join([*lines, r"\end{tabular}"]) + "\n"
+
+
+def estimate_math(rounded: Rounded) -> str:
+    """`value \\pm std` of a rounded estimate in LaTeX."""
+    if rounded.value is None or rounded.kind == "unknown":
+        return "not identifiable"
+    if rounded.kind == "magnitude":
+        return f"not identifiable, ${{\\sim}}{_math(rounded.value)}$"
+    suffix = _STATUS.get(rounded.status, "")
+    if rounded.std is None:
+        return f"${_math(rounded.value)}$" + suffix
+    value, std, exponent = common_exponent(rounded.value, rounded.std)
+    if exponent is None:
+        return f"${_power(value)} \\pm {_power(std)}$" + suffix
+    return f"$({value} \\pm {std}) \\times 10^{{{exponent}}}$" + suffix
+
+
+def _parameter_row(estimate: Estimate, mark: str) -> str:
+    rounded = round_estimate(estimate.value, estimate.std, estimate.low, estimate.high, estimate.status)
+    interval = ""
+    if rounded.low is not None and rounded.high is not None:
+        interval = f"$[{_math(rounded.low)},\\ {_math(rounded.high)}]$"
+    cells = (
+        latex_escape(estimate.name.replace("_", " ")) + mark,
+        f"${symbol_math(estimate.symbol)}$" if estimate.symbol else "",
+        estimate_math(rounded),
+        interval,
+        "--" if estimate.unit in ("", "1") else f"${unit_math(estimate.unit)}$",
+    )
+    return " & ".join(cells) + r" \\"
+
+
+def _math(number: Decimal) -> str:
+    if not number.is_finite():
+        return r"\infty" if number > 0 else r"-\infty"
+    return _power(plain(number))
+
+
+def _power(text: str) -> str:
+    mantissa, mark, exponent = text.partition("e")
+    return f"{mantissa} \\times 10^{{{exponent}}}" if mark else mantissa
+
+
+def _with_floor(value: float, floor: float) -> str:
+    return f"{_measure(value, 3)} ({_measure(floor, 2)})"
+
+
+def _measure(value: float, digits: int) -> str:
+    text = format_number(value, digits)
+    if "inf" in text:
+        return r"$\infty$"
+    return "--" if text == "nan" else f"${_power(text)}$"
+
+
+def _note(columns: int, text: str) -> str:
+    # Without a paragraph column a long note would widen the table beyond the page.
+    return rf"\multicolumn{{{columns}}}{{@{{}}p{{0.9\linewidth}}@{{}}}}{{\footnotesize {text}}} \\"

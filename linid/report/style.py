@@ -1,0 +1,112 @@
+"""One look for all figures: measured blue, model black, error vermilion (Okabe-Ito, safe for colour-blind readers)."""
+
+from __future__ import annotations
+
+import io
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.report.files import write_atomic
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEASURED = "#0072B2"
+MEASURED_LIGHT = "#7FB8D8"
+MODEL = "#111111"
+ERROR = "#D55E00"
+ACCENT = "#009E73"
+SHADE = "#E9EEF2"
+MUTED = "#777777"
+PHASES = ("#0072B2", "#E69F00", "#009E73")
+WIDTH_MM = 160.0
+_INCH = 25.4
+
+_RC: dict[str, Any] = {
+    "figure.facecolor": "white",
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": "#444444",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-4, 6),
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.5,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 2.5,
+    "figure.titlesize": 9.5,
+    "figure.titleweight": "bold",
+    "figure.constrained_layout.h_pad": 0.05,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "linid",
+    "axes.unicode_minus": True,
+    "text.usetex": False,
+    "path.simplify": True,
+}
+# matplotlib's settings belong to the process: figures drawn in threads take turns.
+_LOCK = threading.RLock()
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Matplotlib settings of linid's figures, whatever the user's matplotlibrc says; one thread at a time."""
+    import matplotlib
+
+    with _LOCK, matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_RC)
+        yield
+
+
+def new_figure(height_mm: float, title: str = "", width_mm: float = WIDTH_MM) -> Figure:
+    """An empty figure with its own Agg canvas, outside pyplot. Call inside `style()`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_mm / _INCH, height_mm / _INCH), layout="constrained")
+    FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
+    """Write the figure as `path_stem.png` (200 dpi), `.pdf`, `.svg`; equal figures give equal bytes."""
+    paths = []
+    with style():
+        for extension in formats:
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension))
+            paths.append(write_atomic(Path(f"{path_stem}.{extension}"), buffer.getvalue()))
+    return paths
+
+
+def caption(figure: Figure, text: str) -> None:
+    """A line of small print below the axes."""
+    figure.supxlabel(text, x=0.01, ha="left", fontsize=7, color="#444444")
+
+
+def _metadata(extension: str) -> dict[str, None]:
+    # Dates and version strings would make each file differ.
+    empty: dict[str, tuple[str, ...]] = {
+        "png": ("Software",), "pdf": ("CreationDate", "Creator", "Producer"), "svg": ("Date", "Creator"),
+    }  # fmt: skip
+    return dict.fromkeys(empty.get(extension, ()))

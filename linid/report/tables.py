@@ -1,0 +1,243 @@
+"""Tables for the console (rich) and for spreadsheets (CSV); their LaTeX twins are in `linid.report.latex`."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from linid.report.files import write_atomic
+from linid.report.latex import gap_latex, parameter_latex
+from linid.report.numbers import (
+    Rounded,
+    estimate_text,
+    format_number,
+    interval_text,
+    plain,
+    round_estimate,
+)
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from linid.diagnosis.gap import RecordingGap
+    from linid.identification.result import Estimate, FitResult
+
+__all__ = [
+    "BatchRow",
+    "batch_table_console",
+    "gap_latex",
+    "gap_table_console",
+    "identifiability_notes",
+    "parameter_latex",
+    "parameter_table_console",
+    "table_text",
+    "write_gap_csv",
+    "write_parameter_csv",
+]
+
+PARAMETER_COLUMNS = ("name", "symbol", "value", "std", "low", "high", "unit", "status", "note")
+GAP_COLUMNS = (
+    "recording", "kind", "split", "free_run", "free_run_floor", "ahead", "ahead_floor",
+    "force", "force_floor", "force_share", "unit_ahead", "unit_force",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class BatchRow:
+    """One job of a batch: what it was, how it ended, how long it took, its key figure and where the results are."""
+
+    job: str
+    status: str
+    seconds: float
+    key_figure: str
+    folder: str
+
+
+def rounded(estimate: Estimate) -> Rounded:
+    """The estimate rounded to the digits that its uncertainty supports."""
+    return round_estimate(estimate.value, estimate.std, estimate.low, estimate.high, estimate.status)
+
+
+def parameter_table_console(result: FitResult) -> Table:
+    """Parameters, then derived quantities: value ± std, 95 % interval, unit; notes are numbered below. 80 columns do."""
+    from rich.text import Text
+
+    table = _table(f"Parameters of the {result.model} model" + (" (forces per kilogram)" if result.per_mass else ""))
+    table.add_column("Parameter", no_wrap=True)
+    table.add_column("Symbol", no_wrap=True)
+    table.add_column("Value ± std", justify="right", overflow="fold")
+    table.add_column("95 % interval", justify="right", overflow="fold")
+    table.add_column("Unit", no_wrap=True)
+    notes: list[str] = []
+    noted = any(e.note for e in (*result.estimates, *result.derived))
+    if noted:
+        table.add_column("Note", no_wrap=True)
+    for group in (result.estimates, result.derived):
+        for estimate in group:
+            if estimate.note:
+                notes.append(estimate.note)
+            value = rounded(estimate)
+            cells = [
+                Text(estimate.name),
+                Text(estimate.symbol),
+                Text(estimate_text(value), style=_STATUS_STYLE.get(estimate.status, "")),
+                Text(interval_text(value)),
+                Text(_unit(estimate.unit)),
+            ]
+            table.add_row(*cells, *([Text(f"{len(notes)})" if estimate.note else "")] if noted else []))
+        if group is result.estimates and result.derived:
+            table.add_section()
+    lines = [f"{number}) {note}" for number, note in enumerate(notes, 1)]
+    _caption(table, lines + identifiability_notes(result))
+    return table
+
+
+def identifiability_notes(result: FitResult) -> list[str]:
+    """Sentences on what the data cannot tell apart, and the fit's warnings."""
+    pairs = [
+        f"{first} and {second} cannot be told apart (correlation {correlation:+.3f}). {advice}".strip()
+        for first, second, correlation, advice in result.pairs
+    ]
+    end = [] if result.converged else ["The search did not converge: " + ("; ".join(result.stop_reasons) or "no reason")]
+    return pairs + [f"Warning: {warning}" for warning in result.warnings] + end
+
+
+def gap_table_console(gaps: Sequence[RecordingGap], axis: str = "linear") -> Table:
+    """The three measures of each recording, each with its noise floor in brackets. 80 columns do."""
+    from rich.text import Text
+
+    ahead_unit, force_unit = gap_units(axis)
+    table = _table("Gap between simulation and machine (noise floor in brackets)")
+    table.add_column("Recording", overflow="fold", min_width=16)
+    table.add_column("Kind", no_wrap=True)
+    table.add_column("Split", no_wrap=True)
+    for title in ("Free run\n%", f"0.1 s ahead\n{ahead_unit}", f"Force\n{force_unit}", "Force\n%"):
+        table.add_column(title, justify="right", overflow="fold")
+    for gap in gaps:
+        cells = (
+            gap.recording,
+            gap.kind.replace("_", " "),
+            gap.split.replace("_", " "),
+            _with_floor(100 * gap.free_run, 100 * gap.free_run_floor),
+            _with_floor(1e6 * gap.ahead, 1e6 * gap.ahead_floor),
+            _with_floor(gap.force, gap.force_floor),
+            _measure(100 * gap.force_share, 3),
+        )
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
+
+
+def batch_table_console(rows: Iterable[BatchRow | Mapping[str, object]]) -> Table:
+    """Summary of a batch; a row is a BatchRow or a mapping with its field names."""
+    from rich.text import Text
+
+    table = _table("Batch")
+    table.add_column("Job", overflow="fold")
+    table.add_column("Status", no_wrap=True)
+    table.add_column("Seconds", justify="right", no_wrap=True)
+    table.add_column("Key figure", overflow="fold")
+    table.add_column("Folder", overflow="fold")
+    for given in rows:
+        row = given if isinstance(given, BatchRow) else BatchRow(**given)  # type: ignore[arg-type]
+        colour = {"done": "green", "failed": "red", "error": "red"}.get(row.status, "")
+        table.add_row(
+            Text(row.job),
+            Text(row.status, style=colour),
+            Text(f"{row.seconds:.1f}"),
+            Text(str(row.key_figure)),
+            Text(str(row.folder)),
+        )
+    return table
+
+
+def table_text(table: Table, width: int = 80) -> str:
+    """The table as plain text of at most `width` columns, without colours."""
+    from rich.console import Console
+
+    stream = io.StringIO()
+    Console(file=stream, width=width, color_system=None, force_terminal=False).print(table)
+    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines()) + "\n"
+
+
+def write_parameter_csv(result: FitResult, path: Path) -> Path:
+    """Write all parameters, then the derived quantities (status `derived`), with the digits they support.
+
+    Columns: name, symbol, value, std, low, high, unit, status, note. Numbers read back with `float`; empty where
+    there is none. The value of what is not identifiable is its order of magnitude. Full precision is in the MODEL.
+    """
+    rows = [_csv_row(e, e.status) for e in result.estimates]
+    rows += [_csv_row(e, "derived" if e.status == "fitted" else e.status) for e in result.derived]
+    return _write_csv(path, PARAMETER_COLUMNS, rows)
+
+
+def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear") -> Path:
+    """Write the gap measures in SI units (shares as fractions, not per cent), four significant digits."""
+    si_ahead, si_force = ("rad", "N m") if axis == "rotary" else ("m", "N")
+    rows = []
+    for gap in gaps:
+        numbers = [format_number(getattr(gap, column), 4) for column in GAP_COLUMNS[3:10]]
+        rows.append([gap.recording, gap.kind, gap.split, *numbers, si_ahead, si_force])
+    return _write_csv(path, GAP_COLUMNS, rows)
+
+
+def gap_units(axis: str) -> tuple[str, str]:
+    """Display units of the `ahead` and `force` measures."""
+    return ("µrad", "N m") if axis == "rotary" else ("µm", "N")
+
+
+_STATUS_STYLE = {"fixed": "dim", "not_identifiable": "yellow", "at_bound": "yellow"}
+
+
+def _table(title: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    return Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+    )
+
+
+def _caption(table: Table, lines: list[str]) -> None:
+    from rich.text import Text
+
+    if lines:
+        table.caption = Text("\n".join(lines))
+        table.caption_justify = "left"
+        table.caption_style = ""
+
+
+def _with_floor(value: float, floor: float) -> str:
+    return f"{_measure(value, 3)} ({_measure(floor, 2)})"
+
+
+def _measure(value: float, digits: int) -> str:
+    text = format_number(value, digits)
+    return "-" if text == "nan" else text
+
+
+def _unit(unit: str) -> str:
+    return "-" if unit in ("", "1") else unit
+
+
+def _csv_row(estimate: Estimate, status: str) -> list[str]:
+    value = rounded(estimate)
+    numbers = [plain(number) for number in (value.value, value.std, value.low, value.high)]
+    return [estimate.name, estimate.symbol, *numbers, estimate.unit, status, estimate.note]
+
+
+def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return write_atomic(Path(path), stream.getvalue().encode("utf-8"))
