@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from linid.errors import ConfigError
 from linid.stand.mode_descriptions import Mode
 
 Positive = Annotated[float, Field(gt=0)]
@@ -157,43 +155,11 @@ def _whole_ratio(long_name: str, long: float, short_name: str, short: float) -> 
         raise ValueError(f"{long_name} must be a whole multiple of {short_name} (ratio is {ratio:g})")
 
 
-def describe(content: Mapping[str, Any], place: str = "axis description") -> AxisDescription:
-    """Check a mapping as read from YAML and return it as AxisDescription.
-
-    content: keys as in configs/stand_axis.yaml, SI values; place: what an error names as its location.
-    Raises ConfigError naming the key when one is unknown, missing or out of range.
-    """
-    try:
-        return AxisDescription.model_validate(content)
-    except ValidationError as error:
-        raise _config_error(error, place) from None
-
-
 def load_axis_description(path: str | Path) -> AxisDescription:
     """Read an axis description from a YAML file.
 
-    path: file like configs/stand_axis.yaml. Raises ConfigError when it is unreadable, no YAML, or not valid.
+    path: file like configs/stand_axis.yaml. Raises ConfigError, with the line, when it is unreadable or not valid.
     """
-    import yaml
+    from linid.config import load_yaml_model
 
-    place = str(path)
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(place, f"cannot be read ({error.strerror})", "Give an existing file.") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(place, f"is not YAML ({error})", "Correct the file; UTF-8 YAML is expected.") from None
-    if not isinstance(content, dict):
-        raise ConfigError(place, "holds no mapping", "Start from configs/stand_axis.yaml.")
-    return describe(content, place)
-
-
-def _config_error(error: ValidationError, place: str) -> ConfigError:
-    first = error.errors(include_url=False)[0]
-    key = ".".join(str(part) for part in first["loc"]) or "whole file"
-    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    return ConfigError(
-        f"{place}, key {key}",
-        f"{first['msg']}, found {first['input']!r:.80}{more}",
-        "Compare with configs/stand_axis.yaml; keys carry their unit.",
-    )
+    return load_yaml_model(path, AxisDescription)

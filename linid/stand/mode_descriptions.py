@@ -59,7 +59,7 @@ class SinePosition(_Mode):
     mode: Literal["sine_position"]
     amplitude_m: float
     frequency_hz: Positive
-    fade_s: NotNegative = 0.2
+    fade_s: NotNegative = 0.3
 
 
 class Moves(_Mode):

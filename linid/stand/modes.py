@@ -72,7 +72,8 @@ def sine_position(mode: SinePosition, t: Array) -> tuple[Array, Array]:
     if mode.fade_s == 0:
         return mode.amplitude_m * wave, mode.amplitude_m * wave_rate
     s = np.minimum(t / mode.fade_s, 1.0)
-    fade, fade_rate = s * s * (3 - 2 * s), 6 * s * (1 - s) / mode.fade_s
+    # Quintic fade: no jump of acceleration where it starts and ends.
+    fade, fade_rate = s**3 * (10 - 15 * s + 6 * s * s), 30 * (s * (1 - s)) ** 2 / mode.fade_s
     return mode.amplitude_m * fade * wave, mode.amplitude_m * (fade * wave_rate + fade_rate * wave)
 
 

@@ -34,9 +34,7 @@ def energy_error(run: PlantRun, mass: float, stiffness: float) -> float:
 def test_energy_is_conserved_in_every_mode(stand: AxisDescription) -> None:
     stiffness = stand.friction.bristle_stiffness_n_per_m
     for mode in stand.campaign:
-        run = simulate(
-            stand, command(mode, stand), start_position=mode.start_position_m, added_mass=mode.added_mass_kg
-        )
+        run = simulate(stand, command(mode, stand), start_position=mode.start_position_m, added_mass=mode.added_mass_kg)
         assert energy_error(run, stand.mass_kg + mode.added_mass_kg, stiffness) < 1e-9, mode.name
 
 
@@ -126,9 +124,7 @@ def test_motion_agrees_with_an_implicit_solver_of_the_printed_equations(sine_sta
         for j in (1, 2, 3):
             angle = motor.guideway_density_per_m * y + motor.shift_rad
             current = -i_q * math.sin(angle + 2 * math.pi / 3 * (j - 2))  # K_f < 0: phases inverted
-            force += (
-                motor.force_constant_n_per_a * math.sin(angle + motor.winding_displacement_rad * (j - 2)) * current
-            )
+            force += motor.force_constant_n_per_a * math.sin(angle + motor.winding_displacement_rad * (j - 2)) * current
         return [v, (force - resist) / sine_stand.mass_kg, w_rate]
 
     twin = solve_ivp(rates, (0, 0.3), [0.39, 0, 0], "Radau", t_eval=run.t, rtol=1e-9, atol=1e-12)
