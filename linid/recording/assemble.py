@@ -1,0 +1,144 @@
+"""Table and channels -> arrays in SI on the position's time base, with notes on everything that was corrected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.errors import DataError
+from linid.recording.mapping import Role
+from linid.recording.recording import Array
+from linid.recording.repair import bad_cell_error, fill, unwrap
+from linid.recording.resolve import Channel, Channels
+from linid.recording.table import Table
+from linid.recording.timebase import clean_clock, gap_notes, onto
+
+
+@dataclass(frozen=True)
+class Signals:
+    """SI arrays of equal length by channel (`time` always present), and notes."""
+
+    values: dict[Role, Array]
+    notes: tuple[str, ...]
+
+    def select(self, keep: np.ndarray[tuple[int], np.dtype[np.bool_]] | slice) -> Signals:
+        """The samples in `keep`."""
+        return Signals({role: x[keep].copy() for role, x in self.values.items()}, self.notes)
+
+
+def assemble(table: Table, channels: Channels, period: float | None) -> Signals:
+    """All channels in SI on the clock of the position's time group (other groups by cubic spline, never extrapolated)."""
+    place = str(table.path)
+    position = channels.by_role["position"]
+    base = position.column.group
+    t, rows, notes = _clock(table, channels, base, period, place)
+    values: dict[Role, Array] = {}
+    keep = np.ones(len(t), dtype=bool)
+    resampled: list[str] = []
+    for role, channel in channels.by_role.items():
+        if role == "time":
+            continue
+        if channel.column.group == base:
+            raw, t_here, rows_here = _take(channel, rows, place), t, rows
+        else:
+            t_here, rows_here, group_notes = _clock(table, channels, channel.column.group, period, place)
+            notes += [n for n in group_notes if n not in notes]
+            raw = _take(channel, rows_here, place)
+        raw, t_used, rows_used = _without_bad_edges(raw, t_here, rows_here, channel, place)
+        raw, note = fill(t_used, raw, channel, place)
+        notes += [note] if note else []
+        if role == "position":
+            raw, note = unwrap(raw, channel, place, channel.column.lines[rows_used])
+            notes += [note] if note else []
+        x = channel.to_si(raw)
+        if len(t_used) != len(t) or not np.array_equal(t_used, t):
+            x = onto(t, t_used, x, place) if channel.column.group != base else _placed(t, t_used, x)
+            keep &= np.isfinite(x)
+            if channel.column.group != base:
+                resampled.append(channel.column.header)
+        values[role] = x
+    if resampled:
+        notes.append(f"{', '.join(resampled)}: another time group, put on the position's times by cubic spline")
+    values["time"] = t
+    return _common_part(values, keep, notes, place)
+
+
+def _common_part(
+    values: dict[Role, Array], keep: np.ndarray[tuple[int], np.dtype[np.bool_]], notes: list[str], place: str
+) -> Signals:
+    """The time range in which every channel has values."""
+    covered = np.flatnonzero(keep)
+    if len(covered) < 4:
+        raise DataError(
+            place, f"the channels overlap in only {len(covered)} samples", "Export all channels over the same time."
+        )
+    if len(covered) < len(keep):
+        lost = len(keep) - len(covered)
+        notes.append(f"{lost} sample{'s' * (lost > 1)} at the ends left out: not every channel has values there")
+    part = slice(int(covered[0]), int(covered[-1]) + 1)
+    notes += gap_notes(values["time"][part])
+    return Signals({role: x[part].copy() for role, x in values.items()}, tuple(notes))
+
+
+def _clock(
+    table: Table, channels: Channels, group: int, period: float | None, place: str
+) -> tuple[Array, np.ndarray[tuple[int], np.dtype[np.int64]], list[str]]:
+    """Times in s and rows of one time group."""
+    time = channels.by_role.get("time")
+    used = [c.column for role, c in channels.by_role.items() if role != "time" and c.column.group == group]
+    period = period if period is not None or time is not None else table.period_s
+    if period is not None:
+        n = len(used[0].values)
+        return np.arange(n) * period, np.arange(n), []
+    assert time is not None  # resolve() refuses a table with neither time nor period
+    column = time.column
+    if column.group != group:
+        found = [c for c in table.columns if c.group == group and c.time]
+        if not found:
+            raise DataError(place, f"time group {group + 1} has no time column", "Export a time column for each group.")
+        column = found[0]
+    n = min(len(column.values), *(len(c.values) for c in used))
+    if len({len(column.values), *(len(c.values) for c in used)}) > 1:
+        raise DataError(
+            f"{place}, column '{column.header}'",
+            f"found {len(column.values)} time stamps but {', '.join(str(len(c.values)) for c in used)} samples",
+            "Save vectors of equal length.",
+        )
+    others = np.column_stack([c.values[:n] for c in used])
+    clock = clean_clock(time.to_si(column.values), others, column.lines, place)
+    return clock.t, clock.rows, list(clock.notes)
+
+
+def _take(channel: Channel, rows: np.ndarray[tuple[int], np.dtype[np.int64]], place: str) -> Array:
+    raw = channel.column.values
+    if not np.isfinite(raw).any():
+        raise bad_cell_error(channel, np.arange(len(raw)), len(raw), place)
+    if len(raw) <= rows.max(initial=-1):
+        raise DataError(
+            f"{place}, column '{channel.column.header}'",
+            f"found {len(raw)} samples, expected {int(rows.max()) + 1}",
+            "Save vectors of equal length.",
+        )
+    return raw[rows]
+
+
+def _without_bad_edges(
+    raw: Array, t: Array, rows: np.ndarray[tuple[int], np.dtype[np.int64]], channel: Channel, place: str
+) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+    """Unreadable cells at the ends cannot be interpolated: cut (up to 1 %), else an error."""
+    good = np.flatnonzero(np.isfinite(raw))
+    if not len(good):
+        raise bad_cell_error(channel, np.arange(len(raw)), len(raw), place)
+    lost = len(raw) - (int(good[-1]) - int(good[0]) + 1)
+    if lost > max(1, 0.01 * len(raw)):
+        raise bad_cell_error(channel, rows[~np.isfinite(raw)], len(raw), place)
+    part = slice(int(good[0]), int(good[-1]) + 1)
+    return raw[part], t[part], rows[part]
+
+
+def _placed(t: Array, t_used: Array, x: Array) -> Array:
+    """x at its own times among t, nan elsewhere."""
+    full = np.full(len(t), np.nan)
+    full[np.searchsorted(t, t_used)] = x
+    return full

@@ -1,0 +1,144 @@
+"""Campaign YAML -> the recordings of one axis."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from linid.config import YamlFile, validate_yaml
+from linid.errors import ConfigError
+from linid.recording.mapping import ChannelMapping
+from linid.recording.read import read_recording
+from linid.recording.recording import Axis, Campaign, Kind, Recording, Split
+
+Comment = str | list[str] | None
+
+
+class RecordingEntry(BaseModel):
+    """One line of `recordings:`. added_mass_kg on linear, added_inertia_kg_m2 on rotary axes; window in s."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    file: str = Field(min_length=1)
+    kind: Kind | None = None
+    split: Split = "fit"
+    added_mass_kg: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    added_inertia_kg_m2: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    window: tuple[float, float] | None = None
+    channels: ChannelMapping | None = None
+    comments: Comment = None
+
+
+class CampaignFile(BaseModel):
+    """The campaign file as written."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str | None = None
+    axis: Axis = "linear"
+    known: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
+    channels: ChannelMapping | None = None
+    recordings: list[RecordingEntry] = Field(min_length=1)
+    comments: Comment = None
+
+
+def is_campaign(path: str | Path) -> bool:
+    """Whether a path names a campaign (by its suffix .yaml or .yml)."""
+    return Path(path).suffix.lower() in (".yaml", ".yml")
+
+
+def read_campaign(path: str | Path) -> Campaign:
+    """Read a campaign and all its recordings (files are relative to the YAML file).
+
+    Raises ConfigError for the YAML itself and for missing or repeated files, DataError for a bad recording.
+    """
+    source = YamlFile(Path(path))
+    config = validate_yaml(source, CampaignFile)
+    folder = source.path.parent
+    _check_files(source, config, folder)
+    _check_masses(source, config)
+    names = _names(config)
+    recordings = tuple(
+        _read(entry, config, folder, name, source, index)
+        for index, (entry, name) in enumerate(zip(config.recordings, names, strict=True))
+    )
+    return Campaign(config.name or source.path.parent.resolve().name, config.axis, recordings, dict(config.known), source.path)
+
+
+def _read(
+    entry: RecordingEntry, config: CampaignFile, folder: Path, name: str, source: YamlFile, index: int
+) -> Recording:
+    from dataclasses import replace
+
+    channels = entry.channels.over(config.channels) if entry.channels else config.channels
+    if channels is not None:
+        try:
+            channels.period_s  # noqa: B018  a wrong unit is a fault of the YAML, with its line
+        except ConfigError as error:
+            where = ("recordings", index, "channels", "period") if entry.channels else ("channels", "period")
+            raise ConfigError(source.place(where), error.fact, error.remedy) from None
+    mass = entry.added_inertia_kg_m2 if config.axis == "rotary" else entry.added_mass_kg
+    recording = read_recording(
+        folder / entry.file, channels=channels, axis=config.axis, kind=entry.kind, split=entry.split, added_mass=mass,
+        window=entry.window,
+    )  # fmt: skip
+    return replace(recording, name=name)
+
+
+def _check_files(source: YamlFile, config: CampaignFile, folder: Path) -> None:
+    seen: dict[tuple[Path, tuple[float, float] | None], int] = {}
+    for index, entry in enumerate(config.recordings):
+        location = ("recordings", index, "file")
+        path = folder / entry.file
+        if not path.exists():
+            present = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+            near = difflib.get_close_matches(path.name, present, n=1)
+            hint = f"Did you mean '{near[0]}'? " if near else ""
+            raise ConfigError(
+                source.place(location), f"file '{entry.file}' not found", f"{hint}Paths are relative to {folder}."
+            )
+        key = (path.resolve(), entry.window)  # two windows of one file are two recordings
+        if key in seen:
+            raise ConfigError(
+                source.place(location),
+                f"file '{entry.file}' is listed twice (first in line {source.line(('recordings', seen[key], 'file'))})",
+                "Remove one, or give each a `window:` of its own.",
+            )
+        seen[key] = index
+
+
+def _check_masses(source: YamlFile, config: CampaignFile) -> None:
+    wrong, right = ("added_mass_kg", "added_inertia_kg_m2")
+    if config.axis == "linear":
+        wrong, right = right, wrong
+    for index, entry in enumerate(config.recordings):
+        if getattr(entry, wrong):
+            raise ConfigError(
+                source.place(("recordings", index, wrong)),
+                f"'{wrong}' on a {config.axis} axis",
+                f"Give '{right}', or set `axis:`.",
+            )
+        if entry.window is not None and not entry.window[0] < entry.window[1]:
+            raise ConfigError(
+                source.place(("recordings", index, "window")),
+                f"window {list(entry.window)} ends before it starts",
+                "Give [t0, t1] in s with t0 < t1.",
+            )
+
+
+def _names(config: CampaignFile) -> list[str]:
+    """File stems; the path or a number is added where two would be equal."""
+    stems = [Path(entry.file).stem for entry in config.recordings]
+    names: list[str] = []
+    for entry, stem in zip(config.recordings, stems, strict=True):
+        name = stem if stems.count(stem) == 1 else Path(entry.file).with_suffix("").as_posix().replace("/", "_")
+        number = 2
+        unique = name
+        while unique in names:
+            unique = f"{name}_{number}"
+            number += 1
+        names.append(unique)
+    return names

@@ -1,0 +1,218 @@
+"""The dialect of a text export, voted on its numeric body: separator, decimal mark, where the data begin."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from linid.errors import DataError
+
+NUMBER = {
+    ".": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?",
+    ",": r"[+-]?(?:\d+(?:,\d*)?|,\d+)(?:[eE][+-]?\d+)?",
+}
+_IS_NUMBER = {mark: re.compile(pattern) for mark, pattern in NUMBER.items()}
+# Cells that stand for a number that is not there.
+_PLACEHOLDER = re.compile(r"|[+-]?(?:nan|inf|infinity)|n/?a|null|none|-+|#.*|\ufffd.*|[+-]?\d[\w.,'+-]*", re.IGNORECASE)
+_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "blanks"}
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})+(?:[.,]\d+)?")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How the body is written: fields per row, index (from 0) of the first data line, numeric columns."""
+
+    separator: str
+    decimal: str
+    fields: int
+    first: int
+    numeric: tuple[bool, ...]
+    skip: int = 0
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        mark = "comma" if self.decimal == "," else "point"
+        return f"separator {_NAMES[self.separator]}, decimal {mark}"
+
+
+def split(line: str, separator: str) -> list[str]:
+    """Cells of a line, stripped and without quotes."""
+    if '"' in line:
+        try:
+            cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+        except csv.Error:
+            cells = line.split(separator)
+        if separator == " ":
+            cells = [cell for cell in cells if cell]
+    elif separator == " ":
+        cells = line.split()
+    else:
+        cells = line.split(separator)
+    return [cell.strip() for cell in cells]
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether the whole cell is one number written with this decimal mark."""
+    return bool(_IS_NUMBER[decimal].fullmatch(cell))
+
+
+def to_float(cell: str, decimal: str) -> float:
+    """The number in a cell, or nan."""
+    return float(cell.replace(",", ".")) if is_number(cell, decimal) else float("nan")
+
+
+def sniff(
+    lines: Sequence[str], place: str, *, separator: str | None = None, decimal: str | None = None
+) -> Dialect:
+    """Vote for the dialect of a text export; DataError when there is no numeric body or two readings are possible.
+
+    separator, decimal: given by the mapping instead of sniffed.
+    """
+    skip = 0
+    hint = re.fullmatch(r'\ufeff?"?sep=(.)"?', lines[0].strip("\r\n ")) if lines else None
+    if lines and lines[0].strip().lower() in ("sep=", '"sep='):
+        hint = re.fullmatch(r"(?i)sep=(\t)", lines[0])
+    if hint:
+        skip, separator = 1, separator or hint[1]
+    found = [
+        dialect
+        for sep in ([separator] if separator else [";", "\t", ","])
+        for mark in ([decimal] if decimal else [".", ","])
+        if (dialect := _try(lines, sep, mark, skip))
+    ]
+    if not found and separator is None:
+        found = [d for mark in ([decimal] if decimal else [".", ","]) if (d := _try(lines, " ", mark, skip))]
+    several = [d for d in found if d.fields > 1]
+    found = several or found
+    if not found:
+        raise _no_body(lines, place, skip)
+    separators = {d.separator for d in found if d.fields > 1}
+    if len(separators) > 1:
+        names = " or ".join(_NAMES[s] for s in separators)
+        raise DataError(place, f"ambiguous separator: {names} both fit the data", "Give `separator:` in the mapping.")
+    best = found[0]  # point before comma: with whole numbers only, both marks fit and mean the same
+    _refuse_comma_comma(lines, best, place)
+    return best
+
+
+def _try(lines: Sequence[str], separator: str, decimal: str, skip: int) -> Dialect | None:
+    """The dialect with this separator and mark, if at least 90 % of the sampled rows agree on the field count."""
+    sample = _sample(lines, skip)
+    rows = [split(lines[i], separator) for i in sample]
+    rows = [row for row in rows if _looks_like_data(row, decimal)]
+    if not rows:
+        return None
+    count, votes = Counter(len(row) for row in rows).most_common(1)[0]
+    if votes < 0.9 * len(rows) and len(rows) - votes > 1:
+        return None
+    rows = [row for row in rows if len(row) == count]
+    share = [sum(is_number(row[k], decimal) for row in rows) / len(rows) for k in range(count)]
+    numeric = tuple(s > 0.5 for s in share)
+    if not any(numeric):
+        return None
+    first = first_data_line(lines, separator, decimal, numeric, skip)
+    return None if first is None else Dialect(separator, decimal, count, first, numeric, skip)
+
+
+def _sample(lines: Sequence[str], skip: int) -> list[int]:
+    filled = [i for i in range(skip, len(lines)) if lines[i].strip()] if len(lines) < 2000 else None
+    if filled is not None:
+        filled = filled[len(filled) // 4 :] if len(filled) > 8 else filled
+        return filled if len(filled) <= 400 else filled[:100] + filled[len(filled) // 2 :][:200] + filled[-100:]
+    middle = [len(lines) * part // 8 for part in (1, 2, 4, 6)]
+    return [i for start in middle for i in range(start, start + 75) if lines[i].strip()]
+
+
+def _looks_like_data(row: Sequence[str], decimal: str) -> bool:
+    """More numbers than words, and no cell that shows another separator or decimal mark."""
+    numbers = sum(is_number(cell, decimal) for cell in row)
+    holes = sum(1 for cell in row if _PLACEHOLDER.fullmatch(cell) and not is_number(cell, decimal))
+    other = len(row) - numbers - holes
+    return numbers > other and not any(_broken(cell, decimal) for cell in row)
+
+
+def _broken(cell: str, decimal: str) -> bool:
+    # A number with the other decimal mark, or another separator inside a cell, shows that this reading is wrong.
+    other = "," if decimal == "." else "."
+    return (is_number(cell, other) and not is_number(cell, decimal)) or bool(re.search(r"\d\s*[;\t]|[;\t]\s*\d", cell))
+
+
+def first_data_line(
+    lines: Sequence[str], separator: str, decimal: str, numeric: Sequence[bool], skip: int = 0
+) -> int | None:
+    """Index of the first line whose cells are numbers (or placeholders) in the numeric columns."""
+    wanted = [k for k, is_numeric in enumerate(numeric) if is_numeric]
+    for i in range(skip, len(lines)):
+        row = split(lines[i], separator)
+        if len(row) < len(numeric) - 1:
+            continue
+        cells = [row[k] for k in wanted if k < len(row)]
+        good = sum(is_number(cell, decimal) for cell in cells)
+        if good >= max(1, len(wanted) / 2) and all(_PLACEHOLDER.fullmatch(c) or is_number(c, decimal) for c in cells):
+            return i
+    return None
+
+
+def _refuse_comma_comma(lines: Sequence[str], dialect: Dialect, place: str) -> None:
+    """A comma that may separate fields or mark decimals shows in a header with fewer names than the data."""
+    if dialect.separator != "," or dialect.first == 0 or '"' in lines[dialect.first]:
+        return
+    header = next((lines[i] for i in range(dialect.first - 1, -1, -1) if lines[i].strip()), "")
+    names = [cell for cell in split(header, ",") if cell]
+    row = split(lines[dialect.first], ",")
+    row = row[:-1] if row and not row[-1] else row
+    if names and len(names) < len(row) <= 2 * len(names) and not any(re.search(r"[.eE]", cell) for cell in row):
+        raise DataError(
+            f"{place}, line {dialect.first + 1}",
+            f"ambiguous commas: the header has {len(names)} fields, the data {len(row)}; the comma seems to be both "
+            "separator and decimal mark",
+            "Export with semicolon or tab as separator, or with a decimal point.",
+        )
+
+
+def _no_body(lines: Sequence[str], place: str, skip: int) -> DataError:
+    """Why no dialect fits: no numbers at all, mixed decimal marks, grouped thousands or changing field counts."""
+    with_digits = [i for i in range(skip, len(lines)) if re.match(r'\s*"?[+-]?[.,]?\d', lines[i])]
+    if not with_digits:
+        filled = sum(1 for line in lines if line.strip())
+        return DataError(
+            place,
+            f"found {filled} line{'s' * (filled != 1)} of text but no line of numbers",
+            "Export the samples, not only the header.",
+        )
+    where = f"{place}, line {with_digits[0] + 1}"
+    best = max((";", "\t", ","), key=lambda s: sum(lines[i].count(s) for i in with_digits[:50]))
+    cells = [cell for i in with_digits[:200] for cell in split(lines[i], best)]
+    grouped = next((c for c in cells if is_grouped(c)), None)
+    if grouped:
+        return thousands_error(where, grouped)
+    points = next((c for c in cells if _broken(c, ",")), None)
+    commas = next((c for c in cells if _broken(c, ".")), None)
+    if points and commas:
+        return DataError(
+            where, f"mixed decimal marks: '{points}' and '{commas}'", "Export again with one decimal mark."
+        )
+    counts = Counter(len(split(lines[i], best)) for i in with_digits)
+    listed = ", ".join(f"{n} fields in {times} lines" for n, times in counts.most_common(4))
+    return DataError(
+        where,
+        f"no separator gives a constant number of fields (with {_NAMES[best]}: {listed})",
+        "If the comma is the decimal mark, export with semicolon or tab as separator.",
+    )
+
+
+def is_grouped(cell: str) -> bool:
+    """Whether a cell is a number with digit grouping that cannot be read otherwise (1.234,5; 1,234,567; 1'234)."""
+    match = _GROUPED.fullmatch(cell)
+    return bool(match) and not is_number(cell, ".") and not is_number(cell, ",")
+
+
+def thousands_error(place: str, cell: str) -> DataError:
+    """The refusal of digit grouping."""
+    return DataError(
+        place, f"number with thousands separators: '{cell}'", "Switch off digit grouping in the export."
+    )

@@ -1,0 +1,113 @@
+"""Recognition of channels by the names that drive makers give them; documented patterns, no guessing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from linid.recording.mapping import PHASES, Role
+from linid.recording.units import find_unit
+
+# A column with one of these words is a demand or a difference, not a measurement.
+_NOT_MEASURED = frozenset(
+    "command commanded cmd target set setpoint setpos desired demand demanded reference ref soll sollwert error err "
+    "deviation lag following limit max min diff difference nominal profile profiled planned".split()
+)
+_MEASURED = frozenset("actual act measured feedback ist istwert".split())
+_TIME = frozenset({"t", "time", "zeit", "timestamp", "time stamp", "sample time", "elapsed time", "relative time",
+                   "time axis", "x axis", "xaxis", "time s", "time ms", "time us", "time rel", "rel time"})  # fmt: skip
+_POSITION = frozenset("position pos actpos lage weg displacement angle winkel istposition istpos theta".split())
+_VELOCITY = frozenset("velocity vel velo speed geschwindigkeit drehzahl actvel actvelo".split())
+_CURRENT = r"(?:current|currents|curr|cur|strom)"
+_Q_CURRENT = re.compile(
+    rf"(?:.* )?(?:i ?q|q(?: axis)? {_CURRENT}|{_CURRENT} q|(?:torque|quadrature|active) {_CURRENT})(?: (?:act|actual))?"
+)
+_COMMAND = re.compile(
+    r"(?:.* )?(?:torque|force|current|voltage|control|motor|drive|iq|i q)(?: \w+)? "
+    r"(?:command|cmd|demand|setpoint|reference|output)"
+)
+_PHASE_SETS = (("u", "v", "w"), ("a", "b", "c"), ("1", "2", "3"), ("r", "s", "t"))
+
+
+def normalised(name: str) -> str:
+    """Lower-case words: `ActPos`, `I_q`, `Q-Current` -> `act pos`, `i q`, `q current`."""
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Za-z]{2})(?=\d)", " ", name)
+    return " ".join(re.findall(r"[a-z0-9äöüß]+", spaced.lower()))
+
+
+def split_header(header: str) -> tuple[str, str | None]:
+    """Name and unit of a header cell: `Name (mm)`, `Name [A]`, `Name / mm`, `Name, mm`, `Name_mm`.
+
+    The unit text is returned as written, also when it is unknown (in brackets only).
+    """
+    text = header.strip().strip('"').lstrip("#%").strip()
+    brackets = re.findall(r"[(\[{<]([^()\[\]{}<>]*)[)\]}>]", text)
+    known = [content for content in brackets if find_unit(content)]
+    if known or brackets:
+        unit = known[-1] if known else brackets[-1]
+        name = re.sub(rf"\s*[(\[{{<]{re.escape(unit)}[)\]}}>]", "", text).strip()
+        return (name, unit.strip()) if known or not re.fullmatch(r"\s*\d*\s*", unit) else (text, None)
+    for pattern in (r"(.+?)\s+(?:/|in)\s*(\S+)", r"(.+?)\s*/\s*(\S+)", r"(.+?),\s*(\S+)"):
+        match = re.fullmatch(pattern, text)
+        if match and find_unit(match[2]):
+            return match[1].strip(), match[2]
+    match = re.fullmatch(r"(.+)_([A-Za-zµμ]+)", text)
+    # One letter after an underscore may be a phase (I_A) or `measured` (q_m): only time_s is clear.
+    if match and find_unit(match[2]) and (len(match[2]) > 1 or normalised(match[1]) in ("t", "time")):
+        return match[1], match[2]
+    return text, None
+
+
+def is_time(name: str) -> bool:
+    """Whether a column of this name counts time."""
+    words = normalised(name)
+    return words in _TIME or bool(re.fullmatch(r"(?:time|zeit|t)(?: \d+| [a-z])?", words))
+
+
+def candidates(names: Sequence[str]) -> dict[Role, list[int]]:
+    """For each channel, the indices of the columns whose names fit it (several: ambiguous)."""
+    words = [normalised(name) for name in names]
+    found: dict[Role, list[int]] = {
+        "time": [i for i, name in enumerate(names) if is_time(name)],
+        "position": _measured(words, _POSITION),
+        "velocity": _measured(words, _VELOCITY),
+        "current_q": _best([i for i, w in enumerate(words) if _Q_CURRENT.fullmatch(w) and _is_measured(w)], words),
+        "command": [i for i, w in enumerate(words) if _COMMAND.fullmatch(w) or w == "command"],
+    }
+    for role, indices in zip(PHASES, _phases(words), strict=True):
+        found[role] = indices
+    return found
+
+
+def _is_measured(words: str) -> bool:
+    return not _NOT_MEASURED & set(words.split())
+
+
+def _measured(words: Sequence[str], keys: frozenset[str]) -> list[int]:
+    return _best([i for i, w in enumerate(words) if keys & set(w.split()) and _is_measured(w)], words)
+
+
+def _best(indices: list[int], words: Sequence[str]) -> list[int]:
+    """Columns that say `actual` win over those that say nothing."""
+    actual = [i for i in indices if _MEASURED & set(words[i].split())]
+    return actual or indices
+
+
+def _phases(words: Sequence[str]) -> list[list[int]]:
+    """Columns of the three phase currents; a set counts from two of three on, two sets are ambiguous."""
+    complete = []
+    for letters in _PHASE_SETS:
+        columns = [[i for i, w in enumerate(words) if _is_phase(w, letter)] for letter in letters]
+        if sum(bool(c) for c in columns) >= 2:
+            complete.append(columns)
+    if not complete:
+        return [[], [], []]
+    return [sorted({i for columns in complete for i in columns[k]}) for k in range(3)]
+
+
+def _is_phase(words: str, letter: str) -> bool:
+    pattern = (
+        rf"(?:.* )?(?:i ?{letter}|i l ?{letter}|{_CURRENT} (?:phase |l ?|i ?)?{letter}|phase l? ?{letter} {_CURRENT}"
+        rf"|{letter} (?:phase )?{_CURRENT})(?: (?:act|actual))?"
+    )
+    return bool(re.fullmatch(pattern, words)) and _is_measured(words)

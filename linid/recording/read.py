@@ -1,0 +1,146 @@
+"""Scope export -> Recording: the whole chain from file to checked SI arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from linid.errors import DataError, UsageError
+from linid.recording.assemble import Signals, assemble
+from linid.recording.layouts import read_table
+from linid.recording.mapping import PHASES, ChannelMapping
+from linid.recording.recording import Array, Axis, Kind, Recording, Split
+from linid.recording.repair import saturation_note
+from linid.recording.resolve import Channels, resolve
+from linid.recording.splines import to_uniform
+
+_FEWEST = 50
+
+
+def read_recording(
+    path: str | Path,
+    *,
+    channels: ChannelMapping | None = None,
+    axis: Axis = "linear",
+    kind: Kind | None = None,
+    split: Split = "fit",
+    added_mass: float = 0.0,
+    window: tuple[float, float] | None = None,
+    period: float | None = None,
+) -> Recording:
+    """Read one scope export into SI units on a regular time grid; every correction is a sentence in `notes`.
+
+    channels: column mapping (default: by name); axis: linear (m) or rotary (rad); kind: None decides by the currents
+    (none, or all zero: free_wheel); added_mass: kg (rotary: kg m^2); window: (t0, t1) in s of the file's own time;
+    period: sampling period in s where the file has no time column.
+    Raises DataError for anything in the file that cannot be used, with line, found, expected and remedy.
+    """
+    path = Path(path)
+    mapping = channels or ChannelMapping()
+    if period is not None and not period > 0:
+        raise UsageError("period", f"found {period:g} s", "Give a sampling period above zero.")
+    period = period if period is not None else mapping.period_s
+    table = read_table(path, mapping)
+    found = resolve(table, mapping, axis, period)
+    signals = assemble(table, found, period)
+    if window is not None:
+        signals = _cut(signals, window, path)
+    return to_uniform(_recording(path, table.sha256, signals, found, table.notes, axis, kind, split, added_mass))
+
+
+def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:
+    """DataError when a recording is too short to fit anything to it."""
+    if len(recording.t) < samples:
+        raise DataError(
+            str(recording.source or recording.name),
+            f"found {len(recording.t)} samples ({recording.duration:.3g} s), expected at least {samples}",
+            "Record longer, or widen `window:`.",
+        )
+
+
+def _cut(signals: Signals, window: tuple[float, float], path: Path) -> Signals:
+    t = signals.values["time"]
+    start, end = window
+    keep = (t >= start - 1e-12) & (t <= end + 1e-12)
+    if not start < end or keep.sum() < 4:
+        raise DataError(
+            str(path),
+            f"window [{start:g}, {end:g}] s holds {int(keep.sum())} samples; the file runs from {t[0]:g} to {t[-1]:g} s",
+            "Choose a window inside the recording.",
+        )
+    cut = signals.select(keep)
+    note = f"window [{start:g}, {end:g}] s: {int(keep.sum())} of {len(t)} samples used"
+    return Signals(cut.values, (*cut.notes, note))
+
+
+def _recording(
+    path: Path, sha256: str, signals: Signals, channels: Channels, table_notes: tuple[str, ...],
+    axis: Axis, kind: Kind | None, split: Split, added_mass: float,
+) -> Recording:  # fmt: skip
+    values = signals.values
+    notes = [*table_notes, *channels.notes, *signals.notes]
+    phases, phase_notes = _three_phases(values, path)
+    notes += phase_notes
+    drive, unit = None, "A"
+    if "command" in values:
+        drive, unit = values["command"], channels.by_role["command"].si
+    if "current_q" in values and "command" not in values:
+        drive = values["current_q"]
+    decided, kind_notes = _kind(kind, phases, drive, path)
+    notes += kind_notes
+    y = values["position"]
+    _refuse_constant(y, decided, path)
+    for name, x in [(f"I_{j + 1}", phases[j]) for j in range(3)] if phases is not None else [("i_q", drive)]:
+        if x is not None and "command" not in values and (note := saturation_note(x, name, "A")):
+            notes.append(note)
+    if values["time"][0] < 0:
+        notes.append(f"time starts at {values['time'][0]:g} s (samples before the trigger are kept)")
+    return Recording(
+        name=path.stem, t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases, drive_input=drive,
+        input_unit=unit, axis=axis, kind=decided, split=split, added_mass=added_mass, source=path, sha256=sha256,
+        notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _three_phases(values: dict[str, Array], path: Path) -> tuple[Array | None, list[str]]:  # type: ignore[type-arg]
+    present = [role for role in PHASES if role in values]
+    if not present:
+        return None, []
+    if len(present) == 1:
+        raise DataError(
+            str(path), f"found one phase current ({present[0]}), expected two or three",
+            "Map a second phase current, or map the q-current as `current_q`.",
+        )  # fmt: skip
+    if len(present) == 3:
+        return np.stack([values[role] for role in PHASES]), []
+    missing = next(role for role in PHASES if role not in values)
+    total = -(values[present[0]] + values[present[1]])
+    return (
+        np.stack([values.get(role, total) for role in PHASES]),
+        [f"two phase currents recorded: {missing} = -({present[0]} + {present[1]})"],
+    )
+
+
+def _kind(kind: Kind | None, phases: Array | None, drive: Array | None, path: Path) -> tuple[Kind, list[str]]:
+    inputs = [x for x in (phases, drive) if x is not None]
+    silent = all(bool((x == 0).all()) for x in inputs)
+    if kind == "motor" and not inputs:
+        raise DataError(
+            str(path), "a motor recording without currents or command",
+            "Map the phase currents, the q-current or the command, or set `kind: free_wheel`.",
+        )  # fmt: skip
+    if kind == "motor" and silent:
+        return "motor", ["all currents are zero although the recording is of kind motor"]
+    if kind == "free_wheel" and not silent:
+        largest = max(float(np.abs(x).max()) for x in inputs)
+        return "free_wheel", [f"a free-wheel recording with currents or commands up to {largest:.3g}"]
+    return kind or ("free_wheel" if silent else "motor"), []
+
+
+def _refuse_constant(y: Array, kind: Kind, path: Path) -> None:
+    if float(y.max()) == float(y.min()):
+        raise DataError(
+            str(path), f"the position is constant ({y[0]:g}) in a {kind} recording",
+            "Check the mapped column and the encoder; a recording without motion holds nothing to identify.",
+        )  # fmt: skip

@@ -1,0 +1,103 @@
+"""Channel values: unreadable cells, wrapped positions, saturated and constant channels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from linid.errors import DataError
+from linid.recording.recording import Array
+from linid.recording.resolve import Channel
+
+LONGEST_RUN = 5
+_SHARE = 0.01
+
+
+def bad_cell_error(channel: Channel, rows: np.ndarray[tuple[int], np.dtype[np.int64]], total: int, place: str) -> DataError:
+    """Too many unreadable cells in a channel."""
+    first = int(rows[0])
+    text = channel.column.bad.get(first, "")
+    line = int(channel.column.lines[first])
+    return DataError(
+        f"{place}, line {line}, column '{channel.column.header}'",
+        f"found {repr(text) if text else 'an empty cell'}, expected a number; {len(rows)} of {total} cells are unreadable",
+        f"Repair the column or cut it with `window:` (up to 1 % and {LONGEST_RUN} in a row are interpolated).",
+    )
+
+
+def fill(t: Array, x: Array, channel: Channel, place: str) -> tuple[Array, str | None]:
+    """Isolated unreadable cells (up to 1 %, up to five in a row) interpolated by a cubic spline, with a note."""
+    from scipy.interpolate import CubicSpline
+
+    bad = np.flatnonzero(~np.isfinite(x))
+    if not len(bad):
+        return x, None
+    run = max(len(part) for part in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1))
+    good = np.isfinite(x)
+    if len(bad) > max(1, _SHARE * len(x)) or run > LONGEST_RUN or good.sum() < 4:
+        known = np.array(sorted(channel.column.bad), dtype=np.int64)
+        raise bad_cell_error(channel, known if len(known) else bad, len(x), place)
+    filled = np.asarray(CubicSpline(t[good], x[good])(t), dtype=np.float64)
+    texts = sorted({repr(text) if text else "blank" for text in channel.column.bad.values()})[:3]
+    rows = sorted(channel.column.bad) or bad.tolist()
+    listed = ", ".join(str(int(channel.column.lines[r])) for r in rows[:5] if r < len(channel.column.lines))
+    cells = f"{len(bad)} unreadable cell{'s' * (len(bad) > 1)} ({', '.join(texts) or 'missing'}; line {listed})"
+    return np.where(good, x, filled), f"{channel.column.header}: {cells} interpolated"
+
+
+def unwrap(raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int], np.dtype[np.int64]]) -> tuple[Array, str | None]:
+    """A position that wraps at one turn or at a counter's end, made continuous; other jumps are an error.
+
+    raw: (n,) values as in the file. A wrap is recognised only when every value lies inside one modulus (one turn of a
+    rotary axis, 2^k counts) and each jump is more than half of it.
+    """
+    step = np.diff(raw)
+    if not len(step):
+        return raw, None
+    span = float(raw.max() - raw.min())
+    largest = float(np.abs(step).max())
+    if span == 0 or largest <= 0.5 * span:
+        return raw, None
+    modulus = _modulus(raw, channel, span)
+    if modulus is not None and largest > 0.5 * modulus:
+        jumps = np.flatnonzero(np.abs(step) > 0.5 * modulus)
+        turns = np.concatenate(([0.0], np.cumsum(-np.sign(step) * (np.abs(step) > 0.5 * modulus))))
+        note = f"{channel.column.header}: wrapped position made continuous ({len(jumps)} wraps of {modulus:g} {channel.declared})"
+        return raw + modulus * turns, note
+    usual = float(np.quantile(np.abs(step), 0.95))
+    if len(raw) >= 20 and largest > 20 * max(usual, 1e-12 * span):
+        k = int(np.argmax(np.abs(step)))
+        raise DataError(
+            f"{place}, line {lines[k + 1]}, column '{channel.column.header}'",
+            f"the position jumps from {raw[k]:g} to {raw[k + 1]:g} {channel.declared} within one sample",
+            "A wrapped counter, homing or a set position? Export the unwrapped position, or cut with `window:`.",
+        )
+    return raw, None
+
+
+def _modulus(raw: Array, channel: Channel, span: float) -> float | None:
+    """Size of one wrap in raw units, if all values fit into it and nearly fill it."""
+    options: list[float] = []
+    unit = channel.factor * channel.scale
+    if channel.si == "rad" and unit:
+        options.append(2 * math.pi / abs(unit))
+    if np.array_equal(raw, np.rint(raw)):
+        options += [2.0**k for k in range(8, 65)]
+    fitting = [m for m in options if 0.9 * m < span <= m * (1 + 1e-6)]
+    return min(fitting) if fitting else None
+
+
+def saturation_note(x: Array, name: str, unit: str) -> str | None:
+    """A note when a measured channel rests at its extreme value for five samples or more."""
+    limits = [limit for limit in (float(x.max()), float(x.min())) if limit != 0]
+    if len(x) < 20 or float(x.max()) == float(x.min()):
+        return None
+    parts = []
+    for limit in limits:
+        at = np.flatnonzero(x == limit)
+        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+        stuck = sum(len(run) for run in runs if len(run) >= 5)
+        if stuck:
+            parts.append(f"{stuck} samples at {limit:g} {unit}")
+    return f"{name}: {' and '.join(parts)} in a row: saturated, or a constant demand?" if parts else None

@@ -1,0 +1,229 @@
+"""Columns -> channels: which column is the position, a current, ..., and its factor to SI; nothing is guessed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.errors import DataError
+from linid.recording.mapping import PHASES, ROLES, ChannelMapping, ChannelSpec, Role
+from linid.recording.names import candidates, normalised
+from linid.recording.recording import Array, Axis
+from linid.recording.table import Column, Table
+from linid.recording.units import unit_of
+
+_INPUTS: tuple[Role, ...] = (*PHASES, "current_q", "command")
+_SI_LENGTH = {"linear": ("length", "m"), "rotary": ("angle", "rad")}
+_SI_SPEED = {"linear": ("velocity", "m/s"), "rotary": ("angular velocity", "rad/s")}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A column with its meaning: SI value = (raw * scale + offset) * factor, in the unit `si`."""
+
+    role: Role
+    column: Column
+    declared: str
+    si: str
+    factor: float
+    scale: float = 1.0
+    offset: float = 0.0
+
+    def to_si(self, raw: Array) -> Array:
+        """Raw values of the file -> SI."""
+        return np.asarray((raw * self.scale + self.offset) * self.factor, dtype=np.float64)
+
+    @property
+    def text(self) -> str:
+        """`declared -> SI` in words."""
+        scale = f" x {self.scale:g}" if self.scale != 1.0 else ""
+        offset = f" {self.offset:+g}" if self.offset else ""
+        return f"{self.column.header}: {self.declared}{scale}{offset} x {self.factor:g} -> {self.si}"
+
+
+@dataclass(frozen=True)
+class Channels:
+    """The channels found, and notes on columns that were seen but not used."""
+
+    by_role: dict[Role, Channel]
+    notes: tuple[str, ...]
+
+
+def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | None) -> Channels:
+    """Find every channel by the mapping, else by name; DataError when one is missing, ambiguous or without a unit.
+
+    period: sampling period in s when given by the caller (then no time column is needed).
+    """
+    columns = _in_group(table, mapping)
+    columns_of, notes = _choose(table, columns, mapping, period is not None or table.period_s is not None)
+    if "position" not in columns_of:
+        raise DataError(
+            str(table.path),
+            "no position column recognised",
+            f"Name it in the mapping, `position: {{column: ..., unit: mm}}`. Columns: {listing(table.columns)}.",
+        )
+    found: dict[Role, Channel] = {}
+    for role, column in columns_of.items():
+        spec = mapping.spec(role)
+        if spec is None and role == "velocity" and column.unit is None:
+            notes.append(f"velocity column '{column.header}' has no unit and is left out")
+            continue
+        if role == "time" and period is not None:
+            notes.append(f"time column '{column.header}' not used: the sampling period is given ({period:g} s)")
+            continue
+        found[role] = _channel(table, role, column, spec, axis)
+    return Channels(found, tuple(notes))
+
+
+def listing(columns: Iterable[Column]) -> str:
+    """The columns' names for a message."""
+    names = [f"'{column.header}'" for column in columns if column.header]
+    return ", ".join(names[:25]) + (f" and {len(names) - 25} more" if len(names) > 25 else "")
+
+
+def _in_group(table: Table, mapping: ChannelMapping) -> list[Column]:
+    if mapping.time_group is not None and mapping.time_group > table.groups:
+        raise DataError(
+            str(table.path), f"time_group {mapping.time_group} asked for, the file has {table.groups}",
+            f"Give a number from 1 to {table.groups}.",
+        )  # fmt: skip
+    return list(table.columns)
+
+
+def _choose(
+    table: Table, columns: list[Column], mapping: ChannelMapping, has_period: bool
+) -> tuple[dict[Role, Column], list[str]]:
+    """One column per channel."""
+    chosen: dict[Role, Column] = {}
+    notes: list[str] = []
+    for role in ROLES:
+        spec = mapping.spec(role)
+        if spec is not None:
+            chosen[role] = _by_mapping(table, role, spec)
+    inputs_mapped = any(role in chosen for role in _INPUTS)
+    taken = {id(column) for column in chosen.values()}
+    free = [column for column in columns if column.numeric and id(column) not in taken]
+    by_name = candidates([column.name for column in free])
+    for role in ROLES:
+        fitting = [free[i] for i in by_name[role]]
+        if role == "position" and mapping.time_group is not None:
+            fitting = [column for column in fitting if column.group == mapping.time_group - 1]
+        if role in chosen or role == "time" or not fitting or (role in _INPUTS and inputs_mapped):
+            continue
+        if len(fitting) == 1:
+            chosen[role] = fitting[0]
+        elif role == "velocity" or (role == "command" and any(r in chosen for r in _INPUTS)):
+            notes.append(f"several columns could be the {role}, none is read: {listing(fitting)}")
+        else:
+            raise _ambiguous(table, role, fitting)
+    if "command" in chosen and "current_q" in chosen and mapping.command is None:
+        notes.append(f"column '{chosen.pop('command').header}' not used: the measured current is")
+    elif "command" in chosen and any(r in chosen for r in PHASES) and mapping.command is None:
+        notes.append(f"column '{chosen.pop('command').header}' not used: the phase currents are")
+    if "time" not in chosen and "position" in chosen:
+        clock = _clock(table, chosen["position"], has_period)
+        if clock is not None:
+            chosen["time"] = clock
+    return chosen, notes
+
+
+def _clock(table: Table, position: Column, has_period: bool) -> Column | None:
+    clocks = [c for c in table.columns if c.time and c.group == position.group and c.numeric]
+    if len(clocks) > 1:
+        raise _ambiguous(table, "time", clocks)
+    if not clocks and not has_period:
+        raise DataError(
+            str(table.path),
+            "no time column recognised and no sampling period given",
+            "Give `time: {column: ..., unit: ms}` or `period: 1 ms` in the mapping. "
+            f"Columns: {listing(table.columns)}.",
+        )
+    return clocks[0] if clocks else None
+
+
+def _ambiguous(table: Table, role: Role, fitting: list[Column]) -> DataError:
+    numbers = [f"'{c.header}' (#{1 + next(i for i, x in enumerate(table.columns) if x is c)})" for c in fitting]
+    return DataError(
+        f"{table.path}, line {table.header_line}" if table.header_line else str(table.path),
+        f"ambiguous: {len(fitting)} columns could be the channel {role}: {', '.join(numbers)}",
+        f"Name one in the mapping, such as `{role}: '#{numbers[0].rsplit('#', 1)[1].rstrip(')')}'`.",
+    )
+
+
+def _by_mapping(table: Table, role: Role, spec: ChannelSpec) -> Column:
+    """The column that the mapping names: header, name or alias, else without regard to case and blanks, else #number."""
+    wanted = spec.column.strip()
+    if wanted.startswith("#") and wanted[1:].isdigit() and 1 <= int(wanted[1:]) <= len(table.columns):
+        return table.columns[int(wanted[1:]) - 1]
+    for same in (lambda a: a == wanted, lambda a: normalised(a) == normalised(wanted) != ""):
+        hits = [c for c in table.columns if any(same(text) for text in (c.header, c.name, *c.aliases))]
+        if len(hits) == 1:
+            return hits[0]
+        if hits:
+            raise _ambiguous(table, role, hits)
+    names = [text for c in table.columns for text in {c.header, c.name, *c.aliases}]
+    near = difflib.get_close_matches(wanted, names, n=2, cutoff=0.5)
+    hint = f"Did you mean {' or '.join(repr(n) for n in near)}? " if near else ""
+    raise DataError(
+        f"{table.path}, line {table.header_line}" if table.header_line else str(table.path),
+        f"column '{wanted}' (channel {role}) is not in the file",
+        f"{hint}Columns: {listing(table.columns)}.",
+    )
+
+
+def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None, axis: Axis) -> Channel:
+    place = f"{table.path}, column '{column.header}'"
+    declared = (spec.unit if spec else None) or column.unit
+    if not declared:
+        example = {"time": "ms", "position": "mm" if axis == "linear" else "rad", "velocity": "mm/s", "command": "V"}
+        unit = example.get(role, "A")
+        raise DataError(
+            place,
+            f"no unit declared for the channel {role}, neither in the header nor in the mapping",
+            f"Write '{column.name} ({unit})' in the header, or "
+            f"`{role}: {{column: {column.name}, unit: {unit}}}` in the mapping, with the true unit.",
+        )
+    dimensions = _dimensions(role, axis)
+    unit = unit_of(declared, place, dimensions)
+    scale = _number(table, spec.scale if spec else 1.0, place)
+    offset = _number(table, spec.offset if spec else 0.0, place)
+    if unit.dimension == "count":
+        si = _si(role, axis)
+        if spec is None or "scale" not in spec.model_fields_set:
+            raise DataError(
+                place, f"channel {role} is in {declared}, without a scale",
+                f"Give `{role}: {{column: {column.name}, unit: counts, scale: ...}}` with the scale in {si} per count.",
+            )  # fmt: skip
+        return Channel(role, column, declared, si, 1.0, scale, offset)
+    return Channel(role, column, declared, unit.si, unit.factor, scale, offset)
+
+
+def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:
+    fixed: dict[str, tuple[str, ...]] = {
+        "time": ("time",),
+        "position": (_SI_LENGTH[axis][0],),
+        "velocity": (_SI_SPEED[axis][0],),
+        "command": ("voltage", "current", "force", "torque", "ratio"),
+    }
+    return fixed.get(role, ("current",))
+
+
+def _si(role: Role, axis: Axis) -> str:
+    return {"time": "s", "position": _SI_LENGTH[axis][1], "velocity": _SI_SPEED[axis][1], "command": "1"}.get(role, "A")
+
+
+def _number(table: Table, value: float | str, place: str) -> float:
+    """A number, or a scalar variable of the .mat file by name."""
+    if not isinstance(value, str):
+        return float(value)
+    try:
+        return float(value)
+    except ValueError:
+        pass
+    if value in table.scalars:
+        return table.scalars[value]
+    known = ", ".join(table.scalars) or "none"
+    raise DataError(place, f"scale or offset '{value}' is neither a number nor a scalar in the file", f"Scalars: {known}.")

@@ -1,0 +1,120 @@
+"""Cubic splines of sampled signals: coefficients for the simulation, and resampling on a regular grid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from linid.errors import DataError
+from linid.recording.recording import Array, Recording
+
+_JITTER = 0.01
+_LONGEST_GAP = 10.5  # periods; a spline across more than that invents motion
+
+
+def cubic_spline_coefficients(dt: float, samples: Array) -> Array:
+    """Not-a-knot cubic splines through samples on a regular grid.
+
+    dt: period in s; samples: (c, n) channels, n >= 2. Returns (c, n - 1, 4): value at t_k + s is
+    sum_p coefficients[c, k, p] s^p with s in s.
+    """
+    from scipy.interpolate import CubicSpline
+
+    samples = np.atleast_2d(np.asarray(samples, dtype=np.float64))
+    if samples.shape[1] < 2:
+        raise DataError("cubic spline", f"found {samples.shape[1]} samples, expected at least 2", "Use a longer recording.")
+    spline = CubicSpline(np.arange(samples.shape[1]) * dt, samples, axis=1)
+    return np.ascontiguousarray(np.transpose(spline.c[::-1], (2, 1, 0)), dtype=np.float64)
+
+
+def jitter(t: Array) -> float:
+    """RMS deviation of the sampling steps from their median, as a share of it (gaps of missing samples excluded)."""
+    step = np.diff(t)
+    period = float(np.median(step))
+    near = step[step < 1.5 * period]
+    return float(np.sqrt(np.mean((near / period - 1.0) ** 2)))
+
+
+def to_uniform(recording: Recording) -> Recording:
+    """The recording on a regular grid: unchanged when jitter is below 1 % and no sample is missing.
+
+    Otherwise resampled by cubic spline with a note. At a gap of more than ten periods the recording is cut there and
+    its longest gap-free part kept, with a note: a spline across it would invent motion.
+    """
+    t = recording.t
+    if len(t) < 4:
+        raise DataError(
+            str(recording.source or recording.name), f"found {len(t)} samples, expected at least 4", "Record longer."
+        )
+    notes: list[str] = []
+    step = np.diff(t)
+    period = float(np.median(step))
+    cuts = np.flatnonzero(step > _LONGEST_GAP * period)
+    part = slice(0, len(t))
+    if len(cuts):
+        edges = np.concatenate(([0], cuts + 1, [len(t)]))
+        k = int(np.argmax(np.diff(edges)))
+        part = slice(int(edges[k]), int(edges[k + 1]))
+        kept = part.stop - part.start
+        if kept < 4:
+            raise DataError(
+                str(recording.source or recording.name), "no gap-free part of at least 4 samples",
+                "The time stamps are broken: give `period:` in the mapping, or record again.",
+            )  # fmt: skip
+        s = "s" * (len(cuts) > 1)
+        notes.append(
+            f"{len(cuts)} gap{s} of more than 10 periods: only the longest gap-free part is used "
+            f"({t[part.start]:.6g} to {t[part.stop - 1]:.6g} s, {kept} of {len(t)} samples; choose another by `window:`)"
+        )
+        recording = _sliced(recording, part)
+        t = recording.t
+        period = float(np.median(np.diff(t)))
+    irregular = jitter(t)
+    if irregular <= _JITTER and float(np.diff(t).max()) < 1.5 * period:
+        return replace(recording, notes=(*recording.notes, *notes)) if notes else recording
+    n = int(np.floor((t[-1] - t[0]) / period + 1e-9)) + 1
+    grid = t[0] + period * np.arange(n)
+    grid[-1] = min(grid[-1], t[-1])
+    notes.append(f"resampled to a regular {period:.6g} s by cubic spline (jitter {100 * irregular:.2g} % of the period)")
+    return _resampled(recording, grid, tuple(notes))
+
+
+def trim(recording: Recording, t0: float, t1: float) -> Recording:
+    """The samples with t0 <= t <= t1 (s); the cut is noted, time keeps its origin."""
+    keep = np.flatnonzero((recording.t >= t0 - 1e-12) & (recording.t <= t1 + 1e-12))
+    if len(keep) < 2:
+        raise DataError(
+            str(recording.source or recording.name),
+            f"found {len(keep)} samples between {t0:g} and {t1:g} s",
+            f"Choose times inside [{recording.t[0]:g}, {recording.t[-1]:g}] s.",
+        )
+    if len(keep) == len(recording.t):
+        return recording
+    cut = _sliced(recording, slice(int(keep[0]), int(keep[-1]) + 1))
+    note = f"trimmed to {cut.t[0]:.6g} to {cut.t[-1]:.6g} s ({len(keep)} of {len(recording.t)} samples)"
+    return replace(cut, notes=(*cut.notes, note))
+
+
+def _sliced(recording: Recording, part: slice) -> Recording:
+    def cut(x: Array | None) -> Array | None:
+        return None if x is None else x[..., part].copy()
+
+    return replace(
+        recording, t=recording.t[part].copy(), y=recording.y[part].copy(), v=cut(recording.v),
+        phase_currents=cut(recording.phase_currents), drive_input=cut(recording.drive_input),
+    )  # fmt: skip
+
+
+def _resampled(recording: Recording, grid: Array, notes: tuple[str, ...]) -> Recording:
+    from scipy.interpolate import CubicSpline
+
+    def at_grid(x: Array | None) -> Array | None:
+        return None if x is None else np.asarray(CubicSpline(recording.t, x, axis=-1)(grid), dtype=np.float64)
+
+    y = at_grid(recording.y)
+    assert y is not None
+    return replace(
+        recording, t=grid, y=y, v=at_grid(recording.v), phase_currents=at_grid(recording.phase_currents),
+        drive_input=at_grid(recording.drive_input), notes=(*recording.notes, *notes),
+    )  # fmt: skip

@@ -1,0 +1,124 @@
+"""The time base of a recording: order, duplicates, rounding, gaps and the merging of time groups."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.errors import DataError
+from linid.recording.recording import Array
+
+_FEW = 0.01
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Cleaned times in s, the rows they come from, and notes."""
+
+    t: Array
+    rows: np.ndarray[tuple[int], np.dtype[np.int64]]
+    notes: tuple[str, ...]
+
+
+def clean_clock(t: Array, others: Array, lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str) -> Clock:
+    """Times in s -> strictly increasing times; DataError when time goes back or stands still too often.
+
+    t: (n,) s with nan where unreadable; others: (n, k) the group's other columns (to tell repeated rows from a
+    coarse clock); lines: (n,) line numbers for messages.
+    """
+    notes: list[str] = []
+    rows = np.flatnonzero(np.isfinite(t))
+    missing = len(t) - len(rows)
+    if missing > max(1, _FEW * len(t)):
+        first = int(np.flatnonzero(~np.isfinite(t))[0])
+        raise DataError(
+            f"{place}, line {lines[first]}", f"{missing} of {len(t)} time stamps are not numbers",
+            "Repair the time column, or give `period:` in the mapping.",
+        )  # fmt: skip
+    if missing:
+        notes.append(f"{missing} row{'s' * (missing > 1)} without a readable time stamp left out")
+    if len(rows) < 2:
+        raise DataError(place, f"found {len(rows)} time stamps, expected at least 2", "Export the whole recording.")
+    step = np.diff(t[rows])
+    if (step < 0).any():
+        k = int(np.flatnonzero(step < 0)[0])
+        raise DataError(
+            f"{place}, line {lines[rows[k + 1]]}",
+            f"time goes back from {t[rows[k]]:g} s to {t[rows[k + 1]]:g} s",
+            "Split the file there (two recordings in one file?), or give `period:` if the counter restarted.",
+        )
+    rows = _without_duplicates(t, rows, step, others, lines, place, notes)
+    times, note = rounded_to_regular(t[rows])
+    return Clock(times, rows, (*notes, *note))
+
+
+def _without_duplicates(
+    t: Array, rows: np.ndarray[tuple[int], np.dtype[np.int64]], step: Array, others: Array,
+    lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str, notes: list[str],
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:  # fmt: skip
+    repeated = np.flatnonzero(step == 0)
+    if not len(repeated):
+        return rows
+    here, before = others[rows[repeated + 1]], others[rows[repeated]]
+    same = ((here == before) | (np.isnan(here) & np.isnan(before))).all(axis=1)
+    different = int((~same).sum())
+    if different > max(1, _FEW * len(rows)):
+        k = int(repeated[~same][0])
+        raise DataError(
+            f"{place}, line {lines[rows[k + 1]]}",
+            f"{different} time stamps occur twice with different values (first: {t[rows[k]]:g} s)",
+            "The time column is too coarse for the sampling rate: export more digits, or give `period:` in the mapping.",
+        )
+    if different:
+        notes.append(f"{different} row{'s' * (different > 1)} with a repeated time stamp left out")
+    if same.any():
+        notes.append(f"{int(same.sum())} repeated rows (same time, same values) left out")
+    keep = np.ones(len(rows), dtype=bool)
+    keep[repeated + 1] = False
+    return rows[keep]
+
+
+def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...]]:
+    """Times that are a regular grid rounded to the printed digits -> that grid (with a note), else unchanged."""
+    n = len(t)
+    if n < 10:
+        return t, ()
+    k = np.arange(n)
+    slope, start = np.polyfit(k - k.mean(), t, 1)
+    off = np.abs(t - (start + slope * (k - k.mean())))
+    spread = float(off.max())
+    if spread < 1e-3 * slope or spread > 0.6 * slope:
+        return t, ()
+    for digits in range(0, 12):
+        quantum = 10.0**-digits
+        if np.abs(t / quantum - np.rint(t / quantum)).max() < 1e-3:
+            break
+    else:
+        return t, ()
+    if spread > 0.55 * quantum or quantum < 0.01 * slope:
+        return t, ()
+    grid = start + slope * (k - k.mean())
+    return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",)
+
+
+def gap_notes(t: Array) -> tuple[str, ...]:
+    """A note on missing samples (steps above 1.5 periods)."""
+    step = np.diff(t)
+    period = float(np.median(step))
+    gaps = np.flatnonzero(step > 1.5 * period)
+    if not len(gaps):
+        return ()
+    missing = int(np.rint(step[gaps] / period - 1).sum())
+    longest = float(step[gaps].max())
+    s = "s" * (len(gaps) > 1)
+    return (f"{len(gaps)} gap{s} in time ({missing} samples missing, longest {longest:.4g} s, first at {t[gaps[0]]:.6g} s)",)
+
+
+def onto(t: Array, t_group: Array, x: Array, place: str) -> Array:
+    """Channel x of another time group at the times t (inside its range only) by a cubic spline."""
+    from scipy.interpolate import CubicSpline
+
+    if len(t_group) < 4:
+        raise DataError(place, f"found {len(t_group)} samples in a time group, expected at least 4", "Export all samples.")
+    return np.asarray(CubicSpline(t_group, x, extrapolate=False)(t), dtype=np.float64)
