@@ -101,11 +101,10 @@ def _elmo(table: Table, decimal_mark: str) -> str:
 
 
 def _controldesk(table: Table, decimal_mark: str) -> str:
-    """Labelled rows of variable names and units; the row label trace_values starts the numbers."""
+    """Labelled rows of variable paths and units; the row label trace_values starts the numbers."""
     t, y, currents = _columns(table, decimal_mark)
     labelled: Rows = [
-        ["path", "", *("Axis",) * 4],
-        ["description", "Time", "Actual Position", *(f"Phase Current {phase}" for phase in PHASES)],
+        ["path", "Time", "Axis/Actual Position", *(f"Axis/Phase Current {phase}" for phase in PHASES)],
         ["unit", "ms", "mm", "A", "A", "A"],
     ]
     body = [["", *row] for row in zip(t, y, *currents, strict=True)]

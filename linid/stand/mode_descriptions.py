@@ -36,12 +36,13 @@ class FreeWheel(_Mode):
 
 
 class SineCurrent(_Mode):
-    """q-current A sin(2 pi f t + phase); a phase of pi/2 starts the oscillation without drift."""
+    """q-current A sin(2 pi f t + phase), faded in over fade_s so that the oscillation starts without step or drift."""
 
     mode: Literal["sine_current"]
     amplitude_a: float
     frequency_hz: Positive
-    phase_rad: float = math.pi / 2
+    phase_rad: float = 0.0
+    fade_s: NotNegative = 1.0
 
 
 class SquareCurrent(_Mode):

@@ -62,19 +62,25 @@ def current_command(mode: SineCurrent | SquareCurrent | SlowRamp, t: Array) -> A
         triangle = 2 / math.pi * np.arcsin(np.sin(2 * math.pi * t / mode.period_s))
         return mode.amplitude_a * triangle * (mode.start_fraction + (1 - mode.start_fraction) * t / mode.duration_s)
     wave = np.sin(2 * math.pi * mode.frequency_hz * t + mode.phase_rad)
-    return mode.amplitude_a * (np.sign(wave) if isinstance(mode, SquareCurrent) else wave)
+    if isinstance(mode, SquareCurrent):
+        return mode.amplitude_a * np.sign(wave)
+    return mode.amplitude_a * _fade(t, mode.fade_s)[0] * wave
 
 
 def sine_position(mode: SinePosition, t: Array) -> tuple[Array, Array]:
     """Reference position in m relative to the start and its velocity in m/s at times t (n,)."""
     omega = 2 * math.pi * mode.frequency_hz
     wave, wave_rate = np.sin(omega * t), omega * np.cos(omega * t)
-    if mode.fade_s == 0:
-        return mode.amplitude_m * wave, mode.amplitude_m * wave_rate
-    s = np.minimum(t / mode.fade_s, 1.0)
-    # Quintic fade: no jump of acceleration where it starts and ends.
-    fade, fade_rate = s**3 * (10 - 15 * s + 6 * s * s), 30 * (s * (1 - s)) ** 2 / mode.fade_s
+    fade, fade_rate = _fade(t, mode.fade_s)
     return mode.amplitude_m * fade * wave, mode.amplitude_m * (fade * wave_rate + fade_rate * wave)
+
+
+def _fade(t: Array, length: float) -> tuple[Array, Array]:
+    """Factor rising from 0 to 1 over length s, and its rate in 1/s; quintic: its acceleration never jumps."""
+    if length == 0:
+        return np.ones_like(t), np.zeros_like(t)
+    s = np.minimum(t / length, 1.0)
+    return s**3 * (10 - 15 * s + 6 * s * s), 30 * (s * (1 - s)) ** 2 / length
 
 
 def moves(mode: Moves, t: Array) -> tuple[Array, Array]:

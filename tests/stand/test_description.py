@@ -57,10 +57,10 @@ def test_a_wrong_value_is_refused_and_named(
 
 
 def test_files_that_cannot_be_read_are_configuration_errors(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="absent.yaml"):
+    with pytest.raises(ConfigError, match=r"absent\.yaml"):
         load_axis_description(tmp_path / "absent.yaml")
     broken = tmp_path / "broken.yaml"
     for text in ("name: [stand", "- 1\n", ""):
         broken.write_text(text)
-        with pytest.raises(ConfigError, match="broken.yaml"):
+        with pytest.raises(ConfigError, match=r"broken\.yaml"):
             load_axis_description(broken)

@@ -34,7 +34,7 @@ def body(text: str, layout: str, mark: str) -> np.ndarray:
         "generic": 1,
         "twincat": next((i for i, line in enumerate(lines) if line.startswith("Unit\t")), 0) + 2,
         "elmo": next((i for i, line in enumerate(lines) if line.startswith("[Data]")), 0) + 2,
-        "controldesk": 3,
+        "controldesk": 2,
     }[layout]
     columns = {
         "generic": [0, 1, 2, 3, 4], "twincat": [0, 1, 3, 5, 7], "elmo": [0, 1, 2, 3, 4], "controldesk": [1, 2, 3, 4, 5]
