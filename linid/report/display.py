@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -67,7 +68,7 @@ def envelope(t: Array, y: Array, bins: int = 1000) -> tuple[Array, Array]:
     keep = {0, n - 1}
     edges = np.linspace(0, n, bins + 1).astype(int)
     finite = np.isfinite(y)
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         part, good = y[start:stop], finite[start:stop]
         if good.any():
             keep.add(start + int(np.argmin(np.where(good, part, np.inf))))

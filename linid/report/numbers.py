@@ -109,11 +109,11 @@ def interval_text(rounded: Rounded) -> str:
 
 def common_exponent(value: Decimal, std: Decimal) -> tuple[str, str, int | None]:
     """Texts of value and std over one power of ten; the exponent is None when plain decimals show them honestly."""
+    if _last_place(value) != _last_place(std):
+        return plain(value), plain(std), None
     exponent = max((d.adjusted() for d in (value, std) if d), default=0)
     if _fits_fixed(value, exponent) and _fits_fixed(std, exponent):
         return f"{value:f}", f"{std:f}", None
-    if value.as_tuple().exponent != std.as_tuple().exponent:
-        return plain(value), plain(std), None
     return f"{value.scaleb(-exponent, _CONTEXT):f}", f"{std.scaleb(-exponent, _CONTEXT):f}", exponent
 
 
@@ -135,7 +135,7 @@ def format_number(value: float, digits: int = 3) -> str:
         return "nan" if math.isnan(value) else ("inf" if value > 0 else "-inf")
     number = _digits(value, digits)
     # A measure claims no accuracy, so padding zeros do no harm and 1230 reads better than 1.23e3.
-    return f"{number:f}" if number == 0 or -5 < number.adjusted() < 5 else plain(number)
+    return f"{number:f}" if number == 0 or -4 < number.adjusted() < 5 else plain(number)
 
 
 def _suffix(rounded: Rounded) -> str:
@@ -178,7 +178,7 @@ def _digits(value: float, digits: int) -> Decimal:
         number = number.quantize(Decimal((0, (1,), number.adjusted() - digits + 1)), context=_CONTEXT)
     # A float carries no count of trailing zeros: 2.0 was given as 2.
     number = number.normalize(_CONTEXT)
-    return number.quantize(Decimal(1)) if 0 < _last_place(number) and number.adjusted() < min(digits, 6) else number
+    return number.quantize(Decimal(1)) if _last_place(number) > 0 and number.adjusted() < min(digits, 6) else number
 
 
 def _last_place(number: Decimal) -> int:

@@ -19,13 +19,13 @@ MEASURED_LIGHT = "#7FB8D8"
 MODEL = "#111111"
 ERROR = "#D55E00"
 ACCENT = "#009E73"
-SHADE = "#E9EEF2"
+SHADE = "#DFE6EC"
 MUTED = "#777777"
 PHASES = ("#0072B2", "#E69F00", "#009E73")
 WIDTH_MM = 160.0
 _INCH = 25.4
 
-_RC: dict[str, Any] = {
+_RC: Any = {
     "figure.facecolor": "white",
     "font.family": "DejaVu Sans",
     "font.size": 8.0,

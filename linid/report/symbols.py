@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-_GREEK = frozenset(
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
-    "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega".split()
+_GREEK = re.compile(
+    r"alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|phi|chi|psi|omega|"
+    r"Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Phi|Psi|Omega"
 )
 _SYMBOL = re.compile(r"^([A-Za-z]+)(\d*)((?:_[A-Za-z0-9+-]+)*)('*)$")
 _SPECIAL = {
@@ -50,6 +50,6 @@ def latex_escape(text: str) -> str:
 
 
 def _letters(part: str) -> str:
-    if part in _GREEK:
+    if _GREEK.fullmatch(part):
         return "\\" + part
     return part if len(part) == 1 or part.isdigit() else r"\mathrm{" + part + "}"

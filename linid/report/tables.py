@@ -63,7 +63,7 @@ def rounded(estimate: Estimate) -> Rounded:
 
 
 def parameter_table_console(result: FitResult) -> Table:
-    """Parameters, then derived quantities: value ± std, 95 % interval, unit; notes are numbered below. 80 columns do."""
+    """Parameters, then derived quantities: value ± std, 95 % interval, unit, numbered notes below; fits 80 columns."""
     from rich.text import Text
 
     table = _table(f"Parameters of the {result.model} model" + (" (forces per kilogram)" if result.per_mass else ""))
@@ -102,29 +102,37 @@ def identifiability_notes(result: FitResult) -> list[str]:
         f"{first} and {second} cannot be told apart (correlation {correlation:+.3f}). {advice}".strip()
         for first, second, correlation, advice in result.pairs
     ]
-    end = [] if result.converged else ["The search did not converge: " + ("; ".join(result.stop_reasons) or "no reason")]
-    return pairs + [f"Warning: {warning}" for warning in result.warnings] + end
+    notes = pairs + [f"Warning: {warning}" for warning in result.warnings]
+    if not result.converged:
+        notes.append("The search did not converge: " + ("; ".join(result.stop_reasons) or "no reason given"))
+    return notes
 
 
 def gap_table_console(gaps: Sequence[RecordingGap], axis: str = "linear") -> Table:
-    """The three measures of each recording, each with its noise floor in brackets. 80 columns do."""
+    """The three measures of each recording, each beside its noise floor. 80 columns do."""
     from rich.text import Text
 
     ahead_unit, force_unit = gap_units(axis)
-    table = _table("Gap between simulation and machine (noise floor in brackets)")
-    table.add_column("Recording", overflow="fold", min_width=16)
+    table = _table("Gap between simulation and machine, each measure beside its noise floor")
+    table.padding = (0, 0)  # the box's own blank between columns is enough; nine columns are many
+    table.add_column("Recording", overflow="fold", min_width=12)
     table.add_column("Kind", no_wrap=True)
     table.add_column("Split", no_wrap=True)
-    for title in ("Free run\n%", f"0.1 s ahead\n{ahead_unit}", f"Force\n{force_unit}", "Force\n%"):
-        table.add_column(title, justify="right", overflow="fold")
+    for title in (
+        *("Free\nrun\n%", "\n\nfloor"),
+        *(f"0.1 s\nahead\n{ahead_unit}", "\n\nfloor"),
+        *(f"Force\nerror\n{force_unit}", "\n\nfloor"),
+        "Force\nerror\n%",
+    ):
+        table.add_column(title, justify="right", no_wrap=True)
     for gap in gaps:
         cells = (
             gap.recording,
             gap.kind.replace("_", " "),
             gap.split.replace("_", " "),
-            _with_floor(100 * gap.free_run, 100 * gap.free_run_floor),
-            _with_floor(1e6 * gap.ahead, 1e6 * gap.ahead_floor),
-            _with_floor(gap.force, gap.force_floor),
+            *(_measure(100 * gap.free_run, 3), _measure(100 * gap.free_run_floor, 2)),
+            *(_measure(1e6 * gap.ahead, 3), _measure(1e6 * gap.ahead_floor, 2)),
+            *(_measure(gap.force, 3), _measure(gap.force_floor, 2)),
             _measure(100 * gap.force_share, 3),
         )
         table.add_row(*(Text(cell) for cell in cells))
@@ -214,10 +222,6 @@ def _caption(table: Table, lines: list[str]) -> None:
         table.caption = Text("\n".join(lines))
         table.caption_justify = "left"
         table.caption_style = ""
-
-
-def _with_floor(value: float, floor: float) -> str:
-    return f"{_measure(value, 3)} ({_measure(floor, 2)})"
 
 
 def _measure(value: float, digits: int) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def coast_down_figure(
     recording: Recording, t_start: float, t_end: float, candidates: Sequence[tuple[float, float]] = ()
 ) -> Figure:
-    """Position and differentiated velocity with the chosen window [t_start, t_end] (s) and rejected candidates shaded."""
+    """Position and differentiated velocity; the chosen window [t_start, t_end] (s) and other candidates shaded."""
     t, y = recording.t, recording.y
     v = np.gradient(y, t)
     position = display_unit("position", recording.axis, float(np.ptp(y)))

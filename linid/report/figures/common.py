@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.report.display import display_unit, envelope, peak
+from linid.report.display import display_unit, envelope, peak, rms
+from linid.report.numbers import format_number
 from linid.report.style import ERROR, MEASURED, MODEL, MUTED
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 TIME_LABEL = "time (s)"
+_STILL = 1e-9
 _ROOM = 0.6  # how far, in spans of the measured line, a simulation may leave it before it is cut
 
 
@@ -44,8 +46,8 @@ def velocity_display(traces: list[Trace]) -> Display:
 
 def draw_pair(axes: Any, t: Array, measured: Array, simulated: Array, factor: float) -> None:
     """Measured (blue, wide) below simulated (black, thin), decimated to envelopes, limits ruled by the measured."""
-    axes.plot(*envelope(t, measured * factor), color=MEASURED, linewidth=2.0, label="measured", zorder=2)
-    axes.plot(*envelope(t, simulated * factor), color=MODEL, linewidth=0.8, label="model", zorder=3)
+    axes.plot(*envelope(t, measured * factor), color=MEASURED, linewidth=2.4, label="measured", zorder=2)
+    axes.plot(*envelope(t, simulated * factor), color=MODEL, linewidth=0.7, label="model", zorder=3)
     limit_to_measured(axes, measured * factor, simulated * factor)
 
 
@@ -62,6 +64,9 @@ def draw_error(axes: Any, t: Array, measured: Array, simulated: Array, factor: f
 def limit_to_measured(axes: Any, measured: Array, simulated: Array) -> None:
     """Keep the measured line legible when the simulation runs far away."""
     low, high = float(np.min(measured)), float(np.max(measured))
+    if high - low <= _STILL * max(1.0, abs(high)) and peak(simulated - high) <= _STILL * max(1.0, abs(high)):
+        axes.set_ylim(low - 1.0, high + 1.0)  # else rounding noise would fill the panel
+        return
     room = _ROOM * (high - low)
     good = simulated[np.isfinite(simulated)]
     if room > 0 and good.size and (good.min() < low - room or good.max() > high + room):
@@ -74,12 +79,12 @@ def breakdown(trace: Trace) -> tuple[float, str] | None:
     bad = ~np.isfinite(simulated)
     if bad.any():
         first = float(trace.t[int(np.argmax(bad))])
-        return first, f"simulation diverged at {first:.3g} s"
+        return first, f"diverged at {first:.3g} s"
     room = _ROOM * float(np.ptp(measured))
     out = (simulated < measured.min() - room) | (simulated > measured.max() + room)
     if room > 0 and out.any():
         first = float(trace.t[int(np.argmax(out))])
-        return first, f"simulation leaves the drawn range at {first:.3g} s"
+        return first, f"off the scale at {first:.3g} s"
     return None
 
 
@@ -91,10 +96,17 @@ def mark_breakdown(axes: Any, trace: Trace) -> None:
         axes.axvline(t, color=ERROR, linewidth=0.8, linestyle=":")
         late = t > 0.5 * (trace.t[0] + trace.t[-1])
         axes.annotate(
-            text, (t, 0.04), xycoords=("data", "axes fraction"), xytext=(-3 if late else 3, 0),
+            f"simulation {text}", (t, 0.04), xycoords=("data", "axes fraction"), xytext=(-3 if late else 3, 0),
             textcoords="offset points", ha="right" if late else "left", color=ERROR, fontsize=7, zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8},
         )  # fmt: skip
+
+
+def rms_text(trace: Trace) -> str:
+    """`RMS error 81.2 µm` in its own unit; empty if the simulation diverged."""
+    size = rms(trace.y_simulated - trace.y_measured)
+    display = display_unit("position", trace.axis, size)
+    return "" if np.isnan(size) else f"RMS error {format_number(size * display.factor)} {display.unit}"
 
 
 def legend_above(axes: Any, columns: int = 4, **more: Any) -> None:

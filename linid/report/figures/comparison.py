@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linid.report.display import rms
 from linid.report.figures.common import (
     TIME_LABEL,
     draw_error,
@@ -14,6 +13,7 @@ from linid.report.figures.common import (
     legend_above,
     mark_breakdown,
     position_display,
+    rms_text,
     velocity_display,
 )
 from linid.report.style import new_figure, style
@@ -39,9 +39,7 @@ def comparison_figure(trace: Trace) -> Figure:
         middle.set_ylabel(f"velocity ({velocity.unit})")
         draw_error(bottom, trace.t, trace.y_measured, trace.y_simulated, error.factor)
         bottom.set_ylabel(f"error ({error.unit})")
-        size = rms(trace.y_simulated - trace.y_measured) * error.factor
-        if size == size:
-            bottom.set_title(f"RMS {size:.3g} {error.unit}", loc="right", fontweight="normal", fontsize=7.5)
+        bottom.set_title(rms_text(trace), loc="right", fontweight="normal", fontsize=7.5)
         bottom.set_xlabel(TIME_LABEL)
         figure.align_ylabels()
     return figure

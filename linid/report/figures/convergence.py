@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linid.errors import DataError
+from linid.report.figures.common import legend_above
 from linid.report.style import MEASURED_LIGHT, MODEL, MUTED, caption, new_figure, style
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def convergence_figure(result: FitResult) -> Figure:
     with style():
         figure = new_figure(80.0)
         axes: Any = figure.subplots()
-        start = 0
+        start, total = 0, float(result.history[-1].evaluations)
         for index, (stage, group) in enumerate(groupby(result.history, key=lambda line: line.stage)):
             lines = list(group)
             x = np.array([line.evaluations for line in lines], dtype=float)
@@ -42,10 +43,10 @@ def convergence_figure(result: FitResult) -> Figure:
             edge = float(x[0]) if first else float(start)
             if not first:
                 axes.axvline(edge, color=MUTED, linewidth=0.6, linestyle="--")
-            top = axes.get_xaxis_transform()
+            late = edge > 0.85 * total
             axes.annotate(
-                stage, (edge, 1.0 - 0.08 * index), xycoords=top, xytext=(3, -2), textcoords="offset points",
-                va="top", fontsize=7.5, color="#444444",
+                stage, (edge, 1.0 - 0.08 * index), xycoords=axes.get_xaxis_transform(), xytext=(-3 if late else 3, -2),
+                textcoords="offset points", ha="right" if late else "left", va="top", fontsize=7.5, color="#444444",
                 bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8},
             )  # fmt: skip
             start = int(x[-1])
@@ -53,7 +54,7 @@ def convergence_figure(result: FitResult) -> Figure:
         axes.set_xlabel("evaluations of the objective (1)")
         axes.set_ylabel("cost (1)")
         axes.set_title(f"Convergence of the {result.model} model, seed {result.seed}")
-        axes.legend(loc="upper right")
+        legend_above(axes)
         ended = "Converged: " if result.converged else "Did not converge: "
         text = ended + ("; ".join(result.stop_reasons) or "no stop reason given")
         caption(figure, "\n".join(textwrap.wrap(text, 125)))

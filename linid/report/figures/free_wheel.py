@@ -22,16 +22,16 @@ Array = NDArray[np.float64]
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1)), (0, (1, 3)))
 _POINTS = 45
-_COLUMNS = 3
+_HEADROOM = 0.115  # of the axes per legend line: above the curves nothing is hidden
 
 
 def free_wheel_displacement_figure(traces: Sequence[Trace]) -> Figure:
-    """Displacement since release, in the direction of travel: points measured, line model, error below; SI traces in."""
-    return _figure(traces, "position", "Free wheels: displacement", "displacement")
+    """Displacement since release, in the direction of travel: points measured, line model, error below."""
+    return _figure(traces, "position", "Free wheels: displacement in the direction of travel", "displacement")
 
 
 def free_wheel_velocity_figure(traces: Sequence[Trace]) -> Figure:
-    """Velocity in the direction of travel: points differentiated position, line model, error below; SI traces in."""
+    """Velocity in the direction of travel: points differentiated position, line model, error below."""
     return _figure(traces, "velocity", "Free wheels: velocity (measured: differentiated position)", "velocity")
 
 
@@ -58,7 +58,7 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
     main = display_unit(quantity, axis, max(peak(measured) for measured, _ in pairs))
     largest = max(min(peak(simulated - measured), peak(measured)) for measured, simulated in pairs)
     error = display_unit(quantity, axis, largest)
-    columns = min(_COLUMNS, len(groups))
+    columns = {1: 1, 2: 2, 4: 2}.get(len(groups), 3)
     rows = -(-len(groups) // columns)
     with style():
         figure = new_figure(8.0 + 85.0 * rows, title)
@@ -77,6 +77,10 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
             if column == 0:
                 top.set_ylabel(f"{label} ({main.unit})")
                 bottom.set_ylabel(f"error ({error.unit})")
+        if first is not None:
+            lines = max(len(group) if len(group) <= len(_MARKERS) else 1 for group in groups.values())
+            low, high = first[0].get_ylim()
+            first[0].set_ylim(low, high + (high - low) * _HEADROOM * lines)
         figure.align_ylabels()
     return figure
 
@@ -105,6 +109,6 @@ def _panel(top: Any, bottom: Any, group: list[Trace], quantity: str, units: tupl
         top.set_ylim(-0.1 * span * main.factor, 1.6 * span * main.factor)
         bottom.set_ylim(-span * error.factor, span * error.factor)
     if len(group) <= len(_MARKERS):
-        top.legend(loc="lower right" if quantity == "position" else "upper right", markerscale=1.4)
+        top.legend(loc="upper right", markerscale=1.4, borderaxespad=0.1)
     else:
-        top.text(0.98, 0.5, f"{len(group)} recordings", transform=top.transAxes, ha="right", fontsize=7.5)
+        top.text(0.99, 0.99, f"{len(group)} recordings", transform=top.transAxes, ha="right", va="top", fontsize=7.5)

@@ -94,13 +94,15 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
     zoom = min(6.0 * v_s, top)
     with style():
         figure = new_figure(75.0, "Steady friction over speed")
-        whole, near = figure.subplots(1, 2, sharey=True, width_ratios=[1.5, 1.0])
+        whole, near = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
         # the Stribeck range needs its own dense stretch of the grid
         v = np.unique(np.concatenate([np.linspace(0.0, top, 400), np.linspace(0.0, zoom, 400)]))
         for axes, limit, title in ((whole, top, "whole range"), (near, zoom, "low speed")):
             _panel(axes, result, v[v <= limit], covered, seed)
             axes.set_title(title)
-        whole.set_ylabel(f"friction ({force_unit(result)})")
+            low, high = axes.get_ylim()
+            axes.set_ylim(min(0.0, low), high)
+            axes.set_ylabel(f"friction ({force_unit(result)})")
         whole.legend(loc="lower right")
         caption(figure, _remark(result, covered))
     return figure

@@ -27,7 +27,7 @@ def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
         raise DataError("gap figure", "there is no recording to draw", "Give the gap of at least one recording.")
     ahead, force = gap_units(axis)
     panels = (
-        (f"free run, NRMSE (%)", [100 * g.free_run for g in gaps], [100 * g.free_run_floor for g in gaps]),
+        ("free run, NRMSE (%)", [100 * g.free_run for g in gaps], [100 * g.free_run_floor for g in gaps]),
         (f"0.1 s ahead, RMS ({ahead})", [1e6 * g.ahead for g in gaps], [1e6 * g.ahead_floor for g in gaps]),
         (f"residual force, RMS ({force})", [g.force for g in gaps], [g.force_floor for g in gaps]),
     )
@@ -54,7 +54,7 @@ def _panel(axes: Any, values: Array, floors: Array, held_out: list[bool]) -> Non
     axes.set_xlim(low, high)
     for row, (value, floor, filled) in enumerate(zip(values, floors, held_out, strict=True)):
         if not np.isfinite(value):
-            axes.text(low, row, " diverged", va="center", fontsize=6.5, color=ERROR)
+            axes.text(low, row, " no value", va="center", fontsize=6.5, color=ERROR)
             continue
         end = max(float(value), low)
         if np.isfinite(floor):
