@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from linid.report.display import display_unit, envelope, peak
-from linid.report.figures.common import TIME_LABEL, legend_above
+from linid.report.figures.common import TIME_LABEL, legend_above, shorten
 from linid.report.style import ACCENT, MEASURED, SHADE, new_figure, style
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def coast_down_figure(
         top.plot(*envelope(t, y * position.factor), color=MEASURED)
         bottom.plot(*envelope(t, v * velocity.factor), color=MEASURED, linewidth=0.8)
         bottom.axhline(0.0, color="#777777", linewidth=0.5, zorder=1)
-        top.set_title(f"{recording.name}: coast-down from {t_start:.3f} to {t_end:.3f} s")
+        top.set_title(f"{shorten(recording.name, 24)}: coast-down from {t_start:.3f} to {t_end:.3f} s")
         legend_above(top)
         top.set_ylabel(f"position ({position.unit})")
         bottom.set_ylabel(f"differentiated\nvelocity ({velocity.unit})")

@@ -114,6 +114,14 @@ def legend_above(axes: Any, columns: int = 4, **more: Any) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2, **more)
 
 
+def shorten(name: str, longest: int) -> str:
+    """A name of at most `longest` characters, cut in the middle: the ends tell recordings apart."""
+    if len(name) <= longest:
+        return name
+    tail = longest // 2
+    return f"{name[: longest - tail - 1]}…{name[-tail:]}"
+
+
 def kind_and_split(trace: Trace) -> str:
     """`motor, held out`."""
     return f"{trace.kind}, {trace.split}".replace("_", " ")

@@ -14,6 +14,7 @@ from linid.report.figures.common import (
     mark_breakdown,
     position_display,
     rms_text,
+    shorten,
     velocity_display,
 )
 from linid.report.style import new_figure, style
@@ -32,7 +33,7 @@ def comparison_figure(trace: Trace) -> Figure:
         top, middle, bottom = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2, 2]})
         draw_pair(top, trace.t, trace.y_measured, trace.y_simulated, position.factor)
         mark_breakdown(top, trace)
-        top.set_title(f"{trace.recording} ({kind_and_split(trace)})")
+        top.set_title(f"{shorten(trace.recording, 48)} ({kind_and_split(trace)})")
         top.set_ylabel(f"position ({position.unit})")
         legend_above(top)
         draw_pair(middle, trace.t, trace.velocity_measured, trace.velocity_simulated, velocity.factor)

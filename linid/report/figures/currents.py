@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.report.display import envelope
-from linid.report.figures.common import TIME_LABEL, legend_above
+from linid.report.figures.common import TIME_LABEL, legend_above, shorten
 from linid.report.style import MUTED, PHASES, SHADE, new_figure, style
 from linid.report.symbols import unit_label
 
@@ -52,7 +52,7 @@ def currents_figure(
                 bottom.plot(fine, row, color=colour, linewidth=0.9, zorder=2)
         top.axvspan(start, end, facecolor=SHADE, edgecolor=MUTED, linewidth=0.5, zorder=0)
         quantity = "current" if unit == "A" else "input"
-        top.set_title(f"{name}: drive {quantity}")
+        top.set_title(f"{shorten(name, 48)}: drive {quantity}")
         legend_above(top)
         bottom.set_title("Shaded stretch: " + ("samples (points) and spline (lines)" if spline else "samples"))
         for axes in (top, bottom):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.errors import DataError
 from linid.report.display import Display, display_unit, every, peak
-from linid.report.figures.common import TIME_LABEL
+from linid.report.figures.common import TIME_LABEL, shorten
 from linid.report.style import ERROR, MEASURED, MODEL, MUTED, new_figure, style
 
 if TYPE_CHECKING:
@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1)), (0, (1, 3)))
 _POINTS = 45
-_HEADROOM = 0.115  # of the axes per legend line: above the curves nothing is hidden
+_LEGEND_LINE = 0.1  # of the axes' height
+_LEGEND_LINES = 3  # more would take the curves' room
 
 
 def free_wheel_displacement_figure(traces: Sequence[Trace]) -> Figure:
@@ -69,7 +70,7 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
             top = figure.add_subplot(cells[2 * row, column], sharey=first[0] if first else None)
             bottom = figure.add_subplot(cells[2 * row + 1, column], sharex=top, sharey=first[1] if first else None)
             first = first or (top, bottom)
-            _panel(top, bottom, group, quantity, (main, error))
+            _panel(top, bottom, group, quantity, (main, error), columns)
             unit = "kg m²" if axis == "rotary" else "kg"
             top.set_title(f"added {'inertia' if axis == 'rotary' else 'mass'} {mass:g} {unit}")
             top.tick_params(labelbottom=False)
@@ -78,14 +79,26 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
                 top.set_ylabel(f"{label} ({main.unit})")
                 bottom.set_ylabel(f"error ({error.unit})")
         if first is not None:
-            lines = max(len(group) if len(group) <= len(_MARKERS) else 1 for group in groups.values())
+            share = 0.03 + _LEGEND_LINE * max(_legend_lines(group, columns) or 1 for group in groups.values())
             low, high = first[0].get_ylim()
-            first[0].set_ylim(low, high + (high - low) * _HEADROOM * lines)
+            first[0].set_ylim(low, high + (high - low) * share / (1.0 - share))
         figure.align_ylabels()
     return figure
 
 
-def _panel(top: Any, bottom: Any, group: list[Trace], quantity: str, units: tuple[Display, Display]) -> None:
+def _legend_columns(columns: int) -> int:
+    return {1: 3, 2: 2}.get(columns, 1)
+
+
+def _legend_lines(group: list[Trace], columns: int) -> int:
+    """Lines of a panel's legend above its curves; 0 if there is no room for one."""
+    lines = -(-len(group) // _legend_columns(columns))
+    return lines if lines <= _LEGEND_LINES and len(group) <= len(_MARKERS) else 0
+
+
+def _panel(
+    top: Any, bottom: Any, group: list[Trace], quantity: str, units: tuple[Display, Display], columns: int
+) -> None:
     main, error = units
     bottom.axhline(0.0, color=MUTED, linewidth=0.5, zorder=1)
     for index, trace in enumerate(group):
@@ -108,7 +121,11 @@ def _panel(top: Any, bottom: Any, group: list[Trace], quantity: str, units: tupl
     if span > 0 and max(peak(_lines(trace, quantity)[1]) for trace in group) > 1.6 * span:
         top.set_ylim(-0.1 * span * main.factor, 1.6 * span * main.factor)
         bottom.set_ylim(-span * error.factor, span * error.factor)
-    if len(group) <= len(_MARKERS):
-        top.legend(loc="upper right", markerscale=1.4, borderaxespad=0.1)
+    if _legend_lines(group, columns):
+        names = [shorten(trace.recording, 20) for trace in group]
+        top.legend(
+            *(top.get_legend_handles_labels()[0], names), loc="upper right", markerscale=1.4, borderaxespad=0.1,
+            ncols=_legend_columns(columns), handletextpad=0.2,
+        )  # fmt: skip
     else:
         top.text(0.99, 0.99, f"{len(group)} recordings", transform=top.transAxes, ha="right", va="top", fontsize=7.5)

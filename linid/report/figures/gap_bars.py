@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.errors import DataError
+from linid.report.figures.common import shorten
 from linid.report.numbers import format_number
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, new_figure, style
 from linid.report.tables import gap_units
@@ -39,7 +40,7 @@ def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
             _panel(axes, np.array(values, dtype=float), np.array(floors, dtype=float), held_out)
             axes.set_xlabel(label)
         first = row_of_axes[0]
-        first.set_yticks(range(len(gaps)), [g.recording for g in gaps])
+        first.set_yticks(range(len(gaps)), [shorten(g.recording, 28) for g in gaps])
         first.set_ylim(len(gaps) - 0.4, -0.6)
         caption(figure, "Filled dot: held out. Hollow dot: fitted. Tick: noise floor of encoder and current sensors.")
     return figure

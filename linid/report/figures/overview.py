@@ -15,6 +15,7 @@ from linid.report.figures.common import (
     error_display,
     position_display,
     rms_text,
+    shorten,
 )
 from linid.report.style import ERROR, WIDTH_MM, new_figure, style
 
@@ -97,8 +98,7 @@ def _position(axes: Any, trace: Trace, factor: float, columns: int) -> None:
     if failure is not None:
         axes.axvline(failure[0], color=ERROR, linewidth=0.8, linestyle=":")
     note = rms_text(trace) if failure is None else failure[1]
-    longest = 100 // columns
-    name = trace.recording if len(trace.recording) <= longest else trace.recording[: longest - 1] + "…"
+    name = shorten(trace.recording, {1: 80, 2: 42, 3: 25}.get(columns, 19))
     colour = "#444444" if failure is None else ERROR
     axes.annotate(
         name, (0, 1), xycoords="axes fraction", xytext=(0, 11), textcoords="offset points", fontsize=7.5,
