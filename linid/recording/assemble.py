@@ -28,7 +28,7 @@ class Signals:
 
 
 def assemble(table: Table, channels: Channels, period: float | None) -> Signals:
-    """All channels in SI on the clock of the position's time group (other groups by cubic spline, never extrapolated)."""
+    """All channels in SI at the times of the position (other time groups by cubic spline, never extrapolated)."""
     place = str(table.path)
     position = channels.by_role["position"]
     base = position.column.group
@@ -90,7 +90,7 @@ def _clock(
     period = period if period is not None or time is not None else table.period_s
     if period is not None:
         n = len(used[0].values)
-        return np.arange(n) * period, np.arange(n), []
+        return np.arange(n, dtype=np.float64) * period, np.arange(n, dtype=np.int64), []
     assert time is not None  # resolve() refuses a table with neither time nor period
     column = time.column
     if column.group != group:

@@ -19,7 +19,7 @@ _BAD_SHARE = 0.01  # more unusable rows than this is no isolated damage
 
 @dataclass(frozen=True)
 class Body:
-    """values: (n, fields), nan where a cell is no number; lines: (n,) line numbers from 1; bad: {(row, column): text}."""
+    """values: (n, fields), nan where no number; lines: (n,) line numbers from 1; bad: {(row, column): text}."""
 
     values: Array
     lines: np.ndarray[tuple[int], np.dtype[np.int64]]
@@ -53,7 +53,9 @@ def _end_of_data(lines: Sequence[str], dialect: Dialect, place: str) -> tuple[in
     shown = lines[tail[0]].strip()[:40]
     if len(tail) == 1 and re.fullmatch(r"\W*(?:EOF|END|ENDE)\W*", shown, re.IGNORECASE):
         return end, [f"end-of-file marker '{shown}' in line {tail[0] + 1} skipped"]
-    return end, [f"{len(tail)} line{'s' * (len(tail) > 1)} of text after the data left out (line {tail[0] + 1}: '{shown}')"]
+    return end, [
+        f"{len(tail)} line{'s' * (len(tail) > 1)} of text after the data left out (line {tail[0] + 1}: '{shown}')"
+    ]
 
 
 def _has_number(line: str, dialect: Dialect) -> bool:
@@ -167,7 +169,9 @@ class _Rows:
         return f"{self.place}, line {self.dialect.first + i + 1}"
 
     def _refuse_header(self, cells: list[str], i: int) -> None:
-        words = [c for c in cells if re.match(r"[A-Za-zÄÖÜäöü]{2}", c) and c.lower() not in ("nan", "inf", "null", "none")]
+        words = [
+            c for c in cells if re.match(r"[A-Za-zÄÖÜäöü]{2}", c) and c.lower() not in ("nan", "inf", "null", "none")
+        ]
         if len(words) > len(cells) / 2 and not any(is_number(c, self.dialect.decimal) for c in cells):
             raise DataError(
                 self._line(i),

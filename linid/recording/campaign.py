@@ -65,7 +65,9 @@ def read_campaign(path: str | Path) -> Campaign:
         _read(entry, config, folder, name, source, index)
         for index, (entry, name) in enumerate(zip(config.recordings, names, strict=True))
     )
-    return Campaign(config.name or source.path.parent.resolve().name, config.axis, recordings, dict(config.known), source.path)
+    return Campaign(
+        config.name or source.path.parent.resolve().name, config.axis, recordings, dict(config.known), source.path
+    )
 
 
 def _read(

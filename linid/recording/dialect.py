@@ -65,9 +65,7 @@ def to_float(cell: str, decimal: str) -> float:
     return float(cell.replace(",", ".")) if is_number(cell, decimal) else float("nan")
 
 
-def sniff(
-    lines: Sequence[str], place: str, *, separator: str | None = None, decimal: str | None = None
-) -> Dialect:
+def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, decimal: str | None = None) -> Dialect:
     """Vote for the dialect of a text export; DataError when there is no numeric body or two readings are possible.
 
     separator, decimal: given by the mapping instead of sniffed.
@@ -213,6 +211,4 @@ def is_grouped(cell: str) -> bool:
 
 def thousands_error(place: str, cell: str) -> DataError:
     """The refusal of digit grouping."""
-    return DataError(
-        place, f"number with thousands separators: '{cell}'", "Switch off digit grouping in the export."
-    )
+    return DataError(place, f"number with thousands separators: '{cell}'", "Switch off digit grouping in the export.")

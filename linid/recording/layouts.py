@@ -71,9 +71,7 @@ def _with_header_line(file: TextFile, dialect: Dialect, layout: str) -> Table:
     )  # fmt: skip
 
 
-def _header(
-    file: TextFile, dialect: Dialect, above: Sequence[int]
-) -> tuple[list[str], list[str | None] | None, int]:
+def _header(file: TextFile, dialect: Dialect, above: Sequence[int]) -> tuple[list[str], list[str | None] | None, int]:
     """Column names, units of a second header line (or None), and the header's line number (0: none)."""
     if not above:
         return [f"column {k + 1}" for k in range(dialect.fields)], None, 0
@@ -158,7 +156,9 @@ def _controldesk(file: TextFile, dialect: Dialect) -> Table:
     """dSPACE ControlDesk: a metadata block, a row of names, the mark `trace_values`, then the rows of samples."""
     mark = next((i for i, line in enumerate(file.lines) if "trace_values" in line.lower()), None)
     if mark is None:
-        raise DataError(str(file.path), "no `trace_values` line found", "Remove `layout: controldesk` from the mapping.")
+        raise DataError(
+            str(file.path), "no `trace_values` line found", "Remove `layout: controldesk` from the mapping."
+        )
     body = read_body(file.lines, dialect, str(file.path))
     rows = {i: split(file.lines[i], dialect.separator) for i in range(mark)}
     names_at = next((i for i in range(mark - 1, -1, -1) if _key(rows[i]) in _NAME_KEYS), None)
@@ -167,7 +167,7 @@ def _controldesk(file: TextFile, dialect: Dialect) -> Table:
             f"{file.path}, line {mark + 1}", f"no row of signal names ({' or '.join(_NAME_KEYS[:3])}) above the data",
             "Export again with signal names.",
         )  # fmt: skip
-    first = [k for k, numeric in enumerate(dialect.numeric) if numeric][0]
+    first = dialect.numeric.index(True)
     names = _from(rows[names_at], first, dialect.fields)
     units_at = next((i for i in range(mark) if _key(rows[i]) in ("unit", "units")), None)
     units = _from(rows[units_at], first, dialect.fields) if units_at is not None else [""] * len(names)

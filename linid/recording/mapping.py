@@ -10,9 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from linid.errors import ConfigError
 from linid.recording.units import find_unit
 
-Role = Literal[
-    "time", "position", "velocity", "current_u", "current_v", "current_w", "current_q", "command"
-]
+Role = Literal["time", "position", "velocity", "current_u", "current_v", "current_w", "current_q", "command"]
 ROLES: tuple[Role, ...] = (
     "time", "position", "velocity", "current_u", "current_v", "current_w", "current_q", "command",
 )  # fmt: skip

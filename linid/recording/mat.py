@@ -22,7 +22,7 @@ def read_mat(path: Path) -> Table:
     if data[:4] == b"\x89HDF" or b"MATLAB 7.3" in data[:128]:
         raise DataError(str(path), "is a MATLAB v7.3 (HDF5) file, which is not supported", remedy)
     try:
-        content = scipy.io.loadmat(io.BytesIO(data))
+        content = scipy.io.loadmat(io.BytesIO(data))  # type: ignore[arg-type,unused-ignore]
     except Exception as error:  # loadmat raises many kinds on damaged files
         raise DataError(str(path), f"is not a readable MATLAB file ({error})", remedy) from None
     vectors: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]] = {}

@@ -10,14 +10,44 @@ from linid.recording.units import find_unit
 
 # A column with one of these words is a demand or a difference, not a measurement.
 _NOT_MEASURED = frozenset(
-    "command commanded cmd target set setpoint setpos desired demand demanded reference ref soll sollwert error err "
-    "deviation lag following limit max min diff difference nominal profile profiled planned".split()
+    [
+        "command",
+        "commanded",
+        "cmd",
+        "target",
+        "set",
+        "setpoint",
+        "setpos",
+        "desired",
+        "demand",
+        "demanded",
+        "reference",
+        "ref",
+        "soll",
+        "sollwert",
+        "error",
+        "err",
+        "deviation",
+        "lag",
+        "following",
+        "limit",
+        "max",
+        "min",
+        "diff",
+        "difference",
+        "nominal",
+        "profile",
+        "profiled",
+        "planned",
+    ]
 )
-_MEASURED = frozenset("actual act measured feedback ist istwert".split())
+_MEASURED = frozenset(["actual", "act", "measured", "feedback", "ist", "istwert"])
 _TIME = frozenset({"t", "time", "zeit", "timestamp", "time stamp", "sample time", "elapsed time", "relative time",
                    "time axis", "x axis", "xaxis", "time s", "time ms", "time us", "time rel", "rel time"})  # fmt: skip
-_POSITION = frozenset("position pos actpos lage weg displacement angle winkel istposition istpos theta".split())
-_VELOCITY = frozenset("velocity vel velo speed geschwindigkeit drehzahl actvel actvelo".split())
+_POSITION = frozenset(
+    ["position", "pos", "actpos", "lage", "weg", "displacement", "angle", "winkel", "istposition", "istpos", "theta"]
+)
+_VELOCITY = frozenset(["velocity", "vel", "velo", "speed", "geschwindigkeit", "drehzahl", "actvel", "actvelo"])
 _CURRENT = r"(?:current|currents|curr|cur|strom)"
 _Q_CURRENT = re.compile(
     rf"(?:.* )?(?:i ?q|q(?: axis)? {_CURRENT}|{_CURRENT} q|(?:torque|quadrature|active) {_CURRENT})(?: (?:act|actual))?"

@@ -9,7 +9,7 @@ import numpy as np
 from linid.errors import DataError, UsageError
 from linid.recording.assemble import Signals, assemble
 from linid.recording.layouts import read_table
-from linid.recording.mapping import PHASES, ChannelMapping
+from linid.recording.mapping import PHASES, ChannelMapping, Role
 from linid.recording.recording import Array, Axis, Kind, Recording, Split
 from linid.recording.repair import saturation_note
 from linid.recording.resolve import Channels, resolve
@@ -66,7 +66,8 @@ def _cut(signals: Signals, window: tuple[float, float], path: Path) -> Signals:
     if not start < end or keep.sum() < 4:
         raise DataError(
             str(path),
-            f"window [{start:g}, {end:g}] s holds {int(keep.sum())} samples; the file runs from {t[0]:g} to {t[-1]:g} s",
+            f"window [{start:g}, {end:g}] s holds {int(keep.sum())} samples; the file runs "
+            f"from {t[0]:g} to {t[-1]:g} s",
             "Choose a window inside the recording.",
         )
     cut = signals.select(keep)
@@ -103,7 +104,7 @@ def _recording(
     )  # fmt: skip
 
 
-def _three_phases(values: dict[str, Array], path: Path) -> tuple[Array | None, list[str]]:  # type: ignore[type-arg]
+def _three_phases(values: dict[Role, Array], path: Path) -> tuple[Array | None, list[str]]:
     present = [role for role in PHASES if role in values]
     if not present:
         return None, []

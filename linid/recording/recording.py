@@ -69,6 +69,5 @@ class Campaign:
     def of(self, *, kind: Kind | None = None, split: Split | None = None) -> tuple[Recording, ...]:
         """The recordings of the given kind and split (None: any)."""
         return tuple(
-            r for r in self.recordings
-            if (kind is None or r.kind == kind) and (split is None or r.split == split)
+            r for r in self.recordings if (kind is None or r.kind == kind) and (split is None or r.split == split)
         )

@@ -14,14 +14,17 @@ LONGEST_RUN = 5
 _SHARE = 0.01
 
 
-def bad_cell_error(channel: Channel, rows: np.ndarray[tuple[int], np.dtype[np.int64]], total: int, place: str) -> DataError:
+def bad_cell_error(
+    channel: Channel, rows: np.ndarray[tuple[int], np.dtype[np.int64]], total: int, place: str
+) -> DataError:
     """Too many unreadable cells in a channel."""
     first = int(rows[0])
     text = channel.column.bad.get(first, "")
     line = int(channel.column.lines[first])
     return DataError(
         f"{place}, line {line}, column '{channel.column.header}'",
-        f"found {repr(text) if text else 'an empty cell'}, expected a number; {len(rows)} of {total} cells are unreadable",
+        f"found {repr(text) if text else 'an empty cell'}, expected a number; {len(rows)} of {total} cells are "
+        "unreadable",
         f"Repair the column or cut it with `window:` (up to 1 % and {LONGEST_RUN} in a row are interpolated).",
     )
 
@@ -46,7 +49,9 @@ def fill(t: Array, x: Array, channel: Channel, place: str) -> tuple[Array, str |
     return np.where(good, x, filled), f"{channel.column.header}: {cells} interpolated"
 
 
-def unwrap(raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int], np.dtype[np.int64]]) -> tuple[Array, str | None]:
+def unwrap(
+    raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> tuple[Array, str | None]:
     """A position that wraps at one turn or at a counter's end, made continuous; other jumps are an error.
 
     raw: (n,) values as in the file. A wrap is recognised only when every value lies inside one modulus (one turn of a
@@ -63,7 +68,8 @@ def unwrap(raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int
     if modulus is not None and largest > 0.5 * modulus:
         jumps = np.flatnonzero(np.abs(step) > 0.5 * modulus)
         turns = np.concatenate(([0.0], np.cumsum(-np.sign(step) * (np.abs(step) > 0.5 * modulus))))
-        note = f"{channel.column.header}: wrapped position made continuous ({len(jumps)} wraps of {modulus:g} {channel.declared})"
+        note = f"{channel.column.header}: wrapped position made continuous "
+        note += f"({len(jumps)} wraps of {modulus:g} {channel.declared})"
         return raw + modulus * turns, note
     usual = float(np.quantile(np.abs(step), 0.95))
     if len(raw) >= 20 and largest > 20 * max(usual, 1e-12 * span):

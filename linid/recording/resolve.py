@@ -154,7 +154,7 @@ def _ambiguous(table: Table, role: Role, fitting: list[Column]) -> DataError:
 
 
 def _by_mapping(table: Table, role: Role, spec: ChannelSpec) -> Column:
-    """The column that the mapping names: header, name or alias, else without regard to case and blanks, else #number."""
+    """The column that the mapping names: #number, header, name or alias, else without regard to case and blanks."""
     wanted = spec.column.strip()
     if wanted.startswith("#") and wanted[1:].isdigit() and 1 <= int(wanted[1:]) <= len(table.columns):
         return table.columns[int(wanted[1:]) - 1]
@@ -179,12 +179,12 @@ def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None,
     declared = (spec.unit if spec else None) or column.unit
     if not declared:
         example = {"time": "ms", "position": "mm" if axis == "linear" else "rad", "velocity": "mm/s", "command": "V"}
-        unit = example.get(role, "A")
+        usual = example.get(role, "A")
         raise DataError(
             place,
             f"no unit declared for the channel {role}, neither in the header nor in the mapping",
-            f"Write '{column.name} ({unit})' in the header, or "
-            f"`{role}: {{column: {column.name}, unit: {unit}}}` in the mapping, with the true unit.",
+            f"Write '{column.name} ({usual})' in the header, or "
+            f"`{role}: {{column: {column.name}, unit: {usual}}}` in the mapping, with the true unit.",
         )
     dimensions = _dimensions(role, axis)
     unit = unit_of(declared, place, dimensions)
@@ -226,4 +226,6 @@ def _number(table: Table, value: float | str, place: str) -> float:
     if value in table.scalars:
         return table.scalars[value]
     known = ", ".join(table.scalars) or "none"
-    raise DataError(place, f"scale or offset '{value}' is neither a number nor a scalar in the file", f"Scalars: {known}.")
+    raise DataError(
+        place, f"scale or offset '{value}' is neither a number nor a scalar in the file", f"Scalars: {known}."
+    )

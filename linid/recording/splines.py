@@ -23,7 +23,9 @@ def cubic_spline_coefficients(dt: float, samples: Array) -> Array:
 
     samples = np.atleast_2d(np.asarray(samples, dtype=np.float64))
     if samples.shape[1] < 2:
-        raise DataError("cubic spline", f"found {samples.shape[1]} samples, expected at least 2", "Use a longer recording.")
+        raise DataError(
+            "cubic spline", f"found {samples.shape[1]} samples, expected at least 2", "Use a longer recording."
+        )
     spline = CubicSpline(np.arange(samples.shape[1]) * dt, samples, axis=1)
     return np.ascontiguousarray(np.transpose(spline.c[::-1], (2, 1, 0)), dtype=np.float64)
 
@@ -65,7 +67,8 @@ def to_uniform(recording: Recording) -> Recording:
         s = "s" * (len(cuts) > 1)
         notes.append(
             f"{len(cuts)} gap{s} of more than 10 periods: only the longest gap-free part is used "
-            f"({t[part.start]:.6g} to {t[part.stop - 1]:.6g} s, {kept} of {len(t)} samples; choose another by `window:`)"
+            f"({t[part.start]:.6g} to {t[part.stop - 1]:.6g} s, {kept} of {len(t)} samples; "
+            "choose another by `window:`)"
         )
         recording = _sliced(recording, part)
         t = recording.t
@@ -76,7 +79,9 @@ def to_uniform(recording: Recording) -> Recording:
     n = int(np.floor((t[-1] - t[0]) / period + 1e-9)) + 1
     grid = t[0] + period * np.arange(n)
     grid[-1] = min(grid[-1], t[-1])
-    notes.append(f"resampled to a regular {period:.6g} s by cubic spline (jitter {100 * irregular:.2g} % of the period)")
+    notes.append(
+        f"resampled to a regular {period:.6g} s by cubic spline (jitter {100 * irregular:.2g} % of the period)"
+    )
     return _resampled(recording, grid, tuple(notes))
 
 

@@ -81,7 +81,9 @@ def make_columns(
     by_column: dict[int, dict[int, str]] = {}
     for (row, k), text in bad.items():
         by_column.setdefault(k, {})[row] = text
-    lengths = {g: _length(values, [k for k in range(len(headers)) if groups[k] == g and numeric[k]]) for g in set(groups)}
+    lengths = {
+        g: _length(values, [k for k in range(len(headers)) if groups[k] == g and numeric[k]]) for g in set(groups)
+    }
     columns = []
     for k, (name, unit) in enumerate(parsed):
         n = lengths[groups[k]]

@@ -21,7 +21,9 @@ class Clock:
     notes: tuple[str, ...]
 
 
-def clean_clock(t: Array, others: Array, lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str) -> Clock:
+def clean_clock(
+    t: Array, others: Array, lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str
+) -> Clock:
     """Times in s -> strictly increasing times; DataError when time goes back or stands still too often.
 
     t: (n,) s with nan where unreadable; others: (n, k) the group's other columns (to tell repeated rows from a
@@ -68,7 +70,7 @@ def _without_duplicates(
         raise DataError(
             f"{place}, line {lines[rows[k + 1]]}",
             f"{different} time stamps occur twice with different values (first: {t[rows[k]]:g} s)",
-            "The time column is too coarse for the sampling rate: export more digits, or give `period:` in the mapping.",
+            "The time column is too coarse for the sampling rate: export more digits, or give `period:`.",
         )
     if different:
         notes.append(f"{different} row{'s' * (different > 1)} with a repeated time stamp left out")
@@ -112,7 +114,9 @@ def gap_notes(t: Array) -> tuple[str, ...]:
     missing = int(np.rint(step[gaps] / period - 1).sum())
     longest = float(step[gaps].max())
     s = "s" * (len(gaps) > 1)
-    return (f"{len(gaps)} gap{s} in time ({missing} samples missing, longest {longest:.4g} s, first at {t[gaps[0]]:.6g} s)",)
+    return (
+        f"{len(gaps)} gap{s} in time ({missing} samples missing, longest {longest:.4g} s, first at {t[gaps[0]]:.6g} s)",
+    )
 
 
 def onto(t: Array, t_group: Array, x: Array, place: str) -> Array:
@@ -120,5 +124,7 @@ def onto(t: Array, t_group: Array, x: Array, place: str) -> Array:
     from scipy.interpolate import CubicSpline
 
     if len(t_group) < 4:
-        raise DataError(place, f"found {len(t_group)} samples in a time group, expected at least 4", "Export all samples.")
+        raise DataError(
+            place, f"found {len(t_group)} samples in a time group, expected at least 4", "Export all samples."
+        )
     return np.asarray(CubicSpline(t_group, x, extrapolate=False)(t), dtype=np.float64)

@@ -20,8 +20,26 @@ from linid.recording.table import Table, make_columns
 from linid.recording.text import TextFile
 
 _KEYS = frozenset(
-    "Name SymbolName SymbolComment NetID NetId Port IndexGroup IndexOffset Data-Type SampleTime[ms] SymbolBased "
-    "VariableSize Offset ScaleFactor BitMask Unit StartTime EndTime".split()
+    [
+        "Name",
+        "SymbolName",
+        "SymbolComment",
+        "NetID",
+        "NetId",
+        "Port",
+        "IndexGroup",
+        "IndexOffset",
+        "Data-Type",
+        "SampleTime[ms]",
+        "SymbolBased",
+        "VariableSize",
+        "Offset",
+        "ScaleFactor",
+        "BitMask",
+        "Unit",
+        "StartTime",
+        "EndTime",
+    ]
 ) | {"Unit ScaleFactor", "Unit Offset", "Starttime of export", "Endtime of export", "File"}
 _SURE = ("SymbolComment", "SampleTime[ms]", "Data-Type", "SymbolName", "Starttime of export")
 _SEPARATORS = ("\t", ";", ",", " ")
@@ -60,7 +78,16 @@ def read(file: TextFile, mapping: ChannelMapping) -> Table:
     )  # fmt: skip
     notes = [*file.notes, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
     return Table(
-        file.path, "twincat", columns, file.sha256, file.encoding, dialect.text, 1, dialect.first + 1, None, tuple(notes)
+        file.path,
+        "twincat",
+        columns,
+        file.sha256,
+        file.encoding,
+        dialect.text,
+        1,
+        dialect.first + 1,
+        None,
+        tuple(notes),
     )
 
 
@@ -106,7 +133,8 @@ def _dialect(
     if max(widths) > fields:
         raise DataError(
             f"{place}, line {last_key + 2}",
-            f"the rows have {max(widths)} fields, the header names {fields}: the separator seems to be the decimal mark too",
+            f"the rows have {max(widths)} fields, the header names {fields}: the separator seems to be "
+            "the decimal mark too",
             "Export with tab or semicolon as separator.",
         )
     first = first_data_line(lines, separator, mark, [True] * min(fields, max(widths)), last_key + 1)
