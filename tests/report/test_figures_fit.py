@@ -99,6 +99,12 @@ def test_friction_figure_marks_where_data_end() -> None:
     assert near.get_xlim()[1] == pytest.approx(6 * fit_result().value("stribeck_velocity"), rel=0.01)
 
 
+def test_friction_figure_without_known_speeds_claims_none() -> None:
+    figure = friction_curve_figure(fit_result(), 0.0)
+    assert "not known" in figure._supxlabel.get_text()
+    assert not figure.axes[0].patches
+
+
 def test_friction_units() -> None:
     assert force_unit(fit_result(per_mass=True)) == "N/kg"
     rotary = tuple(estimate(e.name, e.symbol, "N m", e.value, e.std) for e in ESTIMATES)

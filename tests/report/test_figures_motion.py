@@ -70,7 +70,7 @@ def test_comparison_draws_the_data() -> None:
         np.testing.assert_allclose(lines(axes, MODEL)[0].get_ydata(), simulated)
     np.testing.assert_allclose(lines(error, ERROR)[0].get_ydata(), (one.y_simulated - one.y_measured) * 1e6)
     size = np.sqrt(np.mean((one.y_simulated - one.y_measured) ** 2)) * 1e6
-    assert error.get_title(loc="right") == f"RMS error {size:.3g} µm"
+    assert error.get_title(loc="right") == f"model minus measured, RMS error {size:.3g} µm"
 
 
 def test_long_recordings_are_decimated_but_keep_their_peak() -> None:

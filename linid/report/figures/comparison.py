@@ -40,7 +40,10 @@ def comparison_figure(trace: Trace) -> Figure:
         middle.set_ylabel(f"velocity ({velocity.unit})")
         draw_error(bottom, trace.t, trace.y_measured, trace.y_simulated, error.factor)
         bottom.set_ylabel(f"error ({error.unit})")
-        bottom.set_title(rms_text(trace), loc="right", fontweight="normal", fontsize=7.5)
+        note = rms_text(trace)
+        bottom.set_title(
+            f"model minus measured, {note}" if note else "", loc="right", fontweight="normal", fontsize=7.5
+        )
         bottom.set_xlabel(TIME_LABEL)
         figure.align_ylabels()
     return figure

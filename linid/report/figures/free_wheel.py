@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from linid.errors import DataError
 from linid.report.display import Display, display_unit, every, peak
 from linid.report.figures.common import TIME_LABEL, shorten
-from linid.report.style import ERROR, MEASURED, MODEL, MUTED, new_figure, style
+from linid.report.style import ERROR, MEASURED, MODEL, MUTED, caption, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +33,7 @@ def free_wheel_displacement_figure(traces: Sequence[Trace]) -> Figure:
 
 def free_wheel_velocity_figure(traces: Sequence[Trace]) -> Figure:
     """Velocity in the direction of travel: points differentiated position, line model, error below."""
-    return _figure(traces, "velocity", "Free wheels: velocity (measured: differentiated position)", "velocity")
+    return _figure(traces, "velocity", "Free wheels: velocity in the direction of travel", "velocity")
 
 
 def direction(trace: Trace) -> float:
@@ -62,7 +62,7 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
     columns = {1: 1, 2: 2, 4: 2}.get(len(groups), 3)
     rows = -(-len(groups) // columns)
     with style():
-        figure = new_figure(8.0 + 85.0 * rows, title)
+        figure = new_figure(12.0 + 85.0 * rows, title)
         cells = figure.add_gridspec(2 * rows, columns, height_ratios=[2.4, 1.0] * rows)
         first: tuple[Any, Any] | None = None
         for index, (mass, group) in enumerate(groups.items()):
@@ -83,6 +83,8 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
             low, high = first[0].get_ylim()
             first[0].set_ylim(low, high + (high - low) * share / (1.0 - share))
         figure.align_ylabels()
+        source = "differentiated position" if quantity == "velocity" else "measured"
+        caption(figure, f"Points: {source}, down-sampled. Line: model. Error: model minus measured.")
     return figure
 
 

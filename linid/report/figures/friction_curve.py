@@ -82,15 +82,16 @@ def speed_covered(traces: Sequence[Trace]) -> float:
 def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> Figure:
     """Steady friction over speed with its 95 % band: whole range left, the Stribeck range right.
 
-    covered: highest speed in the data, m/s (rotary: rad/s); beyond it the ground is shaded and the line dashed.
+    covered: highest speed in the data, m/s (rotary: rad/s), 0 if not known; beyond it the line is dashed on shade.
     Raises DataError if the model has no friction curve.
     """
     missing = [name for name in CURVE if name not in {e.name for e in result.estimates}]
     if missing:
         raise DataError("friction curve", f"the model lacks {', '.join(missing)}", "Draw it for a model with friction.")
     v_s = result.value("stribeck_velocity")
-    covered = covered if np.isfinite(covered) and covered > 0 else 5.0 * v_s
-    top = _BEYOND * covered
+    known = np.isfinite(covered) and covered > 0
+    top = _BEYOND * covered if known else 10.0 * v_s
+    covered = covered if known else np.inf
     zoom = min(6.0 * v_s, top)
     with style():
         figure = new_figure(75.0, "Steady friction over speed")
@@ -133,7 +134,8 @@ def _panel(axes: Any, result: FitResult, v: Array, covered: float, seed: int) ->
 def _remark(result: FitResult, covered: float) -> str:
     held = [e.name for e in result.estimates if e.name in CURVE and e.status == "not_identifiable"]
     display = display_unit("velocity", result.axis, covered)
-    text = f"Data reach {covered * display.factor:.3g} {display.unit}."
+    text = "The speeds in the data are not known." if np.isinf(covered) else ""
+    text = text or f"Data reach {covered * display.factor:.3g} {display.unit}."
     if held:
         text += f" Held, as not identifiable: {', '.join(held)}; the band leaves out their uncertainty."
     return text + (" Effects on friction are not drawn." if result.effects else "")
