@@ -61,9 +61,11 @@ def current_command(mode: SineCurrent | SquareCurrent | SlowRamp, t: Array) -> A
         # Starts at zero and rises; the growing envelope goes from creep to breakaway.
         triangle = 2 / math.pi * np.arcsin(np.sin(2 * math.pi * t / mode.period_s))
         return mode.amplitude_a * triangle * (mode.start_fraction + (1 - mode.start_fraction) * t / mode.duration_s)
-    wave = np.sin(2 * math.pi * mode.frequency_hz * t + mode.phase_rad)
     if isinstance(mode, SquareCurrent):
-        return mode.amplitude_a * np.sign(wave)
+        # The allowance decides edges that fall on a loop sample the same way on every processor.
+        half_cycles = np.floor(2 * mode.frequency_hz * t + mode.phase_rad / math.pi + 1e-9)
+        return mode.amplitude_a * (1 - 2 * (half_cycles % 2))
+    wave = np.sin(2 * math.pi * mode.frequency_hz * t + mode.phase_rad)
     return mode.amplitude_a * _fade(t, mode.fade_s)[0] * wave
 
 

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from linid.errors import ConfigError, DataError, UsageError
+from linid.recording.campaign import read_campaign
 from linid.recording.recording import Recording
 from linid.stand.description import AxisDescription
 from linid.stand.export import read_truth, write_campaign
@@ -59,6 +60,25 @@ def test_every_layout_reads_back_equal(small: GeneratedCampaign, tmp_path: Path,
     write_campaign(small, tmp_path, layout, decimal_mark=mark)
     for recording in small.recordings:
         assert_equal(body((tmp_path / f"{recording.name}.csv").read_text(), layout, mark), recording)
+
+
+@pytest.mark.parametrize("mark", [".", ","])
+@pytest.mark.parametrize("layout", list(LAYOUTS))
+def test_the_campaign_reader_understands_every_layout(
+    small: GeneratedCampaign, tmp_path: Path, layout: str, mark: str
+) -> None:
+    write_campaign(small, tmp_path, layout, decimal_mark=mark)
+    campaign = read_campaign(tmp_path / "campaign.yaml")
+    assert campaign.name == "stand"
+    for read, written in zip(campaign.recordings, small.recordings, strict=True):
+        assert (read.name, read.kind, read.split) == (written.name, written.kind, written.split)
+        assert read.added_mass == written.added_mass
+        np.testing.assert_allclose(read.t, written.t, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(read.y, written.y, rtol=0, atol=1e-12)
+        if written.kind == "motor":
+            assert read.phase_currents is not None
+            assert written.phase_currents is not None
+            np.testing.assert_allclose(read.phase_currents, written.phase_currents, rtol=0, atol=1e-12)
 
 
 def test_unquantised_measurements_are_written_to_a_picometre(stand: AxisDescription, tmp_path: Path) -> None:

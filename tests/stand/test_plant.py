@@ -40,7 +40,7 @@ def test_energy_is_conserved_in_every_mode(stand: AxisDescription) -> None:
 
 def test_energy_is_conserved_with_constant_force_and_push(stand: AxisDescription) -> None:
     tilted = changed(stand, constant_force_n=2.5)
-    run = simulate(tilted, constant(5000, push=3.0), start_position=0.1)
+    run = simulate(tilted, constant(10_000, push=3.0), start_position=0.1)
     assert run.work[-1] == pytest.approx(5.5 * (run.y[-1] - run.y[0]), rel=1e-9)
     assert energy_error(run, tilted.mass_kg, tilted.friction.bristle_stiffness_n_per_m) < 1e-9
 
@@ -53,7 +53,7 @@ def test_free_wheel_with_coulomb_and_viscous_friction_has_its_closed_form(
     # With F_S = F_C the steady bristle deflection does not depend on speed, so it stays steady while v keeps its sign.
     friction = stand.friction.model_dump() | {"static_force_n": stand.friction.coulomb_force_n}
     plain = changed(stand, friction=friction)
-    run = simulate(plain, constant(10_000, v0=v0), start_position=0.4, added_mass=added_mass)
+    run = simulate(plain, constant(20_000, v0=v0), start_position=0.4, added_mass=added_mass)
     mass, coulomb = plain.mass_kg + added_mass, plain.friction.coulomb_force_n
     viscous = plain.friction.viscous_friction_n_s_per_m
     rate, terminal, sign = viscous / mass, coulomb / viscous, math.copysign(1, v0)
@@ -69,7 +69,7 @@ def test_free_wheel_with_coulomb_and_viscous_friction_has_its_closed_form(
 def test_stuck_forcer_rests_where_the_bristles_hold_it(stand: AxisDescription) -> None:
     # A push below breakaway deflects the bristles; the stuck axis ends with R = push. LuGre creeps while it settles,
     # so the deflection is that of the bristles plus a little sliding: only w has the exact value.
-    run = simulate(stand, constant(20_000, push=1.0), start_position=0.4)
+    run = simulate(stand, constant(40_000, push=1.0), start_position=0.4)
     assert run.w[-1] == pytest.approx(1.0 / stand.friction.bristle_stiffness_n_per_m, rel=1e-6)
     assert abs(run.v[-1]) < 1e-8
 
@@ -106,7 +106,7 @@ def test_halving_the_step_moves_nothing_that_the_encoder_sees(stand: AxisDescrip
 def test_motion_agrees_with_an_implicit_solver_of_the_printed_equations(sine_stand: AxisDescription) -> None:
     friction, motor, amplitude = sine_stand.friction, sine_stand.motor, 0.3
     assert isinstance(motor, SineMotor)
-    run = simulate(sine_stand, constant(3000, control=1, current=amplitude), start_position=0.39)
+    run = simulate(sine_stand, constant(6000, control=1, current=amplitude), start_position=0.39)
 
     def rates(t: float, s: np.ndarray) -> list[float]:
         y, v, w = s
@@ -187,6 +187,6 @@ def test_phase_currents_are_balanced_and_carry_the_q_current(stand: AxisDescript
 
 
 def test_current_loop_lags_by_its_time_constant_and_is_limited(stand: AxisDescription) -> None:
-    run = simulate(stand, constant(100, control=1, current=10.0), start_position=0.2)
+    run = simulate(stand, constant(200, control=1, current=10.0), start_position=0.2)
     limit, lag = stand.drive.current_limit_a, stand.drive.current_time_constant_s
     np.testing.assert_allclose(run.q_current, -limit * np.expm1(-run.t / lag), rtol=1e-6)
