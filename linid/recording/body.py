@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -67,6 +68,9 @@ def _fast(body: Sequence[str], dialect: Dialect) -> Array | None:
     import pandas as pd
 
     has_quotes = '"' in body[0]
+    # The default rounds correctly since pandas 3.1, where the argument is deprecated.
+    version = tuple(int(part) for part in pd.__version__.split(".")[:2])
+    exact: dict[str, Any] = {} if version >= (3, 1) else {"float_precision": "round_trip"}
     try:
         frame = pd.read_csv(
             io.StringIO("\n".join(body)),
@@ -79,7 +83,7 @@ def _fast(body: Sequence[str], dialect: Dialect) -> Array | None:
             skip_blank_lines=False,
             skipinitialspace=True,
             quoting=csv.QUOTE_MINIMAL if has_quotes else csv.QUOTE_NONE,
-            float_precision="round_trip",
+            **exact,
         )
     except (ValueError, pd.errors.ParserError, OverflowError):
         return None

@@ -136,6 +136,8 @@ def _looks_like_data(row: Sequence[str], decimal: str) -> bool:
 def _broken(cell: str, decimal: str) -> bool:
     # A number with the other decimal mark, or another separator inside a cell, shows that this reading is wrong.
     other = "," if decimal == "." else "."
+    if is_grouped(cell):
+        return True
     return (is_number(cell, other) and not is_number(cell, decimal)) or bool(re.search(r"\d\s*[;\t]|[;\t]\s*\d", cell))
 
 

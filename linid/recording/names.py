@@ -8,46 +8,22 @@ from collections.abc import Sequence
 from linid.recording.mapping import PHASES, Role
 from linid.recording.units import find_unit
 
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
 # A column with one of these words is a demand or a difference, not a measurement.
-_NOT_MEASURED = frozenset(
-    [
-        "command",
-        "commanded",
-        "cmd",
-        "target",
-        "set",
-        "setpoint",
-        "setpos",
-        "desired",
-        "demand",
-        "demanded",
-        "reference",
-        "ref",
-        "soll",
-        "sollwert",
-        "error",
-        "err",
-        "deviation",
-        "lag",
-        "following",
-        "limit",
-        "max",
-        "min",
-        "diff",
-        "difference",
-        "nominal",
-        "profile",
-        "profiled",
-        "planned",
-    ]
+_NOT_MEASURED = _words(
+    "command commanded cmd target set setpoint setpos desired demand demanded reference ref soll sollwert error err "
+    "deviation lag following limit max min diff difference nominal profile profiled planned"
 )
-_MEASURED = frozenset(["actual", "act", "measured", "feedback", "ist", "istwert"])
-_TIME = frozenset({"t", "time", "zeit", "timestamp", "time stamp", "sample time", "elapsed time", "relative time",
-                   "time axis", "x axis", "xaxis", "time s", "time ms", "time us", "time rel", "rel time"})  # fmt: skip
-_POSITION = frozenset(
-    ["position", "pos", "actpos", "lage", "weg", "displacement", "angle", "winkel", "istposition", "istpos", "theta"]
+_MEASURED = _words("actual act measured feedback ist istwert")
+_TIME = re.compile(
+    r"(?:t|time|zeit|time ?stamp|(?:sample|elapsed|relative|rel) time|time (?:axis|rel|[mu]s)|x ?axis)(?: \d+| [a-z])?"
 )
-_VELOCITY = frozenset(["velocity", "vel", "velo", "speed", "geschwindigkeit", "drehzahl", "actvel", "actvelo"])
+_POSITION = _words("position pos actpos lage weg displacement angle winkel istposition istpos theta")
+_VELOCITY = _words("velocity vel velo speed geschwindigkeit drehzahl actvel actvelo")
 _CURRENT = r"(?:current|currents|curr|cur|strom)"
 _Q_CURRENT = re.compile(
     rf"(?:.* )?(?:i ?q|q(?: axis)? {_CURRENT}|{_CURRENT} q|(?:torque|quadrature|active) {_CURRENT})(?: (?:act|actual))?"
@@ -90,8 +66,7 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 def is_time(name: str) -> bool:
     """Whether a column of this name counts time."""
-    words = normalised(name)
-    return words in _TIME or bool(re.fullmatch(r"(?:time|zeit|t)(?: \d+| [a-z])?", words))
+    return bool(_TIME.fullmatch(normalised(name)))
 
 
 def candidates(names: Sequence[str]) -> dict[Role, list[int]]:

@@ -98,7 +98,7 @@ def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...]]:
             break
     else:
         return t, ()
-    if spread > 0.55 * quantum or quantum < 0.01 * slope:
+    if spread > 0.55 * quantum or not 0.01 * slope < quantum <= 0.5 * slope:
         return t, ()
     grid = start + slope * (k - k.mean())
     return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",)

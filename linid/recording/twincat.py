@@ -19,28 +19,12 @@ from linid.recording.recording import Array
 from linid.recording.table import Table, make_columns
 from linid.recording.text import TextFile
 
-_KEYS = frozenset(
-    [
-        "Name",
-        "SymbolName",
-        "SymbolComment",
-        "NetID",
-        "NetId",
-        "Port",
-        "IndexGroup",
-        "IndexOffset",
-        "Data-Type",
-        "SampleTime[ms]",
-        "SymbolBased",
-        "VariableSize",
-        "Offset",
-        "ScaleFactor",
-        "BitMask",
-        "Unit",
-        "StartTime",
-        "EndTime",
-    ]
-) | {"Unit ScaleFactor", "Unit Offset", "Starttime of export", "Endtime of export", "File"}
+_KEY_TEXT = (
+    "Name,SymbolName,SymbolComment,NetID,NetId,Port,IndexGroup,IndexOffset,Data-Type,SampleTime[ms],SymbolBased,"
+    "VariableSize,Offset,ScaleFactor,BitMask,Unit,StartTime,EndTime,Unit ScaleFactor,Unit Offset,File,"
+    "Starttime of export,Endtime of export"
+)
+_KEYS = frozenset(_KEY_TEXT.split(","))
 _SURE = ("SymbolComment", "SampleTime[ms]", "Data-Type", "SymbolName", "Starttime of export")
 _SEPARATORS = ("\t", ";", ",", " ")
 

@@ -26,6 +26,17 @@ def external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmoni
 
 
 @njit(cache=True)
+def steady_bristle(p, motor, on, powered, c, t, y, v, table, harmonics, wavenumber, phase):
+    """Bristle deflection in m of steady sliding, or of a resting axis (v = 0) under the outer forces at time t."""
+    if v != 0.0:
+        return math.copysign(stribeck(v, p[0], p[1], p[2], p[3]), v) / p[4]
+    force = external_force(
+        motor, on, powered, t, y, v, c[0, 0], c[1, 0], c[2, 0], p, table, harmonics, wavenumber, phase
+    )
+    return min(max(force, -p[1]), p[1]) / p[4]
+
+
+@njit(cache=True)
 def simulate_one(
     p, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, y, v, w, substeps, tolerance, y_out, v_out
 ):
@@ -42,6 +53,10 @@ def simulate_one(
     wavenumber, phase = p[9], p[11]
     if motor == 3:
         wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
+    if math.isnan(w):  # not given: the bristle that goes with steady sliding, or holds the resting axis
+        w = steady_bristle(
+            p, motor, on, powered, coefficients[first], t_start + first * dt, y, v, table, harmonics, wavenumber, phase
+        )
     want_v = v_out.size > 0
     y_out[0] = y
     if want_v:
@@ -151,6 +166,8 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
     wavenumber, phase = p[9], p[11]
     if motor == 3:
         wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
+    if math.isnan(w):
+        w = steady_bristle(p, motor, on, powered, coefficients[0], t_start, y[0], v[0], table, harmonics, wavenumber, phase)
     i_1 = i_2 = i_3 = 0.0
     for k in range(count):
         if powered:
@@ -167,9 +184,7 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
         if standstill[k]:
             w = min(max(force, -static), static) / sigma_0
         w_out[k] = w
-        level = stribeck(v[k], coulomb, static, v_s, alpha)
-        rate = v[k] - sigma_0 * abs(v[k]) * w / level
-        a_out[k] = (force - sigma_0 * w - sigma_1 * rate - sigma_2 * v[k]) / mass
+        a_out[k] = (force - sigma_0 * w - sigma_2 * v[k]) / mass
         if k < count - 1:
             travel = y[k + 1] - y[k]
             speed = travel / dt
@@ -177,6 +192,9 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
             if travel < 0.0:
                 rest = -rest
             w = rest + (w - rest) * math.exp(-abs(travel / rest))
+    # The bristle's rate is the difference of w: the equation's right-hand side would amplify noise.
+    for k in range(1, count - 1):
+        a_out[k] -= sigma_1 * (w_out[k + 1] - w_out[k - 1]) / (2.0 * dt * mass)
 
 
 @njit(cache=True, nogil=True)

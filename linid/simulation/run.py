@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample.
-REVERSAL_TOLERANCE = float(__import__("os").environ.get("TOL","0.2"))
+REVERSAL_TOLERANCE = 0.05
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,87 @@
+"""From genes and their covariance to parameters with units, intervals and status."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.genes import SearchSpace
+from linid.identification.identifiability import advice, is_useless
+from linid.identification.result import Estimate, Status
+from linid.identification.uncertainty import Uncertainty
+
+Array = NDArray[np.float64]
+_NORMAL = 1.959964
+_EDGE = 1e-3  # genes nearer to 0 or 1 than this sit at their bound
+
+
+def make_estimates(
+    space: SearchSpace, genes: Array, uncertainty: Uncertainty, axis: str, input_unit: str, per_mass: bool
+) -> tuple[tuple[Estimate, ...], tuple[str, ...], Array, Array]:
+    """Estimates of all parameters, the names of the fitted ones, their covariance (SI) and correlation.
+
+    Intervals of positive scale parameters are symmetric on the logarithmic scale.
+    """
+    vector = space.vectors(genes)[0]
+    jacobian = space.natural_jacobian(np.clip(genes, 1e-5, 1.0 - 1e-5))
+    covariance = jacobian @ uncertainty.gene_covariance @ jacobian.T
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    correlation = covariance / np.maximum(np.outer(deviations, deviations), 1e-300)
+    gene_std = np.sqrt(np.maximum(np.diag(uncertainty.gene_covariance), 0.0))
+    names = space.names
+    estimates = []
+    for parameter in space.model.parameters:
+        value = float(vector[space.model.slot(parameter.name)])
+        unit = _unit(parameter.unit_on(axis), parameter.name, input_unit, per_mass)
+        if parameter.name not in names:
+            note = "per kilogram: no mass is known" if per_mass and parameter.name == "mass" else "given"
+            if parameter.name == "stribeck_exponent" and value == parameter.default:
+                note = "fixed, as in the paper"
+            estimates.append(
+                Estimate(parameter.name, parameter.symbol, unit, value, math.nan, math.nan, math.nan, "fixed", note)
+            )
+            continue
+        column = names.index(parameter.name)
+        std = float(deviations[column])
+        status, note = _status(space, column, float(genes[column]), float(gene_std[column]), value, std)
+        if parameter.log and value > 0.0:
+            spread = math.exp(min(_NORMAL * std / value, 50.0))
+            low, high = value / spread, value * spread
+        else:
+            low, high = value - _NORMAL * std, value + _NORMAL * std
+        estimates.append(Estimate(parameter.name, parameter.symbol, unit, value, std, low, high, status, note))
+    return tuple(estimates), names, covariance, np.clip(correlation, -1.0, 1.0)
+
+
+def _status(
+    space: SearchSpace, column: int, gene: float, gene_std: float, value: float, std: float
+) -> tuple[Status, str]:
+    name = space.names[column]
+    useless = is_useless(space, column, gene_std)
+    if space.genes[column].log and value > 0.0:
+        useless = useless or is_useless_ratio(std / value)
+    if useless:
+        return "not_identifiable", f"these recordings do not tell it: {advice(name)}"
+    if gene < _EDGE or gene > 1.0 - _EDGE:
+        if name == "static_force" and gene < _EDGE:
+            return "at_bound", "equals F_C: no Stribeck effect is visible"
+        side = "lower" if gene < 0.5 else "upper"
+        return "at_bound", f"at the {side} bound of the search; give wider bounds if that is not meant"
+    return "fitted", ""
+
+
+def is_useless_ratio(relative_std: float) -> bool:
+    """Whether a relative standard deviation leaves the order of magnitude open."""
+    from linid.identification.identifiability import LOG_LIMIT
+
+    return bool(relative_std > LOG_LIMIT)
+
+
+def _unit(unit: str, name: str, input_unit: str, per_mass: bool) -> str:
+    if name == "force_constant" and input_unit != "A":
+        unit = unit.replace("/A", f"/{input_unit}")
+    if per_mass and "N" in unit.split("/")[0].split():
+        return f"{unit}/kg"
+    return unit

@@ -1,0 +1,229 @@
+"""The global search: a genetic algorithm on DEAP's operators, or DEAP's CMA-ES; both stop for stated reasons.
+
+Every generation can be saved and resumed to the last bit.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.result import Generation
+
+Array = NDArray[np.float64]
+CostFunction = Callable[[Array], Array]
+Watcher = Callable[["SearchState"], None]
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Budget and operators. patience: generations without relative gain `tolerance` before stopping."""
+
+    method: str = "genetic"
+    population: int = 64
+    generations: int = 120
+    patience: int = 15
+    tolerance: float = 1e-3
+    crossover: float = 0.9
+    crossover_eta: float = 10.0
+    mutation_eta: float = 20.0
+    tournament: int = 3
+    elite: int = 2
+    seed: int = 1
+
+
+@dataclass
+class SearchState:
+    """All that is needed to go on: population, costs, best so far, random state and history (JSON-able)."""
+
+    method: str
+    generation: int
+    population: list[list[float]]
+    costs: list[float]
+    best: list[float]
+    best_cost: float
+    stalled: int
+    evaluations: int
+    random_state: Any
+    extra: dict[str, Any] = field(default_factory=dict)
+    history: list[list[float]] = field(default_factory=list)
+
+    def generations(self) -> tuple[Generation, ...]:
+        """The convergence history."""
+        return tuple(Generation(self.method, int(g), int(n), b, m) for g, n, b, m in self.history)
+
+
+class _Fitness:
+    """What DEAP's tournament and elitism need of an individual: a comparable value, smaller is better."""
+
+    def __init__(self, cost: float) -> None:
+        self.cost = cost
+
+    def __gt__(self, other: _Fitness) -> bool:
+        return self.cost < other.cost
+
+    def __lt__(self, other: _Fitness) -> bool:
+        return self.cost > other.cost
+
+
+class _Individual(list):  # type: ignore[type-arg]
+    """Genes with their fitness."""
+
+    def __init__(self, genes: list[float], cost: float = np.inf) -> None:
+        super().__init__(genes)
+        self.fitness = _Fitness(cost)
+
+
+def _clip(genes: list[float]) -> list[float]:
+    return [min(max(float(gene), 0.0), 1.0) for gene in genes]
+
+
+def _latin_hypercube(size: int, dimension: int, generator: random.Random) -> list[list[float]]:
+    columns = []
+    for _ in range(dimension):
+        cells = [(k + generator.random()) / size for k in range(size)]
+        generator.shuffle(cells)
+        columns.append(cells)
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def initial_population(seeds: Array, size: int, dimension: int, seed: int) -> Array:
+    """Seeds (S, p) as they are, half the rest scattered around them, the other half a Latin hypercube."""
+    generator = random.Random(seed)
+    rows = [_clip(list(row)) for row in np.atleast_2d(seeds)][:size] if seeds.size else []
+    near = (size - len(rows)) // 2 if rows else 0
+    count = len(rows)
+    for k in range(near):
+        spread = 0.02 * 4.0 ** (k % 3)
+        rows.append(_clip([gene + generator.gauss(0.0, spread) for gene in rows[k % count]]))
+    rows += _latin_hypercube(size - len(rows), dimension, generator) if len(rows) < size else []
+    return np.array(rows)
+
+
+def _update(state: SearchState, settings: SearchSettings) -> None:
+    order = int(np.argmin(state.costs))
+    cost = state.costs[order]
+    if cost < state.best_cost * (1.0 - settings.tolerance):
+        state.stalled = 0
+    else:
+        state.stalled += 1
+    if cost < state.best_cost:
+        state.best_cost, state.best = float(cost), list(state.population[order])
+    state.history.append(
+        [float(state.generation), float(state.evaluations), state.best_cost, float(np.median(state.costs))]
+    )
+
+
+def stop_reason(state: SearchState, settings: SearchSettings) -> str | None:
+    """Why the search ends now, with the value that decided; None: it goes on."""
+    if state.stalled >= settings.patience:
+        return (
+            f"{state.method}: no relative gain above {settings.tolerance:g} in {settings.patience} generations "
+            f"(generation {state.generation}, cost {state.best_cost:.4g})"
+        )
+    if state.generation >= settings.generations:
+        return f"{state.method}: budget of {settings.generations} generations used (cost {state.best_cost:.4g})"
+    return None
+
+
+def _freeze(state: tuple[Any, ...]) -> Any:
+    return [list(part) if isinstance(part, tuple) else part for part in state]
+
+
+def _thaw(state: Any) -> tuple[Any, ...]:
+    return tuple(tuple(part) if isinstance(part, list) else part for part in state)
+
+
+def _genetic_step(state: SearchState, cost: CostFunction, settings: SearchSettings) -> None:
+    """One generation: tournament, simulated binary crossover, bounded polynomial mutation, elitism."""
+    from deap import tools
+
+    random.setstate(_thaw(state.random_state))
+    parents = [_Individual(g, c) for g, c in zip(state.population, state.costs, strict=True)]
+    elite = tools.selBest(parents, settings.elite)
+    children: list[_Individual] = []
+    dimension = len(state.best)
+    while len(children) < settings.population - settings.elite:
+        one, two = (_Individual(list(p)) for p in tools.selTournament(parents, 2, settings.tournament))
+        if random.random() < settings.crossover:
+            tools.cxSimulatedBinaryBounded(one, two, settings.crossover_eta, 0.0, 1.0)
+        for child in (one, two):
+            tools.mutPolynomialBounded(child, settings.mutation_eta, 0.0, 1.0, 1.5 / dimension)
+            children.append(_Individual(_clip(child)))
+    del children[settings.population - settings.elite :]
+    costs = cost(np.array(children))
+    state.evaluations += len(children)
+    state.population = [list(e) for e in elite] + [list(c) for c in children]
+    state.costs = [e.fitness.cost for e in elite] + [float(c) for c in costs]
+    state.random_state = _freeze(random.getstate())
+
+
+def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) -> None:
+    """One generation of DEAP's CMA-ES; candidates outside the box are judged at its border plus a penalty."""
+    from deap import cma
+
+    dimension = len(state.best)
+    strategy = cma.Strategy(
+        centroid=list(state.best), sigma=0.15, lambda_=settings.population, mu=settings.population // 2
+    )
+    for name, value in state.extra.items():
+        setattr(strategy, name, np.array(value) if isinstance(value, list) else value)
+    np.random.seed(0)
+    np.random.set_state(("MT19937", np.array(state.random_state[1], dtype=np.uint32), *state.random_state[2:]))
+    drawn = strategy.generate(_Individual)
+    inside = np.array([_clip(individual) for individual in drawn])
+    costs = cost(inside)
+    for individual, boxed, value in zip(drawn, inside, costs, strict=True):
+        individual.fitness = _Fitness(float(value) * (1.0 + float(np.sum((np.array(individual) - boxed) ** 2))))
+    strategy.update(drawn)
+    keep = ("centroid", "sigma", "pc", "ps", "C", "B", "BD", "diagD", "update_count")
+    state.extra = {
+        name: value.tolist() if isinstance(value := getattr(strategy, name), np.ndarray) else value for name in keep
+    }
+    state.evaluations += len(drawn)
+    state.population = inside.tolist()
+    state.costs = [float(c) for c in costs]
+    raw = np.random.get_state(legacy=True)
+    state.random_state = [raw[0], raw[1].tolist(), int(raw[2]), int(raw[3]), float(raw[4])]
+    assert len(state.population[0]) == dimension
+
+
+def search(
+    cost: CostFunction, seeds: Array, dimension: int, settings: SearchSettings,
+    *, resume: SearchState | None = None, watch: Watcher | None = None,
+) -> tuple[SearchState, str]:
+    """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
+
+    cost: genes (C, p) -> (C,); seeds: (S, p) start candidates; watch: called after each generation.
+    The same seed gives the same result on any number of threads, resumed or not.
+    """
+    if resume is not None:
+        state = resume
+    else:
+        population = initial_population(seeds, settings.population, dimension, settings.seed)
+        costs = cost(population)
+        best = int(np.argmin(costs))
+        if settings.method == "cma":
+            raw = np.random.RandomState(settings.seed).get_state(legacy=True)
+            random_state: Any = [raw[0], raw[1].tolist(), int(raw[2]), int(raw[3]), float(raw[4])]
+        else:
+            random_state = _freeze(random.Random(settings.seed).getstate())
+        state = SearchState(
+            settings.method, 0, population.tolist(), [float(c) for c in costs], population[best].tolist(), np.inf, 0,
+            population.shape[0], random_state,
+        )
+        _update(state, settings)
+        if watch is not None:
+            watch(state)
+    while (reason := stop_reason(state, settings)) is None:
+        state.generation += 1
+        (_cma_step if settings.method == "cma" else _genetic_step)(state, cost, settings)
+        _update(state, settings)
+        if watch is not None:
+            watch(state)
+    return state, reason

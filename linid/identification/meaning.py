@@ -1,0 +1,99 @@
+"""What the motor parameters mean: pole pitch, field shape k, coil length, phase spacing, and sine or theta."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from linid.identification.result import Estimate, FitResult
+from linid.physics.motors import fundamental_force_constant
+from linid.recording.recording import Recording
+
+# Minimum over k of the harmonics' share: (a_1 - 1)^2 + a_3^2 + ... with a_n = 2 sqrt(pi) k exp(-n^2 k^2 pi^2/4).
+SINE_LIMIT_K = 0.46223
+_NORMAL = 1.959964
+
+
+def _propagate(result: FitResult, function: object, names: tuple[str, ...]) -> tuple[float, float]:
+    """Value and standard deviation of function(*values) by the delta method."""
+    values = [result.value(name) for name in names]
+    value = float(function(*values))  # type: ignore[operator]
+    gradient = np.zeros(len(result.fitted))
+    for k, name in enumerate(names):
+        if name not in result.fitted:
+            continue
+        step = 1e-6 * max(abs(values[k]), 1e-9)
+        moved = list(values)
+        moved[k] += step
+        gradient[result.fitted.index(name)] = (float(function(*moved)) - value) / step  # type: ignore[operator]
+    return value, float(np.sqrt(max(gradient @ result.covariance @ gradient, 0.0)))
+
+
+def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tuple[Estimate, ...]:
+    """Geometry that follows from a sine or theta fit, with 95 % intervals; empty for other models."""
+    if result.model not in ("sine", "theta"):
+        return ()
+    unit = "rad" if result.axis == "rotary" else "m"
+    theta = result.model == "theta"
+    factor = 2.0 if theta else 1.0
+    unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
+    rows: list[tuple[str, str, str, object, tuple[str, ...]]] = [
+        ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("guideway_density",)),
+        (
+            "phase_spacing", "y_p", unit, lambda p, d: p / d, ("winding_displacement", "guideway_density"),
+        ),
+    ]
+    if theta:
+        rows += [
+            ("field_shape", "k", "1", lambda q: math.sqrt(-4.0 * math.log(q)) / math.pi, ("nome",)),
+            ("coil_length", "l_y", unit, lambda z, d: 2.0 * z / d, ("winding_length", "guideway_density")),
+            (
+                "fundamental_force_constant", "K_f", "N m/A" if unit == "rad" else "N/A", fundamental_force_constant,
+                ("force_constant", "winding_length", "nome"),
+            ),
+        ]
+    out = []
+    for name, symbol, row_unit, function, names in rows:
+        value, std = _propagate(result, function, names)
+        lost = unsure & set(names) if name != "fundamental_force_constant" else set()
+        out.append(
+            Estimate(
+                name, symbol, row_unit, value, std, value - _NORMAL * std, value + _NORMAL * std,
+                "not_identifiable" if lost else "fitted", f"hangs on {', '.join(sorted(lost))}" if lost else "",
+            )
+        )
+    if theta:
+        out.append(_sine_cost(result, recordings, "nome" in unsure or "winding_length" in unsure))
+    return tuple(out)
+
+
+def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool) -> Estimate:
+    """RMS force that the best sine of the same fundamental misses, as a share of the RMS force, over the data."""
+    length, nome = result.value("winding_length"), result.value("nome")
+    density, displacement = result.value("guideway_density"), result.value("winding_displacement")
+    shift = result.value("shift")
+    lost = total = 0.0
+    amplitudes = {n: 8.0 * nome ** (n * n) * math.sin(2 * n * length) for n in range(1, 40, 2)}
+    for recording in recordings:
+        currents = recording.phase_currents
+        if currents is None or recording.kind == "free_wheel":
+            continue
+        for j in (1, 2, 3):
+            if j == 1:
+                force = {n: np.zeros(recording.y.size) for n in amplitudes}
+            z = density * recording.y + displacement * (j - 2) + shift
+            for n, amplitude in amplitudes.items():
+                if abs(amplitude) > 1e-14:
+                    force[n] += amplitude * np.sin(2 * n * z) * currents[j - 1]
+        higher = sum((force[n] for n in amplitudes if n > 1), np.zeros(recording.y.size))
+        lost += float(higher @ higher)
+        total += float((higher + force[1]) @ (higher + force[1]))
+    share = math.sqrt(lost / total) if total > 0.0 else 0.0
+    k = math.sqrt(-4.0 * math.log(nome)) / math.pi
+    verdict = "sine would do" if share < 0.01 else "theta pays"
+    note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {verdict} at these currents"
+    if unsure:
+        note = "the recordings do not tell the field shape: sine does as well on them"
+    return Estimate("sine_force_error", "e_sine", "1", share, math.nan, math.nan, math.nan, "fixed", note)

@@ -1,0 +1,99 @@
+"""The measured motion made ready for fitting: smoothed position and speed, standstill, and the noise of the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+_HALF_WIDTHS = (3, 5, 8, 12, 18, 27)
+_ORDER = 3
+
+
+def noise_level(samples: Array) -> float:
+    """Standard deviation of white noise in samples (n,), from fourth differences (robust, unit of the samples).
+
+    Smooth motion vanishes in fourth differences; their variance is 70 times that of white noise.
+    """
+    if samples.size < 8:
+        return 0.0
+    differences = np.diff(samples, 4)
+    spread = float(np.median(np.abs(differences))) / 0.6745
+    rms = float(np.sqrt(np.mean(differences**2)))
+    # Quantised standstill has a zero median: then the mean square counts, which motion may inflate.
+    return (spread if spread > 0.0 else rms) / np.sqrt(70.0)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Smoothed motion of several recordings in one flat row each: y (m), v (m/s), standstill; (samples,).
+
+    measured: raw positions in m; position_noise, speed_noise: (R,) standard deviations.
+    """
+
+    measured: Array
+    y: Array
+    v: Array
+    standstill: NDArray[np.bool_]
+    position_noise: Array
+    speed_noise: Array
+
+
+def _smooth(y: Array, dt: float) -> tuple[Array, Array, float, float]:
+    """Savitzky-Golay position and speed with the widest window that leaves only noise behind."""
+    from scipy.signal import savgol_coeffs, savgol_filter
+
+    noise = noise_level(y)
+    chosen = _HALF_WIDTHS[0]
+    for half in _HALF_WIDTHS:
+        if 2 * half + 1 > y.size:
+            break
+        residual = y - savgol_filter(y, 2 * half + 1, _ORDER)
+        if half > chosen and np.sqrt(np.mean(residual**2)) > 1.3 * max(noise, 1e-15):
+            break
+        chosen = half
+    width = 2 * chosen + 1
+    smooth = savgol_filter(y, width, _ORDER)
+    speed = savgol_filter(y, width, _ORDER, deriv=1, delta=dt)
+    speed_noise = noise * float(np.sqrt(np.sum(savgol_coeffs(width, _ORDER, deriv=1, delta=dt) ** 2)))
+    return smooth, speed, noise, speed_noise
+
+
+def _rests(y: Array, noise: float, reach: int) -> NDArray[np.bool_]:
+    """Where the position stays within its noise over `reach` samples to both sides."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    width = 2 * reach + 1
+    span = maximum_filter1d(y, width) - minimum_filter1d(y, width)
+    resolution = np.unique(np.round(np.abs(np.diff(np.unique(y))), 12))
+    step = float(resolution[0]) if resolution.size else 0.0
+    return np.asarray(span <= max(6.0 * noise, 2.001 * step))
+
+
+def measure_motion(recordings: Sequence[Recording]) -> Motion:
+    """Smooth the positions of recordings on uniform grids and find where the axis rests.
+
+    The speed is only a start value for short predictions; it is never fitted.
+    """
+    rows: list[tuple[Array, Array, Array, NDArray[np.bool_], float, float]] = []
+    for recording in recordings:
+        y = recording.y
+        dt = recording.duration / (y.size - 1)
+        smooth, speed, noise, speed_noise = _smooth(y, dt)
+        rests = _rests(y, noise, max(2, round(0.01 / dt)))
+        speed[rests] = 0.0
+        rows.append((y, smooth, speed, rests, noise, speed_noise))
+    return Motion(
+        measured=np.concatenate([row[0] for row in rows]),
+        y=np.concatenate([row[1] for row in rows]),
+        v=np.concatenate([row[2] for row in rows]),
+        standstill=np.concatenate([row[3] for row in rows]),
+        position_noise=np.array([row[4] for row in rows]),
+        speed_noise=np.array([row[5] for row in rows]),
+    )

@@ -1,0 +1,87 @@
+"""The search box: bounds from the physics and from the size of the axis at hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from linid.errors import UsageError
+from linid.identification.genes import Gene, SearchSpace
+from linid.identification.motion import measure_motion
+from linid.physics.model import Model
+from linid.physics.parameter import Parameter
+from linid.recording.recording import Recording
+
+
+def build_space(
+    model: Model, recordings: Sequence[Recording], first: dict[str, float], fixed: dict[str, float],
+    bounds: dict[str, tuple[float, float]], free_exponent: bool, densities: tuple[float, ...] = (),
+) -> SearchSpace:
+    """Genes for all parameters that are not fixed, with bounds that scale with the axis.
+
+    first: first guesses in SI; bounds: the user's own bounds by name (SI). Raises UsageError for a name the
+    model has not, or bounds that are not in order.
+    """
+    names = {parameter.name for parameter in model.parameters}
+    for name in [*bounds, *fixed]:
+        if name not in names:
+            raise UsageError(name, f"the {model.kind} model has no parameter {name!r}", f"Known: {', '.join(sorted(names))}")
+    motion = measure_motion(recordings)
+    noise = max(float(np.min(motion.position_noise)), 1e-12)
+    travel = max(float(np.ptp(r.y)) for r in recordings)
+    speed = max(float(np.max(np.abs(motion.v))), 10.0 * noise)
+    inertia = first.get("mass", 1.0) * _typical_acceleration(recordings)
+    force = max(abs(first.get("coulomb_force", 0.0)), 1e-3 * inertia, 1e-15)
+    box = {
+        "coulomb_force": (force / 30.0, force * 10.0),
+        "static_force": (1.0, 8.0),
+        "stribeck_velocity": (1e-4 * speed, 0.3 * speed),
+        "bristle_stiffness": (force / (0.03 * travel), force / (0.03 * noise)),
+        "bristle_damping": (3e-3, 30.0),
+        "viscous_friction": (1e-4 * force / speed, 30.0 * force / speed),
+        "constant_force": (-10.0 * force, 10.0 * force),
+    }
+    for name in ("mass", "force_constant"):
+        if name in first:
+            box[name] = (abs(first[name]) / 8.0, abs(first[name]) * 8.0)
+    if densities:
+        box["guideway_density"] = (0.9 * min(densities), 1.1 * max(densities))
+    if "shift" in first:
+        half = math.pi if model.kind == "sine" else 0.5 * math.pi
+        box["shift"] = (first["shift"] - half, first["shift"] + half)
+    genes = []
+    held = dict(fixed)
+    for parameter in model.parameters:
+        if parameter.name in fixed:
+            continue
+        if parameter.name == "stribeck_exponent" and not free_exponent and parameter.name not in bounds:
+            held[parameter.name] = parameter.default
+            continue
+        genes.append(_gene(parameter, box, bounds))
+    return SearchSpace(model, tuple(genes), held)
+
+
+def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dict[str, tuple[float, float]]) -> Gene:
+    lower, upper = box.get(parameter.name, (parameter.lower, parameter.upper))
+    if parameter.name in bounds and parameter.name not in ("static_force", "bristle_damping"):
+        lower, upper = bounds[parameter.name]
+    if not lower < upper or (parameter.log and lower <= 0.0):
+        raise UsageError(
+            f"bounds of {parameter.name}", f"{lower:g} to {upper:g} is not a search range",
+            "Give the lower bound first" + (", and above zero" if parameter.log else ""),
+        )
+    return Gene(parameter.name, lower, upper, parameter.log)
+
+
+def _typical_acceleration(recordings: Sequence[Recording]) -> float:
+    """Upper decile of the acceleration in m/s^2 (rotary: rad/s^2)."""
+    from scipy.signal import savgol_filter
+
+    tops = []
+    for recording in recordings:
+        width = min(41, (recording.y.size - 1) // 2 * 2 - 1)
+        dt = recording.duration / (recording.y.size - 1)
+        tops.append(float(np.quantile(np.abs(savgol_filter(recording.y, width, 3, deriv=2, delta=dt)), 0.9)))
+    return max(tops)
