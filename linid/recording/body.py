@@ -166,7 +166,8 @@ class _Rows:
                 return value
         elif is_grouped(cell):
             raise thousands_error(f"{self._line(i)}, column {k + 1}", cell)
-        self.bad[i, k] = cell
+        if cell:
+            self.bad[i, k] = cell
         return float("nan")
 
     def _line(self, i: int) -> str:

@@ -107,13 +107,19 @@ def _try(lines: Sequence[str], separator: str, decimal: str, skip: int) -> Diale
     count, votes = Counter(len(row) for row in rows).most_common(1)[0]
     if votes < 0.9 * len(rows) and len(rows) - votes > 1:
         return None
-    rows = [row for row in rows if len(row) == count]
-    share = [sum(is_number(row[k], decimal) for row in rows) / len(rows) for k in range(count)]
-    numeric = tuple(s > 0.5 for s in share)
+    # The top rows too: a slower time group fills its columns only there.
+    top = [split(line, separator) for line in lines[skip : skip + 60]]
+    rows = [row for row in rows + [r for r in top if _looks_like_data(r, decimal)] if len(row) == count]
+    numeric = tuple(_is_numeric([row[k] for row in rows], decimal) for k in range(count))
     if not any(numeric):
         return None
     first = first_data_line(lines, separator, decimal, numeric, skip)
     return None if first is None else Dialect(separator, decimal, count, first, numeric, skip)
+
+
+def _is_numeric(cells: Sequence[str], decimal: str) -> bool:
+    filled = [cell for cell in cells if cell]
+    return sum(is_number(cell, decimal) for cell in filled) > 0.5 * len(filled)
 
 
 def _sample(lines: Sequence[str], skip: int) -> list[int]:

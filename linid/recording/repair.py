@@ -19,12 +19,10 @@ def bad_cell_error(
 ) -> DataError:
     """Too many unreadable cells in a channel."""
     first = int(rows[0])
-    text = channel.column.bad.get(first, "")
     line = int(channel.column.lines[first])
     return DataError(
         f"{place}, line {line}, column '{channel.column.header}'",
-        f"found {repr(text) if text else 'an empty cell'}, expected a number; {len(rows)} of {total} cells are "
-        "unreadable",
+        f"found {_shown(channel, first)}, expected a number; {len(rows)} of {total} cells are unreadable",
         f"Repair the column or cut it with `window:` (up to 1 % and {LONGEST_RUN} in a row are interpolated).",
     )
 
@@ -39,14 +37,22 @@ def fill(t: Array, x: Array, channel: Channel, place: str) -> tuple[Array, str |
     run = max(len(part) for part in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1))
     good = np.isfinite(x)
     if len(bad) > max(1, _SHARE * len(x)) or run > LONGEST_RUN or good.sum() < 4:
-        known = np.array(sorted(channel.column.bad), dtype=np.int64)
-        raise bad_cell_error(channel, known if len(known) else bad, len(x), place)
+        raise bad_cell_error(channel, _unreadable(channel), len(x), place)
     filled = np.asarray(CubicSpline(t[good], x[good])(t), dtype=np.float64)
-    texts = sorted({repr(text) if text else "blank" for text in channel.column.bad.values()})[:3]
-    rows = sorted(channel.column.bad) or bad.tolist()
-    listed = ", ".join(str(int(channel.column.lines[r])) for r in rows[:5] if r < len(channel.column.lines))
-    cells = f"{len(bad)} unreadable cell{'s' * (len(bad) > 1)} ({', '.join(texts) or 'missing'}; line {listed})"
+    rows = _unreadable(channel)
+    texts = sorted({_shown(channel, int(row)) for row in rows})[:3]
+    listed = ", ".join(str(int(channel.column.lines[row])) for row in rows[:5])
+    cells = f"{len(bad)} unreadable cell{'s' * (len(bad) > 1)} ({', '.join(texts)}; line {listed})"
     return np.where(good, x, filled), f"{channel.column.header}: {cells} interpolated"
+
+
+def _unreadable(channel: Channel) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    return np.flatnonzero(~np.isfinite(channel.column.values)).astype(np.int64)
+
+
+def _shown(channel: Channel, row: int) -> str:
+    text = channel.column.bad.get(row, "")
+    return repr(text) if text else "blank"
 
 
 def unwrap(

@@ -56,7 +56,7 @@ def read(file: TextFile, mapping: ChannelMapping) -> Table:
     symbols = header.get("SymbolName", [])
     shown = [f"Time {groups[k] + 1}" if k in clocks else name for k, name in enumerate(names)]
     columns = make_columns(
-        shown, body.values, body.lines, {key: t for key, t in body.bad.items() if t}, dialect.numeric, units=units,
+        shown, body.values, body.lines, body.bad, dialect.numeric, units=units,
         aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)], groups=groups,
         times=[k in clocks for k in range(fields)],
     )  # fmt: skip
