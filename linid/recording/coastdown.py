@@ -107,18 +107,23 @@ def _differentiate(recording: Recording, place: str) -> _Motion:
     half = max(5, round(_HALF / dt))
     if len(t) < 6 * half:
         raise DataError(place, f"found {len(t)} samples, expected at least {6 * half}", "Record longer.")
-    third = np.diff(y, 3)
-    noise = 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20.0)
-    steps = np.abs(np.diff(y))
-    quantum = float(steps[steps > 1e-12 * float(np.ptp(y))].min(initial=np.inf))
-    if np.isfinite(quantum):
-        noise = max(noise, min(quantum, float(np.ptp(y)) * 1e-4) / np.sqrt(12.0))
+    noise = _position_noise(y)
     n = 2 * half + 1
     v = savgol_filter(y, n, 2, deriv=1, delta=dt)
     a = savgol_filter(y, n, 2, deriv=2, delta=dt)
     v_noise = noise * np.sqrt(12.0 / n**3) / dt
     a_noise = noise * np.sqrt(720.0 / n**5) / dt**2
     return _Motion(t, y, v, a, dt, noise, float(v_noise), float(a_noise), half)
+
+
+def _position_noise(y: Array) -> float:
+    """Standard deviation of the position's noise from its third differences, at rest and in motion."""
+    third, step = np.abs(np.diff(y, 3)), np.abs(np.diff(y))[1:-1]
+    moving = third[step >= np.median(step)]
+    noise = 1.4826 * max(float(np.median(third)), float(np.median(moving))) / np.sqrt(20.0)
+    if noise == 0:  # at rest most of the time on a coarse scale: the smallest step is one count
+        noise = float(step[step > 0].min(initial=np.inf)) / np.sqrt(12.0)
+    return float(np.clip(noise, 1e-9 * np.ptp(y) + 1e-15, 1e-3 * np.ptp(y) + 1e-15))
 
 
 def _decelerations(motion: _Motion) -> list[tuple[int, int, int]]:

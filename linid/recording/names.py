@@ -48,7 +48,7 @@ def split_header(header: str) -> tuple[str, str | None]:
     """
     text = header.strip().strip('"').lstrip("#%").strip()
     brackets = re.findall(r"[(\[{<]([^()\[\]{}<>]*)[)\]}>]", text)
-    known = [content for content in brackets if find_unit(content)]
+    known = [content for content in brackets if find_unit(content) and content.strip() not in ("1", "-")]
     if known or brackets:
         unit = known[-1] if known else brackets[-1]
         name = re.sub(rf"\s*[(\[{{<]{re.escape(unit)}[)\]}}>]", "", text).strip()

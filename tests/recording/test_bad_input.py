@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recording.exports import HEADER, N, T, Y, german, lines, rows, write
 
 from linid.errors import DataError
 from linid.recording import ChannelMapping, read_recording
+
+from .exports import HEADER, N, T, Y, german, lines, rows, write
 
 
 def error_of(path: Path, *parts: str, **options) -> DataError:

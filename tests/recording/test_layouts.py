@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from recording.exports import IU, IV, IW, N, T, Y, write
 
 from linid.errors import DataError
 from linid.recording import ChannelMapping, inspect_file, read_recording
+
+from .exports import IU, IV, IW, N, T, Y, write
 
 MAPPING_ELMO = {"position": {"column": "Position", "unit": "counts", "scale": 1e-6}}
 
@@ -18,7 +19,7 @@ MAPPING_ELMO = {"position": {"column": "Position", "unit": "counts", "scale": 1e
 def twincat(
     separator: str = "\t", mark: str = ",", *, slow: int = 1, units: bool = True, eof: bool = True
 ) -> list[str]:
-    """Two time groups: position and current U at 1 kHz, current V every `slow` ms; rows end when the slow group does."""
+    """Two time groups: position and current U at 1 kHz, current V every `slow` ms, so later rows are short."""
 
     def number(x: float) -> str:
         return f"{x:.9g}".replace(".", mark)
@@ -250,9 +251,13 @@ def test_layout_can_be_forced_and_is_checked(tmp_path: Path) -> None:
 
 
 def test_phase_names_of_several_makers(tmp_path: Path) -> None:
-    for names in (("Iu", "Iv", "Iw"), ("I_A", "I_B", "I_C"), ("Motor Current L1", "Motor Current L2", "Motor Current L3"),
-                  ("PhaseCurrent1", "PhaseCurrent2", "PhaseCurrent3"), ("Current Phase U", "Current Phase V",
-                  "Current Phase W")):  # fmt: skip
+    for names in (
+        ("Iu", "Iv", "Iw"),
+        ("I_A", "I_B", "I_C"),
+        ("Motor Current L1", "Motor Current L2", "Motor Current L3"),
+        ("PhaseCurrent1", "PhaseCurrent2", "PhaseCurrent3"),
+        ("Current Phase U", "Current Phase V", "Current Phase W"),
+    ):
         text = ["t [s];Istposition [mm];Sollposition [mm];" + ";".join(f"{n} [A]" for n in names)]
         text += [f"{t};{1e3 * y};0;{u};{v};{w}" for t, y, u, v, w in zip(T, Y, IU, IV, IW, strict=True)]
         recording = read_recording(write(tmp_path, text))

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recording.exports import HEADER, IU, IV, IW, N, T, Y, german, lines, rows, write
 from shared_data import shared
 
 from linid.errors import DataError, UsageError
 from linid.recording import ChannelMapping, check_long_enough, read_campaign, read_recording
+
+from .exports import HEADER, IU, IV, IW, N, T, Y, german, lines, rows, write
 
 
 def assert_motion(recording, decimals: int = 4) -> None:
