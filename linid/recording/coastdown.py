@@ -20,6 +20,7 @@ _HALF = 0.010  # s, half-width of the differentiating window
 _STANDSTILL_KEPT = 0.2  # s
 _MARGIN = 0.06  # share of the coast given away after the detected release: the hand leaves gently
 _MARGIN_TIME = 0.006  # s, the same for short coasts
+_BASES = ((0.5, 1.0), (0.5, 0.75), (0.35, 0.6), (0.25, 0.5), (0.15, 0.4))  # shares of a deceleration
 _BUMP = 4.0  # deceleration above this many times the coast's median is no friction
 
 
@@ -227,28 +228,38 @@ def _release(motion: _Motion, first: int, end: int) -> int:
     begin = max(0, first - motion.half)
     if first <= 2 * motion.half:
         begin = 0  # nothing before it: a recording that may start already coasting
-    start: int | None = None
-    for share in (0.5, 0.35, 0.25):
-        base = end - int(share * length)
-        if end - base >= 3 * motion.half and _misfit(motion, base, end) < 4.0:
-            start = base
-            break
-    if start is None:
-        start = end - int(0.5 * length)
-    # The cubic term is for friction that is not quite Coulomb plus viscous; without need it hides a gentle release.
-    misfit = _misfit(motion, start, end, 4)
-    terms = 4 if misfit < 1.25 else 5
-    noise = motion.noise * max(1.1, min(misfit, _misfit(motion, start, end, 5)))
+    start, width, terms = _base(motion, first, end)
+    stop = min(end, start + width)
+    noise = motion.noise * max(1.1, _misfit(motion, start, stop, terms))
     block = max(5, motion.half // 2, length // 60)
     while start > begin:
         n = min(block, start - begin)
-        if not _predicted(motion, start, end, n, terms, noise):
+        if not _predicted(motion, start, min(end, start + max(width, 12 * n)), n, terms, noise):
             # A push deviates ever more further back; a chance excess of one block does not.
             further = min(3 * n, start - begin)
-            if further <= n or not _predicted(motion, start, end, further, terms, noise):
+            if further <= n or not _predicted(
+                motion, start, min(end, start + max(width, 12 * further)), further, terms, noise
+            ):
                 return start
         start -= n
     return start
+
+
+def _base(motion: _Motion, first: int, end: int) -> tuple[int, int, int]:
+    """Start, width and number of terms of a stretch that obeys the friction law, to walk back from.
+
+    As late as possible; faster stretches where friction rises towards standstill (Stribeck). The cubic fourth term is
+    for friction that is not quite Coulomb plus viscous; without need it would hide a gentle release.
+    """
+    length = end - first
+    stretches = [(first + int(low * length), first + int(high * length)) for low, high in _BASES]
+    stretches = [(start, stop) for start, stop in stretches if stop - start >= 3 * motion.half] or [
+        (first + length // 2, end)
+    ]
+    misfits = {(terms, part): _misfit(motion, *part, terms) for terms in (4, 5) for part in stretches}
+    least = min(misfits.values())
+    terms, (start, stop) = next(key for key, misfit in misfits.items() if misfit <= 1.12 * least)
+    return start, stop - start, terms
 
 
 def _design(t: Array, y: Array) -> Array:
@@ -268,9 +279,8 @@ def _misfit(motion: _Motion, start: int, end: int, terms: int = 5) -> float:
     return float(np.sqrt(np.mean(residual**2))) / motion.noise
 
 
-def _predicted(motion: _Motion, start: int, end: int, n: int, terms: int, noise: float) -> bool:
-    """Whether the law fitted from `start` on predicts the n samples before it within noise (chi-square test)."""
-    stop = min(end, start + max(12 * n, (end - start) // 2, 6 * motion.half))
+def _predicted(motion: _Motion, start: int, stop: int, n: int, terms: int, noise: float) -> bool:
+    """Whether the law fitted on [start, stop] predicts the n samples before it within noise (chi-square test)."""
     part = slice(start - n, stop + 1)
     y = motion.y[part]
     design = _design(motion.t[part], y)[:, :terms]

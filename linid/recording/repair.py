@@ -106,10 +106,14 @@ def saturation_note(x: Array, name: str, unit: str) -> str | None:
     if len(x) < 20 or float(x.max()) == float(x.min()):
         return None
     parts = []
+    steps = np.abs(np.diff(x))
+    resolution = float(steps[steps > 1e-12 * np.ptp(x)].min())
     for limit in limits:
         at = np.flatnonzero(x == limit)
-        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-        stuck = sum(len(run) for run in runs if len(run) >= 5)
+        runs = [run for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(run) >= 5]
+        # A smooth peak printed coarsely also rests, but leaves its rest by a single step of the resolution.
+        edges = [abs(x[k] - limit) for run in runs for k in (run[0] - 1, run[-1] + 1) if 0 <= k < len(x)]
+        stuck = sum(len(run) for run in runs) if not edges or np.median(edges) > 2.5 * resolution else 0
         if stuck:
             parts.append(f"{stuck} samples at {limit:g} {unit}")
     return f"{name}: {' and '.join(parts)} in a row: saturated, or a constant demand?" if parts else None
