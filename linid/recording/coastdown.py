@@ -20,6 +20,7 @@ _HALF = 0.010  # s, half-width of the differentiating window
 _STANDSTILL_KEPT = 0.2  # s
 _MARGIN = 0.06  # share of the coast given away after the detected release: the hand leaves gently
 _MARGIN_TIME = 0.006  # s, the same for short coasts
+_SHORT = 0.25  # s
 _BASES = ((0.5, 1.0), (0.5, 0.75), (0.35, 0.6), (0.25, 0.5), (0.15, 0.4))  # shares of a deceleration
 _BUMP = 4.0  # deceleration above this many times the coast's median is no friction
 
@@ -93,6 +94,8 @@ def _evidence(motion: _Motion, best: _Coast, count: int) -> str:
     t = motion.t
     begin = f"pushed until about {t[best.start]:.4g} s" if best.cut else "coasts from the first sample on, nothing cut"
     others = f"; longest of {count} coasts" if count > 1 else ""
+    if best.cut and t[best.rest] - t[best.start] < _SHORT:
+        others += "; so short a coast hardly shows where the push ends: check the start"
     return (
         f"{begin}; speed {abs(best.speed):.4g} there falls for {t[best.rest] - t[best.start]:.3g} s as friction "
         f"demands (position noise {motion.noise:.2g}); {best.end} at {t[best.rest]:.4g} s{others}"
@@ -257,8 +260,10 @@ def _base(motion: _Motion, first: int, end: int) -> tuple[int, int, int]:
         (first + length // 2, end)
     ]
     misfits = {(terms, part): _misfit(motion, *part, terms) for terms in (4, 5) for part in stretches}
-    least = min(misfits.values())
-    terms, (start, stop) = next(key for key, misfit in misfits.items() if misfit <= 1.12 * least)
+    # The first that fits as well as the best, within the scatter of an RMS value over so many samples.
+    best = min(misfits, key=lambda key: misfits[key])
+    scatter = {key: 1.0 + np.sqrt(2.0 / (key[1][1] - key[1][0])) for key in misfits}
+    terms, (start, stop) = next(k for k in misfits if misfits[k] <= misfits[best] * scatter[k] * scatter[best])
     return start, stop - start, terms
 
 
@@ -276,7 +281,7 @@ def _misfit(motion: _Motion, start: int, end: int, terms: int = 5) -> float:
     part = slice(start, end + 1)
     design = _design(motion.t[part], motion.y[part])[:, :terms]
     residual = motion.y[part] - design @ np.linalg.lstsq(design, motion.y[part], rcond=None)[0]
-    return float(np.sqrt(np.mean(residual**2))) / motion.noise
+    return float(np.sqrt(np.sum(residual**2) / max(1, len(residual) - terms))) / motion.noise
 
 
 def _predicted(motion: _Motion, start: int, stop: int, n: int, terms: int, noise: float) -> bool:
