@@ -37,6 +37,8 @@ def make_estimates(
         unit = _unit(parameter.unit_on(axis), parameter.name, input_unit, per_mass)
         if parameter.name not in names:
             note = "per kilogram: no mass is known" if per_mass and parameter.name == "mass" else "given"
+            if not space.stribeck and parameter.name in ("static_force", "stribeck_velocity"):
+                note = "F_S is tied to F_C: no Stribeck effect is modelled"
             if parameter.name == "stribeck_exponent" and value == parameter.default:
                 note = "fixed, as in the paper"
             estimates.append(

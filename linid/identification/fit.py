@@ -34,13 +34,15 @@ Progress = Callable[[str, int, int, float], None]
 @dataclass(frozen=True)
 class FitSettings:
     """How to fit. objective auto: free_run for free wheels, ahead for driven runs; bounds, fixed: SI values
-    by parameter name; free_exponent: search alpha too; jobs: threads, never changes a result."""
+    by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
+    friction only); jobs: threads, never changes a result."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
     objective: Objective = "auto"
     horizon: float = HORIZON
     substeps: int | None = None
     free_exponent: bool = False
+    stribeck: bool = True
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     fixed: dict[str, float] = field(default_factory=dict)
     jobs: int = 1
@@ -202,7 +204,7 @@ def fit(
                 "(give --mass, or record free wheels with a known added mass)"
             )
     first, densities = _first_values(model, recordings, fixed, start)
-    space = build_space(model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities)
+    space = build_space(model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck)
     substeps = settings.substeps or choose_substeps(model, recordings, first)
     thin = 1 if sum(r.t.size for r in recordings) < 8000 else 4
 

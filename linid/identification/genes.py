@@ -40,11 +40,15 @@ class Gene:
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """The genes of a model; `fixed` holds SI values of everything that is not searched."""
+    """The genes of a model; `fixed` holds SI values of everything that is not searched.
+
+    stribeck: False ties F_S to F_C (no Stribeck effect).
+    """
 
     model: Model
     genes: tuple[Gene, ...]
     fixed: dict[str, float]
+    stribeck: bool = True
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,6 +65,8 @@ class SearchSpace:
         names = self.names
         if "static_force" in names:
             out[:, _STATIC] *= out[:, _COULOMB]
+        if not self.stribeck:
+            out[:, _STATIC] = out[:, _COULOMB]
         if "bristle_damping" in names:
             out[:, _SIGMA_1] *= 2.0 * np.sqrt(out[:, _SIGMA_0] * out[:, MASS])
         return out

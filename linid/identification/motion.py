@@ -12,7 +12,7 @@ from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
-_HALF_WIDTHS = (3, 5, 8, 12, 18, 27)
+_HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 _ORDER = 3
 
 

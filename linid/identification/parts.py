@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 HORIZON = 0.1  # s, how far `ahead` looks
-BUMP_HALF_WIDTH = 0.007  # s, half-width of the weak form's kernel
+BUMP_HALF_WIDTHS = (0.007, 0.014, 0.028, 0.056)  # s, half-widths of the weak form's kernel
+_BUMP_NOISE = 0.2  # widen until noise is below this share of the acceleration
 _TRAVEL_CLASSES = (1e-4, 1e-2)  # of the recording's range: resting, creeping, moving
 _GROUP = 0.02  # s, residuals of free runs are grouped in bins of this length
 
@@ -106,7 +107,10 @@ class FreeRun:
         errors = self.simulate(params, offsets)[0] - self.motion.measured
         if self.project:
             edges = self.simulator.inputs.sample_offsets
-            for a, b in zip(edges[:-1], edges[1:], strict=True):
+            for index, recording in enumerate(self.recordings):
+                if recording.kind != "free_wheel":
+                    continue
+                a, b = edges[index], edges[index + 1]
                 basis = np.linalg.qr(np.column_stack([np.ones(b - a), self.motion.v[a:b]]))[0]
                 errors[:, a:b] -= (errors[:, a:b] @ basis) @ basis.T
         return errors
@@ -195,6 +199,25 @@ def bump(half_width: int) -> Array:
     return np.asarray(kernel / kernel.sum())
 
 
+def _smooth_acceleration(y: Array, dt: float, half_width: int) -> Array:
+    """Second difference of y over dt^2, smoothed by the bump, (n,) in m/s^2."""
+    second = np.zeros(y.size)
+    second[1:-1] = np.diff(y, 2) / dt**2
+    return np.convolve(second, bump(half_width), mode="same")
+
+
+def _bump_half_width(y: Array, dt: float, noise: float) -> int:
+    """Narrowest kernel (samples) that leaves little noise in the acceleration; wide ones blur ripple."""
+    half = 2
+    for width in BUMP_HALF_WIDTHS:
+        half = max(2, min(round(width / dt), y.size // 8))
+        gain = float(np.sqrt(np.sum(np.diff(bump(half), 2, prepend=[0, 0], append=[0, 0]) ** 2))) / dt**2
+        signal = float(np.sqrt(np.mean(_smooth_acceleration(y, dt, half) ** 2)))
+        if gain * noise < _BUMP_NOISE * signal:
+            break
+    return half
+
+
 @dataclass
 class Acceleration:
     """Force balance along the measured motion divided by the mass, in m/s^2, in weak form.
@@ -215,18 +238,16 @@ class Acceleration:
         self.simulator = Simulator(self.model, pack_inputs(self.recordings), 1, self.jobs)
         self.motion = measure_motion(self.recordings)
         inputs = self.simulator.inputs
-        centres, groups, owner, speeds = [], [], [], []
+        centres, groups, owner, owners = [], [], [], []
         self.measured_acceleration = np.zeros(self.motion.measured.size)
         self.kernels: list[Array] = []
         for index, recording in enumerate(self.recordings):
             a, b = inputs.sample_offsets[index], inputs.sample_offsets[index + 1]
             dt = inputs.dts[index]
-            half = max(2, round(BUMP_HALF_WIDTH / dt))
+            half = _bump_half_width(recording.y, dt, float(self.motion.position_noise[index]))
             kernel = np.convolve(bump(half), [1.0, 10.0, 1.0]) / 12.0
             self.kernels.append(kernel)
-            second = np.zeros(b - a)
-            second[1:-1] = np.diff(recording.y, 2) / dt**2
-            self.measured_acceleration[a:b] = np.convolve(second, bump(half), mode="same")
+            self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)
             stride = self.stride or max(1, half // 2)
             rows = np.arange(half + 3, int(b - a) - half - 3, stride)
             bins = rows // max(1, round(0.05 / dt))
@@ -234,13 +255,11 @@ class Acceleration:
             groups.append(np.unique(bins, return_inverse=True)[1] + base)
             owner += [index] * (int(groups[-1][-1]) + 1 - base)
             centres.append(rows + a)
-            span = np.abs(self.motion.v[rows + a])
-            top = max(float(np.max(np.abs(self.motion.v[a:b]))), 1e-300)
-            speeds.append(_travel_class(span / top, 1.0) + index * (len(_TRAVEL_CLASSES) + 1))
+            owners.append(np.full(rows.size, index, dtype=np.int64))
         self.rows = np.concatenate(centres)
         self.groups = np.concatenate(groups).astype(np.int64)
         self.group_recording = np.array(owner, dtype=np.int64)
-        self.classes = np.concatenate(speeds)
+        self.classes = np.concatenate(owners)
         self.target = self.measured_acceleration[self.rows]
         self.floor = 1e-9
 

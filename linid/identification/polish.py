@@ -15,7 +15,7 @@ from linid.identification.result import Generation
 Array = NDArray[np.float64]
 _GENE_STEP = 1e-5
 _OFFSET_STEP = 0.3
-_FREEDOM = 4.0  # of Student's t for groups that may be outliers
+_OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
 @dataclass(frozen=True)
@@ -122,14 +122,13 @@ class Linearisation:
 
 
 def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
-    """Weights of residuals (N,) whose groups follow Student's t with `_FREEDOM` degrees of freedom.
+    """Weights of residuals (N,) by Huber's rule on whole groups: 1 up to `_OUTLIER` times the median power.
 
     relative: residuals over their class RMS. One step of the usual iteratively reweighted least squares.
     """
-    power = np.bincount(groups, np.nan_to_num(relative, nan=1e3) ** 2) / np.bincount(groups)
-    typical = max(float(np.median(power)), 1e-300)
-    weights = (_FREEDOM + 1.0) / (_FREEDOM + power / typical)
-    return np.asarray(np.sqrt(weights / np.mean(weights))[groups])
+    power = np.bincount(groups, np.nan_to_num(relative, nan=1e3) ** 2) / np.maximum(np.bincount(groups), 1)
+    limit = _OUTLIER * max(float(np.median(power)), 1e-300)
+    return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(power, 1e-300)))[groups])
 
 
 def polish(

@@ -18,10 +18,11 @@ from linid.recording.recording import Recording
 def build_space(
     model: Model, recordings: Sequence[Recording], first: dict[str, float], fixed: dict[str, float],
     bounds: dict[str, tuple[float, float]], free_exponent: bool, densities: tuple[float, ...] = (),
+    stribeck: bool = True,
 ) -> SearchSpace:
     """Genes for all parameters that are not fixed, with bounds that scale with the axis.
 
-    first: first guesses in SI; bounds: the user's own bounds by name (SI). Raises UsageError for a name the
+    stribeck: False ties F_S to F_C. first: first guesses in SI; bounds: the user's own bounds by name (SI). Raises UsageError for a name the
     model has not, or bounds that are not in order.
     """
     names = {parameter.name for parameter in model.parameters}
@@ -31,13 +32,13 @@ def build_space(
     motion = measure_motion(recordings)
     noise = max(float(np.min(motion.position_noise)), 1e-12)
     travel = max(float(np.ptp(r.y)) for r in recordings)
-    speed = max(float(np.max(np.abs(motion.v))), 10.0 * noise)
+    speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
     inertia = first.get("mass", 1.0) * _typical_acceleration(recordings)
     force = max(abs(first.get("coulomb_force", 0.0)), 1e-3 * inertia, 1e-15)
     box = {
         "coulomb_force": (force / 30.0, force * 10.0),
         "static_force": (1.0, 8.0),
-        "stribeck_velocity": (1e-4 * speed, 0.3 * speed),
+        "stribeck_velocity": (1e-4 * speed, 0.1 * speed),
         "bristle_stiffness": (force / (0.03 * travel), force / (0.03 * noise)),
         "bristle_damping": (3e-3, 30.0),
         "viscous_friction": (1e-4 * force / speed, 30.0 * force / speed),
@@ -59,8 +60,10 @@ def build_space(
         if parameter.name == "stribeck_exponent" and not free_exponent and parameter.name not in bounds:
             held[parameter.name] = parameter.default
             continue
+        if not stribeck and parameter.name in ("static_force", "stribeck_velocity"):
+            continue
         genes.append(_gene(parameter, box, bounds))
-    return SearchSpace(model, tuple(genes), held)
+    return SearchSpace(model, tuple(genes), held, stribeck)
 
 
 def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dict[str, tuple[float, float]]) -> Gene:

@@ -21,7 +21,7 @@ def choose_substeps(model: Model, recordings: Sequence[Recording], first: dict[s
     """Internal steps per sample, 2 to 32, so that the field phase turns little within one step."""
     density = first.get("guideway_density", 0.0) * (2.0 if model.kind == "theta" else 1.0)
     motion = measure_motion(recordings)
-    speed = float(np.max(np.abs(motion.v)))
+    speed = float(np.quantile(np.abs(motion.v), 0.999))
     period = max(r.period for r in recordings)
     return int(min(max(2, math.ceil(density * speed * period / _PHASE_PER_STEP)), 32))
 
