@@ -90,6 +90,13 @@ def _clock(
     period = period if period is not None or time is not None else table.period_s
     if period is not None:
         n = len(used[0].values)
+        if group != channels.by_role["position"].column.group and n != len(channels.by_role["position"].column.values):
+            raise DataError(
+                f"{place}, column '{used[0].header}'",
+                f"found {n} samples, the position has {len(channels.by_role['position'].column.values)}: another rate, "
+                "but one sampling period is given",
+                "Leave `period:` out so that the time columns are used.",
+            )
         return np.arange(n, dtype=np.float64) * period, np.arange(n, dtype=np.int64), []
     assert time is not None  # resolve() refuses a table with neither time nor period
     column = time.column

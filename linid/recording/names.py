@@ -66,7 +66,7 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 def is_time(name: str) -> bool:
     """Whether a column of this name counts time."""
-    return bool(_TIME.fullmatch(normalised(name)))
+    return name.strip() != "T" and bool(_TIME.fullmatch(normalised(name)))  # T is a temperature
 
 
 def candidates(names: Sequence[str]) -> dict[Role, list[int]]:

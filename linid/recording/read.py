@@ -37,6 +37,8 @@ def read_recording(
     Raises DataError for anything in the file that cannot be used, with line, found, expected and remedy.
     """
     path = Path(path)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        raise UsageError(str(path), "is a YAML file, a recording is expected", "Read campaigns with read_campaign().")
     mapping = channels or ChannelMapping()
     if period is not None and not period > 0:
         raise UsageError("period", f"found {period:g} s", "Give a sampling period above zero.")

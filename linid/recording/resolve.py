@@ -57,7 +57,7 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
 
     period: sampling period in s when given by the caller (then no time column is needed).
     """
-    columns = _in_group(table, mapping)
+    columns = _check_group(table, mapping)
     columns_of, notes = _choose(table, columns, mapping, period is not None or table.period_s is not None)
     if "position" not in columns_of:
         raise DataError(
@@ -84,7 +84,7 @@ def listing(columns: Iterable[Column]) -> str:
     return ", ".join(names[:25]) + (f" and {len(names) - 25} more" if len(names) > 25 else "")
 
 
-def _in_group(table: Table, mapping: ChannelMapping) -> list[Column]:
+def _check_group(table: Table, mapping: ChannelMapping) -> list[Column]:
     if mapping.time_group is not None and mapping.time_group > table.groups:
         raise DataError(
             str(table.path), f"time_group {mapping.time_group} asked for, the file has {table.groups}",

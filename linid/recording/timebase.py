@@ -90,7 +90,7 @@ def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...]]:
     slope, start = np.polyfit(k - k.mean(), t, 1)
     off = np.abs(t - (start + slope * (k - k.mean())))
     spread = float(off.max())
-    if spread < 1e-3 * slope or spread > 0.6 * slope:
+    if spread < 1e-6 * slope or spread > 0.6 * slope:
         return t, ()
     for digits in range(0, 12):
         quantum = 10.0**-digits
@@ -98,7 +98,7 @@ def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...]]:
             break
     else:
         return t, ()
-    if spread > 0.55 * quantum or not 0.01 * slope < quantum <= 0.5 * slope:
+    if spread > 0.55 * quantum or quantum > 0.5 * slope:
         return t, ()
     grid = start + slope * (k - k.mean())
     return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",)

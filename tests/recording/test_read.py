@@ -42,11 +42,11 @@ def test_printed_values_are_kept_to_the_last_bit(tmp_path: Path) -> None:
     assert recording.y.tolist() == [float(line.split(",")[1]) for line in text[1:]]
 
 
-@pytest.mark.parametrize("separator", [";", "\t", ",", " "])
-@pytest.mark.parametrize("comma", [False, True])
+@pytest.mark.parametrize(
+    ("separator", "comma"),
+    [(";", False), (";", True), ("\t", False), ("\t", True), (" ", False), (" ", True), (",", False)],
+)
 def test_separators_and_decimal_marks(tmp_path: Path, separator: str, comma: bool) -> None:
-    if separator == "," and comma:
-        pytest.skip("ambiguous by nature, tested with bad input")
     header = HEADER.replace(" (", "(").replace(" ", "_") if separator == " " else HEADER
     body = [row.replace(",", "|").replace(".", "," if comma else ".").replace("|", separator) for row in rows()]
     recording = read_recording(write(tmp_path, [header.replace(",", separator), *body]))

@@ -85,7 +85,7 @@ def test_normalised(name: str, words: str) -> None:
 
 def test_time_names() -> None:
     assert all(map(is_time, ["Time", "t", "Zeit", "TIMESTAMP", "X-Axis", "Time 2", "time_ms"]))
-    assert not any(map(is_time, ["Settling time limit", "Torque", "Tension", "timeout"]))
+    assert not any(map(is_time, ["Settling time limit", "Torque", "T", "Tension", "timeout"]))
 
 
 def test_demands_are_no_measurements() -> None:
