@@ -17,6 +17,7 @@ NUMBER = {
 _IS_NUMBER = {mark: re.compile(pattern) for mark, pattern in NUMBER.items()}
 # Cells that stand for a number that is not there.
 _PLACEHOLDER = re.compile(r"|[+-]?(?:nan|inf|infinity)|n/?a|null|none|-+|#.*|\ufffd.*|[+-]?\d[\w.,'+-]*", re.IGNORECASE)
+_DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}(?:[T ]\d{1,2}:\d{2}\S*)?|\d{1,2}:\d{2}(?::\d{2}\S*)?")
 _NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "blanks"}
 _GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})+(?:[.,]\d+)?")
 
@@ -134,7 +135,8 @@ def _sample(lines: Sequence[str], skip: int) -> list[int]:
 def _looks_like_data(row: Sequence[str], decimal: str) -> bool:
     """More numbers than words, and no cell that shows another separator or decimal mark."""
     numbers = sum(is_number(cell, decimal) for cell in row)
-    holes = sum(1 for cell in row if _PLACEHOLDER.fullmatch(cell) and not is_number(cell, decimal))
+    empty = [cell for cell in row if not is_number(cell, decimal)]
+    holes = sum(1 for cell in empty if _PLACEHOLDER.fullmatch(cell) or _DATE.fullmatch(cell))
     other = len(row) - numbers - holes
     return numbers > other and not any(_broken(cell, decimal) for cell in row)
 

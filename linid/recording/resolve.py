@@ -135,9 +135,11 @@ def _clock(table: Table, position: Column, has_period: bool) -> Column | None:
     if len(clocks) > 1:
         raise _ambiguous(table, "time", clocks)
     if not clocks and not has_period:
+        texts = listing(c for c in table.columns if c.time and not c.numeric)
         raise DataError(
             str(table.path),
-            "no time column recognised and no sampling period given",
+            "no time column recognised and no sampling period given"
+            + (f" (clock times and text are not read: {texts})" if texts else ""),
             "Give `time: {column: ..., unit: ms}` or `period: 1 ms` in the mapping. "
             f"Columns: {listing(table.columns)}.",
         )

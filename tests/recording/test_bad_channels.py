@@ -44,6 +44,13 @@ def test_no_time_and_no_period(tmp_path: Path) -> None:
     )
 
 
+def test_clock_times_are_not_read(tmp_path: Path) -> None:
+    text = ["Date;Time;Position (mm)", *(f"01.02.2024;12:00:{k / 100:06.3f};{k}" for k in range(60))]
+    path = write(tmp_path, text)
+    error_of(path, "no time column", "clock times", "'Time'", "period")
+    assert len(read_recording(path, period=0.01).t) == 60
+
+
 def test_unknown_unit_suggests(tmp_path: Path) -> None:
     text = ["Time (ms),Position (mmm)", *(f"{k},{k}" for k in range(60))]
     error_of(write(tmp_path, text), "unknown unit 'mmm'", "Did you mean", "mm")
