@@ -1,0 +1,264 @@
+"""The command line: parse, call, print. No physics here; heavy modules load inside the commands."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+from linid.cli_errors import Group
+from linid.cli_options import (
+    FILES,
+    debug_option,
+    fit_options,
+    json_option,
+    make_reporter,
+    make_request,
+    run_options,
+    settings_options,
+    verbosity_options,
+)
+
+MODEL = click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.json")
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="linid")
+def cli() -> None:
+    """Identify friction and motor parameters of an axis from its drive's scope recordings.
+
+    FILE is a recording (scope export) or a campaign (YAML). Results go to files and stdout, progress to stderr.
+
+    Exit codes: 0 done, 1 internal error, 2 usage, 3 configuration, 4 bad data, 5 finished but not converged,
+    130 interrupted (state saved).
+    """
+    # Linear algebra on several threads could change the last bits of a result; --jobs must not.
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
+@cli.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--channels", type=click.Path(path_type=Path), metavar="YAML", help="Column mapping to try.")
+@click.option("--axis", type=click.Choice(["linear", "rotary"]), help="Kind of axis [by the position's unit].")
+@click.option("--mapping", type=click.Path(path_type=Path), metavar="YAML", help="Write the starter mapping here.")
+@click.option("--overwrite", is_flag=True, help="Replace the mapping file.")
+@json_option
+@debug_option
+def inspect(file: Path, json_output: bool, **options: Any) -> None:
+    """Show what is understood of a recording (or campaign) and a starter mapping.
+
+    \b
+    Example:
+      linid inspect export.csv --mapping mapping.yaml
+    """
+    from linid.workflow.inspect import inspect_path
+
+    _print(inspect_path(file, **options), json_output)
+
+
+@cli.command("fit-friction")
+@FILES
+@settings_options
+@fit_options
+@run_options
+def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> None:
+    """Identify friction (and the mass) from free wheels, or from runs with a logged q-current or command.
+
+    \b
+    Examples:
+      linid fit-friction campaign.yaml
+      linid fit-friction push_1.csv push_2.csv --added-mass push_2.csv=0.5
+      linid fit-friction run.csv --known force_constant=35.2 --effect constant_force
+    """
+    from linid.workflow.fit_friction import fit_friction as run
+
+    reporter = make_reporter(options)
+    _print(run(make_request(files, options), reporter), json_output)
+
+
+@cli.command("fit-motor")
+@FILES
+@click.option("--model", required=True, type=click.Choice(["sine", "theta", "force"]), help="Motor model.")
+@click.option("--friction", type=click.Path(path_type=Path), metavar="MODEL.json",
+              help="Start from this friction result [else the free wheels among FILE are fitted first].")  # fmt: skip
+@settings_options
+@fit_options
+@run_options
+def fit_motor(files: tuple[Path, ...], model: Any, friction: Path | None, json_output: bool, **options: Any) -> None:
+    """Identify the motor, and friction again with it.
+
+    \b
+    Examples:
+      linid fit-motor --model theta campaign.yaml
+      linid fit-motor --model sine --friction friction/parameters.json moves_1.csv moves_2.csv
+    """
+    from linid.workflow.fit_motor import fit_motor as run
+
+    reporter = make_reporter(options)
+    _print(run(make_request(files, options), reporter, model=model, friction=friction), json_output)
+
+
+@cli.command()
+@MODEL
+@FILES
+@click.option("--start-position", type=float, metavar="M", help="Start position, m or rad [measured].")
+@click.option("--start-speed", type=float, metavar="M/S", help="Start speed, m/s or rad/s [measured].")
+@settings_options
+@run_options
+def simulate(
+    model: Path, files: tuple[Path, ...], start_position: float | None, start_speed: float | None, json_output: bool,
+    **options: Any,
+) -> None:  # fmt: skip
+    """Run a model freely over recordings; writes t, y_measured, y_simulated, v as CSV, and figures.
+
+    \b
+    Example:
+      linid simulate motor/parameters.json moves_3.csv
+    """
+    from linid.workflow.simulate import StartState
+    from linid.workflow.simulate import simulate as run
+
+    reporter = make_reporter(options)
+    start = StartState(start_position, start_speed)
+    _print(run(make_request(files, options), reporter, model=model, start=start), json_output)
+
+
+@cli.command()
+@MODEL
+@FILES
+@click.option("--split", type=click.Choice(["auto", "held_out", "fit", "all"]), default="auto", show_default=True,
+              help="Which recordings; auto: the held-out ones where there are any, else all.")  # fmt: skip
+@settings_options
+@run_options
+def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool, **options: Any) -> None:
+    """Measure the gap between a model and recordings, each measure beside its noise floor.
+
+    \b
+    Example:
+      linid validate motor/parameters.json campaign.yaml
+    """
+    from linid.workflow.validate import validate as run
+
+    reporter = make_reporter(options)
+    _print(run(make_request(files, options), reporter, model=model, split=split), json_output)
+
+
+def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        import json
+
+        from linid.config import json_schema
+        from linid.workflow.batch_file import BatchFile
+
+        click.echo(json.dumps(json_schema(BatchFile), indent=1))
+        ctx.exit()
+
+
+@cli.command()
+@click.argument("configs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="CONFIG.yaml...")
+@click.option(
+    "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Set a settings key in all jobs; repeatable."
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of all jobs.")
+@click.option("--no-figures", is_flag=True, help="Write no figures.")
+@click.option("--schema", is_flag=True, is_eager=True, expose_value=False, callback=_print_schema,
+              help="Print the JSON schema of a batch file and exit.")  # fmt: skip
+@run_options
+def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
+    """Run the jobs of batch files; a failing job does not stop the others.
+
+    \b
+    Example:
+      linid batch configs/stand.yaml --jobs 2
+    """
+    from linid.cli_options import overrides
+    from linid.workflow.batch import run_batch
+    from linid.workflow.request import Request
+
+    reporter = make_reporter(options)
+    names = ("out", "overwrite", "resume", "jobs", "dry_run")
+    request = Request(files=configs, **{name: options[name] for name in names})
+    _print(run_batch(request, reporter, overrides=overrides(options)), json_output)
+
+
+@cli.command()
+@click.argument("axis", type=click.Path(path_type=Path), metavar="AXIS.yaml")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the measurement noise.")
+@click.option("--layout", type=click.Choice(["generic", "twincat", "elmo", "controldesk"]), default="generic",
+              show_default=True, help="Layout of the scope exports.")  # fmt: skip
+@click.option("--decimal-mark", type=click.Choice([".", ","]), default=".", show_default=True, help="Decimal mark.")
+@click.option("--only", multiple=True, metavar="NAME", help="Generate this recording only; repeatable.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder [a fresh dated one].")
+@click.option("--overwrite", is_flag=True, help="Replace existing files.")
+@click.option("--dry-run", is_flag=True, help="Say what would be done and write nothing.")
+@json_option
+@verbosity_options
+@debug_option
+def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Generate the scope recordings of a described axis, with campaign.yaml and its true parameters.
+
+    \b
+    Example:
+      linid generate configs/stand_axis.yaml --seed 7 --out my_stand
+    """
+    from linid.workflow.generate import generate_campaign
+
+    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
+    out = options.pop("out")
+    _print(generate_campaign(axis, out, reporter, **options), json_output)
+
+
+@cli.command()
+@click.argument("name", required=False)
+@json_option
+@debug_option
+def effects(name: str | None, json_output: bool) -> None:
+    """List the effects that a model can have, or explain one.
+
+    \b
+    Examples:
+      linid effects
+      linid effects constant_force
+    """
+    from linid.workflow.effects import list_effects
+
+    _print(list_effects(name), json_output)
+
+
+@cli.command()
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@debug_option
+def completion(shell: str) -> None:
+    """Print the completion script of a shell.
+
+    \b
+    Examples:
+      eval "$(linid completion bash)"        (in ~/.bashrc)
+      linid completion fish > ~/.config/fish/completions/linid.fish
+    """
+    from click.shell_completion import get_completion_class
+
+    found = get_completion_class(shell)
+    assert found is not None
+    click.echo(found(cli, {}, "linid", "_LINID_COMPLETE").source())
+
+
+def _print(outcome: Any, json_output: bool) -> None:
+    """Tables (or the summary as JSON) on stdout; exit with the outcome's code."""
+    from linid.workflow.show import show
+
+    show(outcome, json_output)
+    if outcome.exit_code:
+        click.get_current_context().exit(outcome.exit_code)
+
+
+def main() -> None:
+    """Entry point of the `linid` program."""
+    cli(prog_name="linid")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""effects: what a model can have besides friction and motor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from linid.errors import UsageError
+from linid.workflow.outcome import Outcome
+
+if TYPE_CHECKING:
+    from linid.physics.effects.effect import Effect
+
+
+def list_effects(name: str | None) -> Outcome:
+    """All effects in one table, or one of them in full; raises UsageError for an unknown name."""
+    from linid.physics.effects.registry import EFFECTS, find_effect
+
+    try:
+        chosen = EFFECTS if name is None else (find_effect(name),)
+    except UsageError as error:
+        raise UsageError("NAME", error.fact, error.remedy) from None
+    table = _overview(chosen) if name is None else _one(chosen[0])
+    return Outcome("effects", None, tables=(table,), summary={"effects": [_row(effect) for effect in chosen]})
+
+
+def _row(effect: Effect) -> dict[str, Any]:
+    return {
+        "name": effect.name,
+        "physics": effect.physics,
+        "exposed_by": effect.exposed_by,
+        "confused_with": list(effect.confused_with),
+        "parameters": [
+            {
+                "name": p.name,
+                "symbol": p.symbol,
+                "unit": p.unit,
+                "lower": p.lower,
+                "upper": p.upper,
+                "meaning": p.meaning,
+            }
+            for p in effect.parameters
+        ],
+    }
+
+
+def _overview(effects: tuple[Effect, ...]) -> Any:
+    table = _table()
+    for title in ("Effect", "Physics", "Parameters"):
+        table.add_column(title, overflow="fold")
+    for effect in effects:
+        table.add_row(effect.name, effect.physics, ", ".join(f"{p.name} ({p.unit})" for p in effect.parameters))
+    return table
+
+
+def _one(effect: Effect) -> Any:
+    table = _table(header=False)
+    table.add_row("effect", effect.name)
+    table.add_row("physics", effect.physics)
+    for p in effect.parameters:
+        table.add_row("parameter", f"{p.name} ({p.symbol}, {p.unit}): {p.meaning}; searched {p.lower:g} to {p.upper:g}")
+    table.add_row("shown by", effect.exposed_by)
+    table.add_row("confused with", ", ".join(effect.confused_with) or "-")
+    return table
+
+
+def _table(header: bool = True) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=header)

@@ -1,0 +1,69 @@
+"""fit-motor: friction first (or from an earlier result), then motor and friction together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from linid.errors import UsageError
+from linid.workflow.fit_friction import friction_task
+from linid.workflow.fit_run import announce, begin, complete, finished_before, plan_outcome
+from linid.workflow.inputs import fingerprint, read_inputs
+from linid.workflow.run_folder import FRICTION_FOLDER, file_record, identity_of, recorded
+from linid.workflow.stage import FitTask, check_names, decisive, run_stage
+
+if TYPE_CHECKING:
+    from linid.identification.result import FitResult, ModelKind
+    from linid.workflow.outcome import Outcome
+    from linid.workflow.reporter import Reporter
+    from linid.workflow.request import Request
+
+COMMAND = "fit-motor"
+
+
+def fit_motor(request: Request, reporter: Reporter, *, model: ModelKind, friction: Path | None = None) -> Outcome:
+    """Identify a motor model and the friction with it from the `fit` recordings; see the command's help.
+
+    friction: MODEL of an earlier friction fit; None: the free wheels among the recordings are fitted first.
+    Raises LinidError for what the user can mend, Interrupted after Ctrl-C (the state is saved).
+    """
+    from linid.identification.model_file import load_model, model_to_text
+
+    start = None if friction is None else load_model(friction)
+    inputs = read_inputs(request.files, request.settings, axis=None if start is None else start.axis)
+    announce(inputs, reporter)
+    if start is not None and start.axis != inputs.axis:
+        raise UsageError(
+            f"--friction {friction}", f"is of a {start.axis} axis, the recordings of a {inputs.axis} one",
+            "Use the axis's own friction result.",
+        )  # fmt: skip
+    settings = request.settings
+    known = settings.known_values(inputs.known)
+    task = FitTask(model, inputs.of(split="fit"), settings, known, start)
+    check_names(set(task.parameter_names()), settings, inputs.known)
+    stages = [("motor", task)]
+    first: FitTask | None = None
+    if start is None and inputs.of(split="fit", kind="free_wheel"):
+        first = friction_task(inputs, settings)
+        stages.insert(0, ("friction", first))
+    if request.dry_run:
+        return plan_outcome(COMMAND, stages, inputs)
+    identity = identity_of(
+        COMMAND, model, fingerprint(inputs.recordings), decisive(settings), known,
+        None if start is None else model_to_text(start),
+    )  # fmt: skip
+    folder = begin(request, COMMAND, inputs, identity, [] if friction is None else [file_record(friction)])
+    if folder.finished_before:
+        reporter.say(f"{folder.path}: already finished, nothing to resume")
+        return finished_before(folder)
+    with recorded(folder), reporter:
+        start = _friction_stage(first, folder.path, reporter, request) if first is not None else start
+        task = FitTask(model, task.recordings, settings, known, start)
+        result = run_stage(task, folder.path, reporter, label=model, jobs=request.jobs, resume=request.resume)
+        return complete(folder, result, inputs, request, reporter)
+
+
+def _friction_stage(task: FitTask, folder: Path, reporter: Reporter, request: Request) -> FitResult:
+    return run_stage(
+        task, folder / FRICTION_FOLDER, reporter, label="friction", jobs=request.jobs, resume=request.resume
+    )

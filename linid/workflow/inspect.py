@@ -1,0 +1,151 @@
+"""inspect: what is understood of a recording or a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.errors import UsageError
+from linid.workflow.outcome import DONE, Outcome
+from linid.workflow.results import finite
+from linid.workflow.run_folder import write_text
+
+if TYPE_CHECKING:
+    from linid.recording import Axis, Campaign, Inspection
+
+COMMAND = "inspect"
+
+
+def inspect_path(
+    file: Path,
+    *,
+    channels: Path | None = None,
+    axis: Axis | None = None,
+    mapping: Path | None = None,
+    overwrite: bool = False,
+) -> Outcome:
+    """Show layout, rate, columns, units and notes of a file, and a starter mapping (written where `mapping` says).
+
+    Exit code 4 when the file cannot be fitted as it is. Raises DataError when no table of numbers can be read.
+    """
+    from linid.recording import ChannelMapping, inspect_file, is_campaign, read_campaign, starter_mapping
+    from linid.workflow.settings import read_mapping
+
+    if is_campaign(file):
+        return _campaign(read_campaign(file))
+    if mapping is not None and mapping.exists() and not overwrite:
+        raise UsageError(f"--mapping {mapping}", "the file exists", "Choose another name, or allow --overwrite.")
+    given = None if channels is None else ChannelMapping.model_validate(read_mapping(channels))
+    found = inspect_file(file, given, axis)
+    starter = starter_mapping(found)
+    if mapping is not None:
+        write_text(mapping, starter)
+    summary = {name: _plain(value) for name, value in asdict(found).items()}
+    summary |= {"command": COMMAND, "starter_mapping": starter, "exit_code": 0 if found.problem is None else 4}
+    written = f"Starter mapping written to {mapping}; check it, then give it by --channels." if mapping else starter
+    return Outcome(
+        COMMAND, None, DONE if found.problem is None else 4, "", (_facts(found), _columns(found), written), summary
+    )
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return finite(value)
+
+
+def _facts(found: Inspection) -> Any:
+    table = _table(header=False)
+    rows = [
+        ("file", str(found.path)),
+        ("layout", f"{found.layout}, {found.encoding}, {found.dialect}"),
+        ("lines", f"header in line {found.header_line}, data from line {found.first_data_line}, {found.rows} rows"),
+    ]
+    if found.rate is not None and found.t_start is not None and found.t_end is not None:
+        jitter = f", jitter {100 * found.jitter:.2g} %" if found.jitter else ""
+        rows.append(("time", f"{found.t_start:.6g} to {found.t_end:.6g} s at {found.rate:.6g} Hz{jitter}"))
+    if found.groups > 1:
+        rows.append(("time groups", str(found.groups)))
+    rows += [("note", note) for note in found.notes]
+    if found.problem is not None:
+        rows.append(("PROBLEM", found.problem))
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _columns(found: Inspection) -> Any:
+    table = _table()
+    table.add_column("#", justify="right")
+    table.add_column("Column", overflow="fold")
+    table.add_column("Read as", overflow="fold")
+    table.add_column("Declared -> SI", overflow="fold")
+    table.add_column("From", justify="right")
+    table.add_column("To", justify="right")
+    for column in found.columns:
+        units = f"{column.declared or '?'} -> {column.si}" if column.si else (column.declared or "?")
+        table.add_row(
+            str(column.number),
+            column.header,
+            column.channel or "-",
+            units,
+            f"{column.minimum:.5g}",
+            f"{column.maximum:.5g}",
+        )
+    return table
+
+
+def _campaign(campaign: Campaign) -> Outcome:
+    table = _table()
+    for title in ("Recording", "Kind", "Split", "Samples", "Hz", "Seconds", "Added", "Inputs"):
+        table.add_column(title, overflow="fold")
+    rows = []
+    for r in campaign.recordings:
+        inputs = (
+            "phase currents" if r.phase_currents is not None else (r.input_unit if r.drive_input is not None else "-")
+        )
+        rows.append(
+            {
+                "recording": r.name,
+                "kind": r.kind,
+                "split": r.split,
+                "samples": int(r.t.size),
+                "rate": 1.0 / r.period,
+                "duration": r.duration,
+                "added_mass": r.added_mass,
+                "inputs": inputs,
+                "notes": list(r.notes),
+                "sha256": r.sha256,
+            }
+        )
+        table.add_row(
+            r.name,
+            r.kind,
+            r.split,
+            str(r.t.size),
+            f"{1.0 / r.period:.5g}",
+            f"{r.duration:.4g}",
+            f"{r.added_mass:g}",
+            inputs,
+        )
+    summary = {
+        "command": COMMAND,
+        "campaign": campaign.name,
+        "axis": campaign.axis,
+        "known": campaign.known,
+        "recordings": rows,
+        "exit_code": DONE,
+    }
+    return Outcome(COMMAND, None, DONE, "", (table,), summary)
+
+
+def _table(header: bool = True) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), show_header=header)

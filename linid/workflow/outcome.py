@@ -1,0 +1,45 @@
+"""What a finished command hands back to whoever called it: the command line or a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from linid.diagnosis.gap import RecordingGap
+
+DONE, NOT_CONVERGED = 0, 5
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """exit_code: 0 done, 5 results written but not converged; tables: for the console (rich); summary: for --json."""
+
+    command: str
+    folder: Path | None
+    exit_code: int = DONE
+    key_figure: str = ""
+    tables: tuple[Any, ...] = ()
+    summary: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """`done` or `not_converged`."""
+        return "done" if self.exit_code == DONE else "not_converged"
+
+
+def gap_figure_text(gaps: Sequence[RecordingGap]) -> str:
+    """The gap in one line: median force error of the held-out recordings, or of the fitted ones."""
+    from statistics import median
+
+    held_out = [g for g in gaps if g.split == "held_out"]
+    chosen = held_out or list(gaps)
+    if not chosen:
+        return ""
+    which = "held out" if held_out else "fitted"
+    return (
+        f"{which}, median of {len(chosen)}: free run {100 * median(g.free_run for g in chosen):.2g} %, "
+        f"force {100 * median(g.force_share for g in chosen):.2g} %"
+    )

@@ -1,0 +1,256 @@
+"""The folder of one run: fresh, never overwritten unasked, with its configuration and `run.json` beside the results.
+
+Everything that depends on time, threads or the machine goes into `run.json` and nowhere else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from linid.errors import ConfigError, LinidError, UsageError
+from linid.report.files import write_atomic
+
+RUN_FILE = "run.json"
+CONFIG_FILE = "config.yaml"
+CHECKPOINT_FILE = "checkpoint.json"
+FRICTION_FOLDER = "friction"
+_LOGS = ("log.txt", "traceback.txt")
+# What a run writes; --overwrite removes these and nothing else.
+_FILES = (
+    RUN_FILE, CONFIG_FILE, CHECKPOINT_FILE, "parameters.json", "parameters.csv", "parameters.tex", "convergence.csv",
+    "gaps.csv", "gaps.tex", "gaps.json", "summary.csv", *_LOGS,
+)  # fmt: skip
+_FOLDERS = ("figures", FRICTION_FOLDER, "simulations")
+FINISHED = ("done", "not_converged")
+
+
+@dataclass
+class RunFolder:
+    """An open run folder; `record` is the content of run.json. finished: this run was complete before (resumed)."""
+
+    path: Path
+    command: str
+    record: dict[str, Any] = field(default_factory=dict)
+    started: float = field(default_factory=time.monotonic)
+    previous: dict[str, Any] | None = None
+
+    @property
+    def finished_before(self) -> bool:
+        """Whether a resumed run was already complete."""
+        return self.previous is not None and self.previous.get("status") in FINISHED
+
+    def begin(
+        self, *, identity: str, config: str, inputs: Sequence[Mapping[str, Any]], seed: int | None, jobs: int
+    ) -> None:
+        """Write config.yaml and a first run.json; a resumed run of another problem raises ConfigError."""
+        if self.previous is not None:
+            before = self.previous.get("identity")
+            if before is not None and before != identity:
+                raise ConfigError(
+                    str(self.path), "holds a run with other inputs, settings or program versions",
+                    "Resume with the command and files it was started with, or choose another --out.",
+                )  # fmt: skip
+            if self.finished_before:
+                return
+        self._create()
+        self.record = {
+            "tool": "linid", "command": self.command, "status": "running", "identity": identity,
+            "versions": versions(), "seed": seed, "jobs": jobs, "inputs": list(inputs), "started": _now(),
+            "resumed": self.previous is not None,
+        }  # fmt: skip
+        write_text(self.path / CONFIG_FILE, config)
+        self._write()
+
+    def end(self, status: str, exit_code: int, **more: Any) -> None:
+        """Complete run.json."""
+        if not self.record:
+            return
+        self.record.update(
+            status=status, exit_code=exit_code, finished=_now(), seconds=round(time.monotonic() - self.started, 3),
+            peak_memory_mb=peak_memory_mb(), **more,
+        )  # fmt: skip
+        self._write()
+
+    def _create(self) -> None:
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(
+                str(self.path), f"cannot be created: {error.strerror}", "Choose another folder by --out."
+            ) from None
+
+    def _write(self) -> None:
+        write_text(self.path / RUN_FILE, json.dumps(self.record, indent=1, ensure_ascii=False) + "\n")
+
+
+def open_run_folder(command: str, out: Path | None, *, overwrite: bool = False, resume: bool = False) -> RunFolder:
+    """Choose (or with resume: find) the folder of a run; it is created when the run begins.
+
+    out: None makes a fresh folder `linid_COMMAND_DATE_TIME` here; with resume it means the newest such folder that
+    is not finished. Raises UsageError when a folder holds something and neither overwrite nor resume is given.
+    """
+    if resume:
+        path = out or _newest_unfinished(command)
+        previous = read_run(path)
+        if previous is None and path.exists() and any(path.iterdir()):
+            raise UsageError(
+                f"--resume {path}",
+                "the folder holds no run (no run.json)",
+                "Name the folder of an earlier run by --out.",
+            )
+        if previous is not None and previous.get("command") != command:
+            raise UsageError(
+                f"--resume {path}",
+                f"the folder holds a {previous.get('command')} run",
+                f"It cannot be resumed by {command}.",
+            )
+    else:
+        path, previous = out or fresh_folder(command), None
+        _make_room(path, overwrite)
+    return RunFolder(path, command, previous=previous)
+
+
+def read_run(path: Path) -> dict[str, Any] | None:
+    """The content of a folder's run.json, None if there is none of this tool."""
+    try:
+        record = json.loads((path / RUN_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return record if isinstance(record, dict) and record.get("tool") == "linid" else None
+
+
+def identity_of(*parts: Any) -> str:
+    """SHA-256 of JSON-able parts and the versions that decide every bit of a result."""
+    decisive = {name: versions()[name] for name in ("linid", "numpy", "scipy", "numba", "deap")}
+    text = json.dumps([decisive, *parts], sort_keys=True, allow_nan=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def file_record(path: Path) -> dict[str, Any]:
+    """Path and SHA-256 of an input file."""
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        digest = ""
+    return {"file": str(path), "sha256": digest}
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file whole or not at all."""
+    return write_atomic(path, text.encode("utf-8"))
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Versions of the program, of Python and of the libraries that compute."""
+    import platform
+    from importlib import metadata
+
+    out = {"python": platform.python_version(), "platform": platform.platform()}
+    for name in ("linid", "numpy", "scipy", "numba", "deap", "matplotlib"):
+        try:
+            out[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            out[name] = "not installed"
+    return out
+
+
+def peak_memory_mb() -> float | None:
+    """Largest resident memory of this process so far, in MB (None where the system does not tell)."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return round(peak / (2**20 if sys.platform == "darwin" else 2**10), 1)
+
+
+def _now() -> str:
+    return datetime.now(UTC).astimezone().isoformat(timespec="seconds")
+
+
+def fresh_folder(command: str) -> Path:
+    stem = f"linid_{command}_{datetime.now():%Y-%m-%d_%H%M%S}"
+    path, number = Path(stem), 1
+    while path.exists():
+        number += 1
+        path = Path(f"{stem}_{number}")
+    return path
+
+
+def _newest_unfinished(command: str) -> Path:
+    folders = sorted(Path().glob(f"linid_{command}_*"), key=lambda p: (p.stat().st_mtime, p.name), reverse=True)
+    for folder in folders:
+        run = read_run(folder)
+        if run is not None and run.get("status") not in FINISHED:
+            return folder
+    raise UsageError(
+        "--resume", f"no unfinished folder linid_{command}_* here", "Name the run's folder: --resume --out DIR."
+    )
+
+
+def _make_room(path: Path, overwrite: bool) -> None:
+    if path.is_file():
+        raise UsageError(str(path), "is a file", "Name a folder by --out.")
+    if not path.exists() or all(child.name in _LOGS for child in path.iterdir()):
+        return
+    if not overwrite:
+        raise UsageError(
+            str(path), "the folder is not empty",
+            "Choose another --out, continue its run by --resume, or allow --overwrite.",
+        )  # fmt: skip
+    if read_run(path) is None:
+        raise UsageError(
+            str(path),
+            "the folder holds files that are not a run's, --overwrite would mix them",
+            "Choose another --out.",
+        )
+    clear_run(path)
+
+
+def clear_run(path: Path) -> None:
+    """Remove what an earlier run wrote, and nothing else."""
+    jobs = [child for child in path.iterdir() if child.is_dir() and read_run(child) is not None]
+    for job in jobs:
+        clear_run(job)
+        if not any(job.iterdir()):
+            job.rmdir()
+    for name in _FILES:
+        (path / name).unlink(missing_ok=True)
+    for name in _FOLDERS:
+        shutil.rmtree(path / name, ignore_errors=True)
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; its state is saved in `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        super().__init__(str(folder))
+
+
+@contextmanager
+def recorded(folder: RunFolder) -> Iterator[None]:
+    """Note in run.json how a run that does not finish ended; Ctrl-C becomes Interrupted."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        folder.end("interrupted", 130)
+        raise Interrupted(folder.path) from None
+    except LinidError as error:
+        folder.end("failed", error.exit_code, error=str(error))
+        raise
+    except Exception as error:
+        folder.end("failed", 1, error=repr(error))
+        raise

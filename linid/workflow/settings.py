@@ -1,0 +1,175 @@
+"""Settings of a run: one model behind `--config FILE`, `--set key=value`, the named options and batch files."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from linid.config import YamlFile, validate_yaml
+from linid.errors import ConfigError
+from linid.recording.mapping import ChannelMapping
+from linid.recording.recording import Axis, Kind
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+def _masses(value: Any) -> Any:
+    """One number means: the same for every file."""
+    return {"*": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+Masses = Annotated[dict[str, Annotated[float, Field(ge=0, allow_inf_nan=False)]], BeforeValidator(_masses)]
+
+
+class Settings(BaseModel):
+    """Everything that decides a result apart from the files, the model and the start."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    # The recordings.
+    axis: Axis | None = Field(
+        None, description="linear (m, N, kg) or rotary (rad, N m, kg m^2); default: the campaign's"
+    )
+    channels: ChannelMapping | None = Field(
+        default=None, description="column mapping for bare files: inline, or a YAML file"
+    )
+    kind: Kind | None = Field(default=None, description="kind of bare files; default: free_wheel if no current flows")
+    window: tuple[Finite, Finite] | None = Field(default=None, description="[t0, t1] in s, for bare files")
+    period: Positive | None = Field(
+        default=None, description="sampling period in s of bare files without a time column"
+    )
+    added_mass: Masses = Field(
+        default_factory=dict, description="known added mass of bare files in kg: one number, or file name: number"
+    )
+    find_coast_down: bool = Field(default=True, description="cut manual pushes from free wheels that have no window")
+    # The model.
+    effects: tuple[str, ...] = Field(default=(), description="effects to identify together with the model")
+    mass: Positive | None = Field(default=None, description="known moving mass in kg (rotary: kg m^2)")
+    known: dict[str, Finite] = Field(default_factory=dict, description="parameter: SI value that is not identified")
+    bounds: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict, description="parameter: [low, high] in SI")
+    free_exponent: bool = Field(default=False, description="identify the Stribeck exponent alpha too")
+    # The search.
+    objective: Literal["auto", "free_run", "ahead", "acceleration"] = Field(
+        default="auto", description="auto: free_run for free wheels, ahead for driven recordings"
+    )
+    horizon: Positive = Field(default=0.1, description="how far `ahead` looks, in s")
+    method: Literal["genetic", "cma"] = Field(default="genetic", description="genetic algorithm or CMA-ES")
+    population: int = Field(default=64, ge=8, description="candidates per generation")
+    generations: int = Field(default=120, ge=1, description="largest number of generations")
+    patience: int = Field(default=15, ge=1, description="generations without gain before the search stops")
+    tolerance: Positive = Field(default=1e-3, description="relative gain below which a generation counts as none")
+    polish_rounds: int = Field(default=4, ge=1, description="rounds of the local polish")
+    substeps: int | None = Field(
+        default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
+    )
+    seed: int = Field(default=1, ge=0, description="seed of the search")
+    # The output.
+    figures: bool = Field(default=True, description="write figures")
+    figure_formats: tuple[Literal["png", "pdf", "svg"], ...] = Field(default=("png", "pdf"), min_length=1)
+
+    def known_values(self, campaign: Mapping[str, float]) -> dict[str, float]:
+        """All known SI values; the settings' own stand above the campaign's."""
+        own = dict(self.known) if self.mass is None else {**self.known, "mass": self.mass}
+        return {**campaign, **own}
+
+
+def read_settings(path: Path) -> dict[str, Any]:
+    """The keys of a settings file, checked; `channels:` may name a mapping file relative to it."""
+    file = YamlFile(path)
+    if file.data is None:
+        return {}
+    resolve_channels(file.data, path.parent)
+    validate_yaml(file, Settings)
+    return dict(file.data)
+
+
+def resolve_channels(data: Any, folder: Path) -> None:
+    """Replace the name of a mapping file by its content."""
+    if isinstance(data, dict) and isinstance(data.get("channels"), str):
+        data["channels"] = read_mapping(folder / data["channels"])
+
+
+class _MappingFile(BaseModel):
+    """A mapping file with the heading that `linid inspect` writes."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    channels: ChannelMapping
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """The content of a column-mapping file, with or without the heading `channels:`; raises ConfigError."""
+    file = YamlFile(path)
+    headed = isinstance(file.data, dict) and "channels" in file.data
+    mapping = validate_yaml(file, _MappingFile).channels if headed else validate_yaml(file, ChannelMapping)
+    return mapping.model_dump(exclude_unset=True)
+
+
+def make_settings(*layers: Mapping[str, Any]) -> Settings:
+    """Settings from layers of raw keys, later ones on top; mappings such as `known` are merged key by key.
+
+    Raises ConfigError naming the key (files are checked before, with their lines).
+    """
+    merged: dict[str, Any] = {}
+    for layer in layers:
+        for key, value in layer.items():
+            below = merged.get(key)
+            if key == "added_mass":
+                below, value = _masses(below), _masses(value)
+            if isinstance(below, dict) and isinstance(value, dict) and key != "channels":
+                value = {**below, **value}
+            merged[key] = value
+    try:
+        return Settings.model_validate(merged)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = str(first["loc"][0])
+        if first["type"] == "extra_forbidden":
+            near = difflib.get_close_matches(key, list(Settings.model_fields), n=1, cutoff=0.5)
+            hint = f"Did you mean '{near[0]}'? " if near else ""
+            raise ConfigError(
+                f"setting '{key}'", "there is no such key", f"{hint}Known keys: {', '.join(Settings.model_fields)}."
+            ) from None
+        where = ".".join(str(step) for step in first["loc"])
+        raise ConfigError(f"setting '{where}'", f"found {first['input']!r}: {first['msg']}", "Correct it.") from None
+
+
+def parse_assignment(text: str) -> dict[str, Any]:
+    """`key=value` -> {key: value}, `known.mass=2` -> {known: {mass: 2}}; the value is read as YAML."""
+    import yaml
+
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise ConfigError(f"--set {text}", "found no `=`", "Write --set key=value, such as --set population=48.")
+    try:
+        parsed: Any = yaml.safe_load(value)
+    except yaml.YAMLError:
+        raise ConfigError(f"--set {text}", "the value is not valid YAML", "Quote it, or use a settings file.") from None
+    if isinstance(parsed, str):
+        parsed = _number(parsed)
+    for step in reversed(key.strip().split(".")):
+        parsed = {step: parsed}
+    return dict(parsed)
+
+
+def _number(text: str) -> float | str:
+    # YAML 1.1 takes 1e-3 for a string.
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def settings_yaml(settings: Settings, heading: str) -> str:
+    """The resolved settings as YAML that `--config` reads back; heading: comment above them."""
+    import yaml
+
+    body = settings.model_dump(mode="json", exclude_none=True)
+    if settings.channels is not None:
+        body["channels"] = settings.channels.model_dump(mode="json", exclude_none=True)
+    comment = "".join(f"# {line}\n" for line in heading.splitlines())
+    return comment + str(yaml.safe_dump(body, sort_keys=False, allow_unicode=True))

@@ -1,0 +1,134 @@
+"""simulate: the free run of a fitted model over recordings, as CSV and figure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from linid.errors import DataError
+from linid.workflow import results
+from linid.workflow.fit_run import announce, begin, measure
+from linid.workflow.inputs import fingerprint, read_inputs
+from linid.workflow.outcome import DONE, Outcome
+from linid.workflow.run_folder import file_record, identity_of, recorded, write_text
+from linid.workflow.stage import decisive
+
+if TYPE_CHECKING:
+    from linid.diagnosis.gap import Trace
+    from linid.identification.result import FitResult
+    from linid.recording import Recording
+    from linid.workflow.reporter import Reporter
+    from linid.workflow.request import Request
+
+COMMAND = "simulate"
+
+
+@dataclass(frozen=True)
+class StartState:
+    """Start of the simulation in m and m/s (rotary: rad, rad/s); None: as measured."""
+
+    position: float | None = None
+    speed: float | None = None
+
+    @property
+    def measured(self) -> bool:
+        """Whether nothing is given."""
+        return self.position is None and self.speed is None
+
+
+def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartState | None = None) -> Outcome:
+    """Run a MODEL freely over recordings: simulations/NAME.csv with t, y_measured, y_simulated, v, and a figure each.
+
+    Raises ConfigError for the model, DataError or UsageError for the recordings.
+    """
+    from linid.identification.model_file import load_model, model_to_text
+    from linid.report.files import file_stems
+
+    start = start or StartState()
+    result = load_model(model)
+    inputs = read_inputs(request.files, request.settings, axis=result.axis)
+    announce(inputs, reporter)
+    chosen = results.residual_recordings(inputs.recordings, result)
+    if not chosen:
+        raise DataError(
+            ", ".join(str(f) for f in request.files), f"holds no recording that a {result.model} model can drive",
+            "Give free wheels, or recordings with the channels that the model needs.",
+        )  # fmt: skip
+    if request.dry_run:
+        names = [r.name for r in chosen]
+        return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
+    identity = identity_of(COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result), str(start))
+    folder = begin(request, COMMAND, inputs, identity, [file_record(model)])
+    rows = []
+    with recorded(folder), reporter:
+        _, traces = measure(result, chosen, reporter, jobs=request.jobs, seed=request.settings.seed, strict=True)
+        stems = file_stems(r.name for r in chosen)
+        for recording, trace, stem in zip(chosen, traces, stems, strict=True):
+            shown = trace if start.measured else _from(start, result, recording, trace, request.jobs)
+            path = write_text(folder.path / "simulations" / f"{stem}.csv", trace_csv(shown))
+            if request.settings.figures:
+                _figure(shown, folder.path / "figures" / f"simulation_{stem}", request.settings.figure_formats)
+            rms = math.sqrt(float(((shown.y_simulated - shown.y_measured) ** 2).mean()))
+            rows.append({"recording": recording.name, "file": str(path), "rms_error": results.finite(rms)})
+        folder.end("done", DONE)
+    summary = {
+        "command": COMMAND,
+        "folder": str(folder.path),
+        "axis": result.axis,
+        "simulations": rows,
+        "exit_code": DONE,
+    }
+    return Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary)
+
+
+def trace_csv(trace: Trace) -> str:
+    """CSV of one simulation: t (s), y_measured, y_simulated (m or rad), v (simulated, m/s or rad/s)."""
+    import numpy as np
+
+    table = np.column_stack([trace.t, trace.y_measured, trace.y_simulated, trace.velocity_simulated])
+    lines = [",".join(f"{value:.9g}" if math.isfinite(value) else "" for value in row) for row in table.tolist()]
+    unit = "rad" if trace.axis == "rotary" else "m"
+    return "\n".join([f"t (s),y_measured ({unit}),y_simulated ({unit}),v ({unit}/s)", *lines]) + "\n"
+
+
+def _from(start: StartState, result: FitResult, recording: Recording, trace: Trace, jobs: int) -> Trace:
+    """The free run from a given start state; the bristle starts at its steady deflection."""
+    import numpy as np
+
+    from linid.diagnosis.measures import model_of
+    from linid.simulation.inputs import pack_inputs
+    from linid.simulation.run import Simulator, whole_recordings
+
+    model, vector = model_of(result)
+    simulator = Simulator(model, pack_inputs([recording]), result.substeps, jobs)
+    position = start.position if start.position is not None else trace.y_simulated[0]
+    speed = start.speed if start.speed is not None else trace.velocity_simulated[0]
+    state = np.array([[[position, speed, np.nan]]])
+    y, v, _ = simulator.run(vector, whole_recordings(simulator.inputs), state, velocity=True)
+    return replace(trace, y_simulated=y[0], velocity_simulated=v[0])
+
+
+def _figure(trace: Trace, stem: Path, formats: tuple[str, ...]) -> None:
+    from linid.report.figures.comparison import comparison_figure
+    from linid.report.style import save
+
+    save(comparison_figure(trace), stem, formats)
+
+
+def _table(rows: list[dict[str, object]], axis: str) -> object:
+    from rich import box
+    from rich.table import Table
+
+    unit, factor = ("µrad", 1e6) if axis == "rotary" else ("µm", 1e6)
+    table = Table(title="Free runs", title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table.add_column("Recording", overflow="fold")
+    table.add_column(f"RMS error {unit}", justify="right")
+    table.add_column("File", overflow="fold")
+    for row in rows:
+        rms = row["rms_error"]
+        table.add_row(
+            str(row["recording"]), "diverged" if rms is None else f"{factor * float(str(rms)):.3g}", str(row["file"])
+        )
+    return table
