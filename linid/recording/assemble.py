@@ -14,6 +14,8 @@ from linid.recording.resolve import Channel, Channels
 from linid.recording.table import Table
 from linid.recording.timebase import clean_clock, gap_notes, onto
 
+_MARGIN = 10  # samples of a slower group kept beside the window, for its spline
+
 
 @dataclass(frozen=True)
 class Signals:
@@ -22,17 +24,22 @@ class Signals:
     values: dict[Role, Array]
     notes: tuple[str, ...]
 
-    def select(self, keep: np.ndarray[tuple[int], np.dtype[np.bool_]] | slice) -> Signals:
-        """The samples in `keep`."""
-        return Signals({role: x[keep].copy() for role, x in self.values.items()}, self.notes)
 
+def assemble(
+    table: Table, channels: Channels, period: float | None, window: tuple[float, float] | None = None
+) -> Signals:
+    """All channels in SI at the times of the position (other time groups by cubic spline, never extrapolated).
 
-def assemble(table: Table, channels: Channels, period: float | None) -> Signals:
-    """All channels in SI at the times of the position (other time groups by cubic spline, never extrapolated)."""
+    window: (t0, t1) in s of the file's time; what lies outside is not looked at.
+    """
     place = str(table.path)
     position = channels.by_role["position"]
     base = position.column.group
     t, rows, notes = _clock(table, channels, base, period, place)
+    if window is not None:
+        part = _inside(t, window, place)
+        notes.append(f"window [{window[0]:g}, {window[1]:g}] s: {part.stop - part.start} of {len(t)} samples used")
+        t, rows = t[part], rows[part]
     values: dict[Role, Array] = {}
     keep = np.ones(len(t), dtype=bool)
     resampled: list[str] = []
@@ -44,9 +51,12 @@ def assemble(table: Table, channels: Channels, period: float | None) -> Signals:
         else:
             t_here, rows_here, group_notes = _clock(table, channels, channel.column.group, period, place)
             notes += [n for n in group_notes if n not in notes]
+            low, high = np.searchsorted(t_here, [t[0], t[-1]])
+            around = slice(max(0, int(low) - _MARGIN), int(high) + _MARGIN)
+            t_here, rows_here = t_here[around], rows_here[around]
             raw = _take(channel, rows_here, place)
         raw, t_used, rows_used = _without_bad_edges(raw, t_here, rows_here, channel, place)
-        raw, note = fill(t_used, raw, channel, place)
+        raw, note = fill(t_used, raw, rows_used, channel, place)
         notes += [note] if note else []
         if role == "position":
             raw, note = unwrap(raw, channel, place, channel.column.lines[rows_used])
@@ -62,6 +72,19 @@ def assemble(table: Table, channels: Channels, period: float | None) -> Signals:
         notes.append(f"{', '.join(resampled)}: another time group, put on the position's times by cubic spline")
     values["time"] = t
     return _common_part(values, keep, notes, place)
+
+
+def _inside(t: Array, window: tuple[float, float], place: str) -> slice:
+    """The samples inside the window."""
+    start, end = window
+    inside = np.flatnonzero((t >= start - 1e-12) & (t <= end + 1e-12))
+    if not start < end or len(inside) < 4:
+        raise DataError(
+            place,
+            f"window [{start:g}, {end:g}] s holds {len(inside)} samples; the file runs from {t[0]:g} to {t[-1]:g} s",
+            "Choose a window inside the recording.",
+        )
+    return slice(int(inside[0]), int(inside[-1]) + 1)
 
 
 def _common_part(

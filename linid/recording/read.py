@@ -45,9 +45,7 @@ def read_recording(
     period = period if period is not None else mapping.period_s
     table = read_table(path, mapping)
     found = resolve(table, mapping, axis, period)
-    signals = assemble(table, found, period)
-    if window is not None:
-        signals = _cut(signals, window, path)
+    signals = assemble(table, found, period, window)
     return to_uniform(_recording(path, table.sha256, signals, found, table.notes, axis, kind, split, added_mass))
 
 
@@ -59,22 +57,6 @@ def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:
             f"found {len(recording.t)} samples ({recording.duration:.3g} s), expected at least {samples}",
             "Record longer, or widen `window:`.",
         )
-
-
-def _cut(signals: Signals, window: tuple[float, float], path: Path) -> Signals:
-    t = signals.values["time"]
-    start, end = window
-    keep = (t >= start - 1e-12) & (t <= end + 1e-12)
-    if not start < end or keep.sum() < 4:
-        raise DataError(
-            str(path),
-            f"window [{start:g}, {end:g}] s holds {int(keep.sum())} samples; the file runs "
-            f"from {t[0]:g} to {t[-1]:g} s",
-            "Choose a window inside the recording.",
-        )
-    cut = signals.select(keep)
-    note = f"window [{start:g}, {end:g}] s: {int(keep.sum())} of {len(t)} samples used"
-    return Signals(cut.values, (*cut.notes, note))
 
 
 def _recording(

@@ -27,8 +27,13 @@ def bad_cell_error(
     )
 
 
-def fill(t: Array, x: Array, channel: Channel, place: str) -> tuple[Array, str | None]:
-    """Isolated unreadable cells (up to 1 %, up to five in a row) interpolated by a cubic spline, with a note."""
+def fill(
+    t: Array, x: Array, rows: np.ndarray[tuple[int], np.dtype[np.int64]], channel: Channel, place: str
+) -> tuple[Array, str | None]:
+    """Isolated unreadable cells (up to 1 %, up to five in a row) interpolated by a cubic spline, with a note.
+
+    t, x, rows: (n,) times in s, raw values and their rows in the column.
+    """
     from scipy.interpolate import CubicSpline
 
     bad = np.flatnonzero(~np.isfinite(x))
@@ -37,17 +42,12 @@ def fill(t: Array, x: Array, channel: Channel, place: str) -> tuple[Array, str |
     run = max(len(part) for part in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1))
     good = np.isfinite(x)
     if len(bad) > max(1, _SHARE * len(x)) or run > LONGEST_RUN or good.sum() < 4:
-        raise bad_cell_error(channel, _unreadable(channel), len(x), place)
+        raise bad_cell_error(channel, rows[bad], len(x), place)
     filled = np.asarray(CubicSpline(t[good], x[good])(t), dtype=np.float64)
-    rows = _unreadable(channel)
-    texts = sorted({_shown(channel, int(row)) for row in rows})[:3]
-    listed = ", ".join(str(int(channel.column.lines[row])) for row in rows[:5])
+    texts = sorted({_shown(channel, int(row)) for row in rows[bad]})[:3]
+    listed = ", ".join(str(int(channel.column.lines[row])) for row in rows[bad[:5]])
     cells = f"{len(bad)} unreadable cell{'s' * (len(bad) > 1)} ({', '.join(texts)}; line {listed})"
     return np.where(good, x, filled), f"{channel.column.header}: {cells} interpolated"
-
-
-def _unreadable(channel: Channel) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    return np.flatnonzero(~np.isfinite(channel.column.values)).astype(np.int64)
 
 
 def _shown(channel: Channel, row: int) -> str:

@@ -200,6 +200,18 @@ def test_many_bad_cells_are_refused(tmp_path: Path) -> None:
     error_of(write(tmp_path, text), "line 61", "Phase Current U", "'#REF!'", "15 of 200")
 
 
+def test_what_lies_outside_the_window_does_not_matter(tmp_path: Path) -> None:
+    text = lines()
+    for k in range(150, 170):
+        text[k] = text[k].replace(text[k].split(",")[1], "#REF!")
+    for k in range(170, 201):
+        text[k] = text[k].replace(text[k].split(",")[1], "999999")
+    path = write(tmp_path, text)
+    error_of(path, "'#REF!'")
+    recording = read_recording(path, window=(0.0, 0.14))
+    assert len(recording.t) == 141 and not any("unreadable" in note for note in recording.notes)
+
+
 def test_bad_cells_in_unused_columns_do_not_matter(tmp_path: Path) -> None:
     text = [HEADER + ",Temperature (degC)"] + [row + (",20.5" if k % 3 else ",") for k, row in enumerate(rows())]
     assert len(read_recording(write(tmp_path, text)).t) == N
