@@ -20,31 +20,100 @@ PARAMETERS = (
 )
 
 
-@njit(cache=True)
+# Beyond this exponent the decay is below rounding, and the exponential is not worth its time.
+_DECAYED = 50.0
+
+
+@njit(cache=True, error_model="numpy")
 def stribeck(v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float) -> float:
     """Steady friction level g(v) in N at speed v in m/s (eq. 42 with the sign of the exponent corrected).
 
     coulomb, static: N; stribeck_velocity: m/s; exponent: alpha, 0.5 to 2.
     """
+    return stribeck_fall(v, coulomb, static, stribeck_velocity, exponent)[0]
+
+
+@njit(cache=True, error_model="numpy")
+def stribeck_fall(
+    v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float
+) -> tuple[float, float]:
+    """Steady friction level g(v) and v dg/dv, both in N. Arguments as in `stribeck`."""
     ratio = abs(v) / stribeck_velocity
-    if exponent == 2.0:
-        return coulomb + (static - coulomb) * math.exp(-ratio * ratio)
-    return coulomb + (static - coulomb) * math.exp(-(ratio**exponent))
+    power = ratio * ratio if exponent == 2.0 else ratio**exponent
+    if power > _DECAYED:
+        return coulomb, 0.0
+    excess = (static - coulomb) * math.exp(-power)
+    return coulomb + excess, -exponent * power * excess
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def _phi(z: float) -> tuple[float, float, float]:
+    """phi_1, phi_2, phi_3 of the exponential integrators: phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!) / z, phi_0 = exp."""
+    if abs(z) < 0.5:  # the recurrence would cancel; downwards from the series of phi_3 it does not
+        last = 1.0 / 3628800.0 + z * (1.0 / 39916800.0 + z * (1.0 / 479001600.0 + z / 6227020800.0))
+        last = 1.0 / 5040.0 + z * (1.0 / 40320.0 + z * (1.0 / 362880.0 + z * last))
+        third = 1.0 / 6.0 + z * (1.0 / 24.0 + z * (1.0 / 120.0 + z * (1.0 / 720.0 + z * last)))
+        second = 0.5 + z * third
+        return 1.0 + z * second, second, third
+    inverse = 1.0 / z
+    first = (math.exp(z) - 1.0) * inverse
+    second = (first - 1.0) * inverse
+    return first, second, (second - 0.5) * inverse
+
+
+@njit(cache=True, error_model="numpy")
+def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, float, float, float]:
+    """phi_1, phi_2, phi_3 of the 2 x 2 matrix half_trace I + B with B^2 = square I: e_1, o_1, e_2 ... in e I + o B."""
+    if square > 0.0625:
+        root = math.sqrt(square)
+        slow_1, slow_2, slow_3 = _phi(half_trace + root)
+        fast_1, fast_2, fast_3 = _phi(half_trace - root)
+        odd = 0.5 / root
+        return (
+            0.5 * (slow_1 + fast_1), odd * (slow_1 - fast_1), 0.5 * (slow_2 + fast_2), odd * (slow_2 - fast_2),
+            0.5 * (slow_3 + fast_3), odd * (slow_3 - fast_3),
+        )  # fmt: skip
+    if abs(half_trace) < 0.5 and square > -0.0625:
+        # Small matrix: the series of phi_3 by Horner, whatever the eigenvalues are.
+        even, odd, coefficient = 0.0, 0.0, 1.0 / 20922789888000.0
+        for k in range(16, 2, -1):
+            even, odd = coefficient + half_trace * even + square * odd, even + half_trace * odd
+            coefficient *= k
+        even_2, odd_2 = 0.5 + half_trace * even + square * odd, even + half_trace * odd
+        return 1.0 + half_trace * even_2 + square * odd_2, even_2 + half_trace * odd_2, even_2, odd_2, even, odd
+    decay = math.exp(half_trace)
+    if square < 0.0:
+        root = math.sqrt(-square)
+        even, odd = decay * math.cos(root), decay * math.sin(root) / root
+    else:
+        # cosh and sinh(x)/x by their series: the two eigenvalues may coincide.
+        even = decay * (1.0 + square * (0.5 + square * (1.0 / 24.0 + square * (1.0 / 720.0 + square / 40320.0))))
+        tail = square * (1.0 / 5040.0 + square / 362880.0)
+        odd = decay * (1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0 + tail)))
+    inverse = 1.0 / (half_trace * half_trace - square)
+    even -= 1.0
+    even_1, odd_1 = inverse * (half_trace * even - square * odd), inverse * (half_trace * odd - even)
+    even = even_1 - 1.0
+    even_2, odd_2 = inverse * (half_trace * even - square * odd_1), inverse * (half_trace * odd_1 - even)
+    even = even_2 - 0.5
+    return (
+        even_1, odd_1, even_2, odd_2,
+        inverse * (half_trace * even - square * odd_2), inverse * (half_trace * odd_2 - even),
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
 def lugre_step(
-    v: float, w: float, v_mid: float, w_mid: float, level: float, force: float, force_rate: float,
+    v: float, w: float, v_mid: float, w_mid: float, level: float, fall: float, force: float, force_rate: float,
     mass: float, sigma_0: float, sigma_1: float, sigma_2: float, h: float,
 ) -> tuple[float, float, float]:
     """Advance the sliding mass and its bristle over h, exactly for the equations linearised at mid-step.
 
-    m v' = force - sigma_0 w - sigma_1 w' - sigma_2 v and, with rate = sigma_0 |v_mid|/g(v_mid),
-    w' = v_mid - rate w + slope (v - v_mid) (eq. 41 linearised in v), solved in closed form, so that no
-    bristle stiffness limits the step. force: at the start in N, growing by force_rate in N/s; level: g(v_mid)
-    in N. The slope lies in [0, 1]: 0 when sliding
-    (bristle saturated), 1 when sticking; the bounds keep reversals stable and cost no order.
+    m v' = force - sigma_0 w - sigma_1 w' - sigma_2 v and w' = v - rate(v) w (eq. 41) with rate = sigma_0 |v|/g(v),
+    linearised at v_mid, w_mid; solved in closed form, so that no bristle stiffness limits the step.
+    force: at the start in N, growing by force_rate in N/s; level, fall: g and v dg/dv at v_mid, both in N.
     Returns v in m/s, w in m and the displacement in m after h seconds.
+    Method: exponential Rosenbrock midpoint (second order), with phi functions (Hochbruck & Ostermann 2010).
     """
     rate = sigma_0 * abs(v_mid) / level
     load = sigma_0 * w_mid / level
@@ -52,38 +121,25 @@ def lugre_step(
         load = -load
     elif v_mid == 0.0:
         load = 0.0
-    slope = min(max(1.0 - load, 0.0), 1.0)
-    drift = (1.0 - slope) * v_mid
-    damping = (sigma_1 * slope + sigma_2) / mass
-    spring = (sigma_0 - sigma_1 * rate) / mass
-    stiffness = rate * sigma_2 + slope * sigma_0
-    # The particular solution (v_rest, w_rest) + (v_ramp, w_ramp) t of the linear system.
-    v_ramp = rate * force_rate / stiffness
-    w_ramp = slope * force_rate / stiffness
-    inverse = mass / stiffness
-    v_rest = (rate * force - sigma_0 * drift) / stiffness + inverse * (spring * w_ramp - rate * v_ramp)
-    w_rest = (slope * force + sigma_2 * drift) / stiffness - inverse * (slope * v_ramp + damping * w_ramp)
-    half_trace = -0.5 * (damping + rate)
-    half_difference = 0.5 * (rate - damping)
-    discriminant = half_difference * half_difference - spring * slope
-    if discriminant > 0.0:
-        root = math.sqrt(discriminant)
-        fast = half_trace - root
-        slow = stiffness / (mass * fast)  # half_trace + root would cancel
-        exp_slow = math.exp(slow * h)
-        exp_fast = math.exp(fast * h)
-        even = 0.5 * (exp_slow + exp_fast)
-        odd = 0.5 * (exp_slow - exp_fast) / root if root * h > 1e-4 else even * h
-    else:
-        root = math.sqrt(-discriminant)
-        decay = math.exp(half_trace * h)
-        even = decay * math.cos(root * h)
-        odd = decay * math.sin(root * h) / root if root * h > 1e-4 else decay * h
-    delta_v = v - v_rest
-    delta_w = w - w_rest
-    v_new = v_rest + v_ramp * h + (even + odd * half_difference) * delta_v - odd * spring * delta_w
-    w_new = w_rest + w_ramp * h + odd * slope * delta_v + (even - odd * half_difference) * delta_w
-    displacement = (v_rest + 0.5 * v_ramp * h) * h + inverse * (
-        spring * (w_new - w - w_ramp * h) - rate * (v_new - v - v_ramp * h)
+    # dw'/dv: 1 when sticking, 0 in steady sliding, below 0 where friction falls with speed. The bounds hold back
+    # a predictor that is far off and a growth that would last for the whole step; they cost no order.
+    lowest = max(-1.0, -0.5 * mass * rate / (h * (sigma_0 + sigma_1 * rate)))
+    slope = min(max(1.0 - load * (1.0 - fall / level), lowest), 2.0)
+    per_mass = 1.0 / mass
+    w_rate = v_mid - rate * w + slope * (v - v_mid)
+    v_rate = (force - sigma_0 * w - sigma_1 * w_rate - sigma_2 * v) * per_mass
+    jerk = force_rate * per_mass * h
+    damping = (sigma_1 * slope + sigma_2) * per_mass * h
+    spring = (sigma_0 - sigma_1 * rate) * per_mass * h
+    rate *= h
+    slope *= h
+    difference = 0.5 * (rate - damping)
+    even_1, odd_1, even_2, odd_2, even_3, odd_3 = _phi_pairs(
+        -0.5 * (damping + rate), difference * difference - spring * slope
     )
-    return v_new, w_new, displacement
+    v_turn = difference * v_rate - spring * w_rate
+    w_turn = slope * v_rate - difference * w_rate
+    v_new = v + h * (even_1 * v_rate + odd_1 * v_turn + (even_2 + odd_2 * difference) * jerk)
+    w_new = w + h * (even_1 * w_rate + odd_1 * w_turn + odd_2 * slope * jerk)
+    gain = even_2 * v_rate + odd_2 * v_turn + (even_3 + odd_3 * difference) * jerk
+    return v_new, w_new, h * (v + h * gain)

@@ -8,16 +8,27 @@ import math
 
 from numba import njit
 
-from linid.physics.friction import lugre_step, stribeck
+from linid.physics.friction import lugre_step, stribeck, stribeck_fall
 from linid.physics.motors import gaussian_force, phase_force, prepare_motor
 import numpy as np
 
 # <imports>
 
 FINEST = 12  # a base step is halved at most this often around a reversal
+REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def inputs_at(c, x):
+    """The three inputs x seconds after a sample; c: (3, 4) spline coefficients."""
+    return (
+        ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0],
+        ((c[1, 3] * x + c[1, 2]) * x + c[1, 1]) * x + c[1, 0],
+        ((c[2, 3] * x + c[2, 2]) * x + c[2, 1]) * x + c[2, 0],
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
     """All forces on the mass but friction, in N."""
     force = 0.0
@@ -25,7 +36,7 @@ def external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmoni
     return force
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def steady_bristle(p, motor, on, powered, c, t, y, v, table, harmonics, wavenumber, phase):
     """Bristle deflection in m of steady sliding, or of a resting axis (v = 0) under the outer forces at time t."""
     if v != 0.0:
@@ -36,7 +47,7 @@ def steady_bristle(p, motor, on, powered, c, t, y, v, table, harmonics, wavenumb
     return min(max(force, -p[1]), p[1]) / p[4]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def simulate_one(
     p, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, y, v, w, substeps, tolerance, y_out, v_out
 ):
@@ -66,51 +77,65 @@ def simulate_one(
     ticks_per_interval = substeps << FINEST
     tick = dt / ticks_per_interval
     i_1 = i_2 = i_3 = 0.0
+    if powered and count > 1:
+        i_1, i_2, i_3 = inputs_at(coefficients[first], 0.0)
+    force = external_force(
+        motor, on, powered, t_start + first * dt, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+    )
     for k in range(count - 1):
         t_k = t_start + (first + k) * dt
         done = 0
         while done < ticks_per_interval:
-            size = 1 << (FINEST - level)
-            h = size * tick
-            half = 0.5 * h
-            x = done * tick
-            if powered:
-                c = coefficients[first + k]
-                i_1 = ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0]
-                i_2 = ((c[1, 3] * x + c[1, 2]) * x + c[1, 1]) * x + c[1, 0]
-                i_3 = ((c[2, 3] * x + c[2, 2]) * x + c[2, 1]) * x + c[2, 0]
-            force = external_force(motor, on, powered, t_k + x, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
             rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
-            # Half a step by implicit Euler: first order and L-stable, which is enough for a predictor.
-            relax = 1.0 / (1.0 + half * rate)
-            pull = half * (sigma_0 - sigma_1 * rate) * relax
-            v_mid = (mass * v + half * force - pull * w) / (mass + half * (sigma_1 + sigma_2 + pull))
-            w_mid = (w + half * v_mid) * relax
-            level_mid = stribeck(v_mid, coulomb, static, v_s, alpha)
-            rate_mid = sigma_0 * abs(v_mid) / level_mid
-            # How far the frozen bristle rate is off within the step, in parts of the friction force.
-            if level < FINEST and abs(rate_mid - rate) * h > tolerance * (1.0 + rate_mid * h):
+            while True:  # until the step is short enough
+                size = 1 << (FINEST - level)
+                h = size * tick
+                half = 0.5 * h
+                # Half a step by implicit Euler: first order and L-stable, which is enough for a predictor.
+                relax = 1.0 / (1.0 + half * rate)
+                pull = half * (sigma_0 - sigma_1 * rate) * relax
+                v_mid = (mass * v + half * force - pull * w) / (mass + half * (sigma_1 + sigma_2 + pull))
+                w_mid = (w + half * v_mid) * relax
+                level_mid, fall = stribeck_fall(v_mid, coulomb, static, v_s, alpha)
+                rate_mid = sigma_0 * abs(v_mid) / level_mid
+                # How far the frozen bristle rate is off within the step, in parts of the friction force; it matters as
+                # far as the bristle is from steady sliding. At a reversal |v| has a kink, which no order of the
+                # method covers: there the whole swing of the rate counts.
+                change = abs(rate_mid - rate)
+                if v * (2.0 * v_mid - v) < 0.0:
+                    change = REVERSAL_WEIGHT * sigma_0 * abs(v_mid - v) / level_mid
+                swing = change * h * abs(1.0 - math.copysign(sigma_0 * w_mid / level_mid, v_mid * w_mid))
+                allowed = tolerance * (1.0 + rate_mid * h)
+                if level >= FINEST or not swing > allowed:
+                    break
                 level += 1
-                continue
+            done += size
+            x = done * tick
+            v_end = 2.0 * v_mid - v
             y_mid = y + 0.5 * half * (v + v_mid)
-            x += half
+            y_end = y + h * v_mid
             if powered:
                 c = coefficients[first + k]
-                i_1 = ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0]
-                i_2 = ((c[1, 3] * x + c[1, 2]) * x + c[1, 1]) * x + c[1, 0]
-                i_3 = ((c[2, 3] * x + c[2, 2]) * x + c[2, 1]) * x + c[2, 0]
+                i_1, i_2, i_3 = inputs_at(c, x - half)
             force_mid = external_force(
-                motor, on, powered, t_k + x, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+                motor, on, powered, t_k + x - half, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
             )
+            if powered:
+                i_1, i_2, i_3 = inputs_at(c, x)
+            force_end = external_force(
+                motor, on, powered, t_k + x, y_end, v_end, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+            )
+            # The straight line nearest to the parabola through the three forces: it has the same impulse.
+            rise = force_end - force
+            mean = (force + 4.0 * force_mid + force_end) / 6.0
             v, w, displacement = lugre_step(
-                v, w, v_mid, w_mid, level_mid, force, (force_mid - force) / half, mass, sigma_0, sigma_1, sigma_2, h
+                v, w, v_mid, w_mid, level_mid, fall, mean - 0.5 * rise, rise / h, mass, sigma_0, sigma_1, sigma_2, h
             )
+            force = force_end
             y += displacement
             steps += 1
-            done += size
-            if level > 0 and done % (size << 1) == 0:
-                if abs(rate_mid - rate) * h < 0.3 * tolerance * (1.0 + rate_mid * h):
-                    level -= 1
+            if level > 0 and done % (size << 1) == 0 and swing < 0.3 * allowed:
+                level -= 1
         if not abs(y) < 1e6 or not abs(v) < 1e4:
             for rest in range(k + 1, count):
                 y_out[rest] = np.nan
@@ -123,7 +148,7 @@ def simulate_one(
     return steps
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def simulate_tasks(
     params, motor, on, powered, coefficients, offsets, t_starts, dts, recording, first, count, added_mass,
     starts, out_offsets, substeps, tolerance, begin, end, y_out, v_out
@@ -151,7 +176,7 @@ def simulate_tasks(
     return steps
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mass, y, v, w, standstill, a_out, w_out):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
@@ -197,7 +222,7 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
         a_out[k] -= sigma_1 * (w_out[k + 1] - w_out[k - 1]) / (2.0 * dt * mass)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, error_model="numpy", nogil=True)
 def along_tasks(
     params, motor, on, powered, coefficients, offsets, t_starts, dts, counts, sample_offsets, added_mass,
     y, v, standstill, start_w, begin, end, a_out, w_out

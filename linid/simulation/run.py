@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from linid.simulation.inputs import Inputs
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Share of the friction force by which a step may misjudge the bristle rate, at one step per sample.
-REVERSAL_TOLERANCE = 0.05
+# Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
+# the square of the step, so that refined steps near reversals keep the order.
+REVERSAL_TOLERANCE = 0.002
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Simulator:
     def _split(self, tasks: int) -> list[tuple[int, int]]:
         pieces = min(tasks, 4 * self.jobs if self.jobs > 1 else 1)
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
-        return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        return [(int(a), int(b)) for a, b in pairwise(edges)]
 
     def _kernel(self) -> object:
         return load_kernel(self.model if self.specialised else None)
@@ -80,7 +82,7 @@ class Simulator:
             return int(kernel.simulate_tasks(  # type: ignore[attr-defined]
                 params, self.model.motor, self.model.mask, inputs.powered, inputs.coefficients, inputs.offsets,
                 inputs.t_starts, inputs.dts, segments.recording, segments.first, segments.count, inputs.added_mass,
-                starts, offsets, self.substeps, REVERSAL_TOLERANCE / self.substeps, piece[0], piece[1], y_out, v_out,
+                starts, offsets, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, piece[0], piece[1], y_out, v_out,
             ))
 
         steps = self._spread(work, candidates * segments.count.size)
