@@ -24,7 +24,22 @@ from linid.physics.theta import GAUSSIAN_NOME, MAX_HARMONICS, Theta, Theta0, har
 
 TOLERANCE = 1e-12  # times the function's amplitude, or times 1 where the amplitude is less
 JUST_ABOVE = math.nextafter(GAUSSIAN_NOME, 1.0)
-GRID = [0.001, 0.01, 0.1, 0.3, 0.493, 0.5, math.nextafter(0.5, 1.0), 0.7, 0.85, GAUSSIAN_NOME, JUST_ABOVE, 0.95, 0.99, 0.999]
+GRID = [
+    0.001,
+    0.01,
+    0.1,
+    0.3,
+    0.493,
+    0.5,
+    math.nextafter(0.5, 1.0),
+    0.7,
+    0.85,
+    GAUSSIAN_NOME,
+    JUST_ABOVE,
+    0.95,
+    0.99,
+    0.999,
+]
 
 nomes = st.floats(0.001, 0.999)
 angles = st.floats(-20.0, 20.0)
@@ -136,7 +151,9 @@ def kernel_force(motor: int, p: list[float], y: float, i: tuple[float, float, fl
 
 
 @settings(max_examples=150, deadline=None)
-@given(y=st.floats(-0.05, 0.05), i=currents, density=st.floats(20, 300), step=st.floats(0.05, 6.2), shift=st.floats(-6, 6))
+@given(
+    y=st.floats(-0.05, 0.05), i=currents, density=st.floats(20, 300), step=st.floats(0.05, 6.2), shift=st.floats(-6, 6)
+)
 def test_sine_force_is_the_direct_sum(
     y: float, i: tuple[float, float, float], density: float, step: float, shift: float
 ) -> None:
