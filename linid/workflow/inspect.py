@@ -67,7 +67,7 @@ def _facts(found: Inspection) -> Any:
         ("lines", f"header in line {found.header_line}, data from line {found.first_data_line}, {found.rows} rows"),
     ]
     if found.rate is not None and found.t_start is not None and found.t_end is not None:
-        jitter = f", jitter {100 * found.jitter:.2g} %" if found.jitter else ""
+        jitter = f", jitter {100 * found.jitter:.2g} %" if found.jitter and found.jitter > 1e-4 else ""
         rows.append(("time", f"{found.t_start:.6g} to {found.t_end:.6g} s at {found.rate:.6g} Hz{jitter}"))
     if found.groups > 1:
         rows.append(("time groups", str(found.groups)))
@@ -102,12 +102,12 @@ def _columns(found: Inspection) -> Any:
 
 def _campaign(campaign: Campaign) -> Outcome:
     table = _table()
-    for title in ("Recording", "Kind", "Split", "Samples", "Hz", "Seconds", "Added", "Inputs"):
-        table.add_column(title, overflow="fold")
+    for title in ("Recording", "Kind", "Split", "Samples", "Hz", "Seconds", "Added kg", "Inputs"):
+        table.add_column(title, overflow="fold", min_width=17 if title == "Recording" else None)
     rows = []
     for r in campaign.recordings:
         inputs = (
-            "phase currents" if r.phase_currents is not None else (r.input_unit if r.drive_input is not None else "-")
+            "3 currents" if r.phase_currents is not None else (r.input_unit if r.drive_input is not None else "-")
         )
         rows.append(
             {

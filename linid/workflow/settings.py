@@ -33,7 +33,7 @@ class Settings(BaseModel):
 
     # The recordings.
     axis: Axis | None = Field(
-        None, description="linear (m, N, kg) or rotary (rad, N m, kg m^2); default: the campaign's"
+        default=None, description="linear (m, N, kg) or rotary (rad, N m, kg m^2); default: the campaign's"
     )
     channels: ChannelMapping | None = Field(
         default=None, description="column mapping for bare files: inline, or a YAML file"
