@@ -1,0 +1,185 @@
+"""fit-friction and fit-motor from the command line: files, tables, exit codes, sameness on any number of threads."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from linid.identification.model_file import load_model
+from tests.workflow.small import STAND, TINY, campaign, linid, summary
+
+FILES = {
+    "config.yaml", "run.json", "checkpoint.json", "parameters.json", "parameters.csv", "parameters.tex",
+    "convergence.csv", "gaps.csv", "gaps.tex", "gaps.json",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """One small friction fit with figures."""
+    folder = tmp_path_factory.mktemp("friction")
+    path = campaign(folder)
+    out = folder / "out"
+    options = [o for o in TINY if o != "--no-figures"]
+    body = summary("fit-friction", path, "--out", out, *options, "--set", "figure_formats=[png]", "--seed", "3")
+    return out, body
+
+
+def test_a_friction_fit_finds_the_truth_and_writes_its_files(friction: tuple[Path, dict[str, Any]]) -> None:
+    out, body = friction
+    assert {p.name for p in out.iterdir()} == FILES | {"figures"}
+    truth = yaml.safe_load((STAND / "truth.yaml").read_text(encoding="utf-8"))["parameters"]
+    found = {p["name"]: p["value"] for p in body["parameters"]}
+    for name in ("coulomb_force", "viscous_friction", "mass"):
+        assert found[name] == pytest.approx(truth[name], rel=0.02)
+    assert load_model(out / "parameters.json").value("mass") == found["mass"]
+    assert [(g["recording"], g["split"]) for g in body["gaps"]] == [
+        ("freewheel_2", "fit"), ("freewheel_4", "fit"), ("freewheel_6", "held_out"),
+    ]  # fmt: skip
+
+
+def test_figures_exist(friction: tuple[Path, dict[str, Any]]) -> None:
+    figures = friction[0] / "figures"
+    names = {p.stem for p in figures.glob("*.png")}
+    assert {"free_wheel_displacement", "free_wheel_velocity", "friction_curve", "convergence"} <= names
+    assert (figures / "held_out" / "comparison_freewheel_6.png").stat().st_size > 5000
+    assert not list(figures.glob("*.pdf"))
+
+
+def test_the_run_record(friction: tuple[Path, dict[str, Any]]) -> None:
+    record = json.loads((friction[0] / "run.json").read_text(encoding="utf-8"))
+    assert record["seed"] == 3 and record["status"] in ("done", "not_converged")
+    assert len(record["inputs"]) == 4 and all(len(entry["sha256"]) == 64 for entry in record["inputs"])
+    assert {"numpy", "scipy", "numba", "python"} <= set(record["versions"])
+    assert record["seconds"] > 0 and record["started"] <= record["finished"]
+
+
+def test_the_resolved_configuration_gives_the_same_result_again(
+    friction: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    out = friction[0]
+    again = tmp_path / "again"
+    linid("fit-friction", out.parent / "campaign.yaml", "--config", out / "config.yaml", "--out", again, "--no-figures")
+    assert (again / "parameters.json").read_bytes() == (out / "parameters.json").read_bytes()
+    assert (again / "gaps.json").read_bytes() == (out / "gaps.json").read_bytes()
+
+
+def test_the_number_of_threads_changes_no_bit(friction: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+    out = friction[0]
+    path = out.parent / "campaign.yaml"
+    linid("fit-friction", path, "--config", out / "config.yaml", "--out", tmp_path / "two", "--no-figures", "--jobs", 2)
+    assert (tmp_path / "two" / "parameters.json").read_bytes() == (out / "parameters.json").read_bytes()
+    assert (tmp_path / "two" / "gaps.json").read_bytes() == (out / "gaps.json").read_bytes()
+
+
+def test_another_seed_is_another_search(friction: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+    out = friction[0]
+    path = out.parent / "campaign.yaml"
+    linid("fit-friction", path, *TINY, "--seed", 4, "--out", tmp_path / "o")
+    mine, other = ((f / "convergence.csv").read_text(encoding="utf-8") for f in (tmp_path / "o", out))
+    assert mine != other
+
+
+def test_the_convergence_history_counts_up(friction: tuple[Path, dict[str, Any]]) -> None:
+    with (friction[0] / "convergence.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    genetic = [row for row in rows if row["stage"] == "genetic"]
+    assert [int(row["generation"]) for row in genetic] == list(range(len(genetic)))
+    best = [float(row["best"]) for row in genetic]
+    assert best == sorted(best, reverse=True)
+
+
+def test_bare_free_wheels_with_their_masses(tmp_path: Path) -> None:
+    body = summary(
+        "fit-friction", STAND / "freewheel_2.csv", STAND / "freewheel_4.csv", "--added-mass", "freewheel_4.csv=0.5",
+        "--out", tmp_path / "o", *TINY,
+    )  # fmt: skip
+    found = {p["name"]: p["value"] for p in body["parameters"]}
+    assert found["mass"] == pytest.approx(0.588, rel=0.02)
+
+
+def test_a_known_mass_is_kept(tmp_path: Path) -> None:
+    body = summary("fit-friction", STAND / "freewheel_2.csv", "--mass", 0.588, "--out", tmp_path / "o", *TINY)
+    mass = next(p for p in body["parameters"] if p["name"] == "mass")
+    assert (mass["value"], mass["status"]) == (0.588, "fixed")
+
+
+def test_a_push_is_cut_and_shown(tmp_path: Path) -> None:
+    """A pushed recording: at rest, 0.2 s of push, then the coast of a free wheel."""
+    import numpy as np
+
+    t, y = np.loadtxt(STAND / "freewheel_2.csv", delimiter=",", skiprows=1, usecols=(0, 1), unpack=True)
+    speed = (y[20] - y[0]) / (t[20] - t[0])
+    rest, push = np.full(300, 0.0), 0.5 * speed * np.arange(200) ** 2 / 200.0
+    whole = np.concatenate([rest, push, push[-1] + speed + (y - y[0])]) + y[0]
+    rng = np.random.default_rng(1)
+    rows = "".join(f"{k},{x + 2e-4 * rng.standard_normal():.4f}\n" for k, x in enumerate(whole))
+    path = tmp_path / "push.csv"
+    path.write_text("Time (ms),Actual Position (mm)\n" + rows, encoding="utf-8")
+    options = [o for o in TINY if o != "--no-figures"]
+    result = linid("fit-friction", path, "--mass", 0.588, "--out", tmp_path / "o", *options)
+    assert result.exit_code in (0, 5), result.stderr
+    assert "pushed until" in result.stderr
+    assert (tmp_path / "o" / "figures" / "coast_down_push.png").exists()
+    fitted = load_model(tmp_path / "o" / "parameters.json")
+    assert 0.45 < fitted.starts["push"].t < 0.65
+    assert fitted.value("coulomb_force") == pytest.approx(1.72, rel=0.05)
+
+
+def test_a_search_cut_short_exits_with_5_and_writes_its_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from dataclasses import replace
+
+    import linid.identification.fit as module
+
+    real = module.fit
+    monkeypatch.setattr(module, "fit", lambda *a, **k: replace(real(*a, **k), converged=False))
+    result = linid("fit-friction", campaign(tmp_path), "--out", tmp_path / "o", *TINY)
+    assert result.exit_code == 5
+    assert (tmp_path / "o" / "parameters.json").exists() and (tmp_path / "o" / "gaps.csv").exists()
+    assert json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))["status"] == "not_converged"
+
+
+def test_a_motor_fit_keeps_its_friction_stage_and_rechecks_the_free_wheels(tmp_path: Path) -> None:
+    out = tmp_path / "o"
+    body = summary("fit-motor", "--model", "sine", campaign(tmp_path, motor=True), "--out", out, *TINY)
+    assert (out / "friction" / "parameters.json").exists() and (out / "friction" / "checkpoint.json").exists()
+    assert load_model(out / "friction" / "parameters.json").model == "friction"
+    assert load_model(out / "parameters.json").model == "sine"
+    assert {g["recording"] for g in body["gaps"]} == {
+        "freewheel_2", "freewheel_4", "freewheel_6", "sine_current_2", "sine_current_3",
+    }  # fmt: skip
+    found = {p["name"]: p["value"] for p in body["parameters"]}
+    assert found["guideway_density"] == pytest.approx(222.0, rel=0.02)
+    again = tmp_path / "again"
+    given = ("--friction", out / "friction" / "parameters.json")
+    linid("fit-motor", "--model", "sine", tmp_path / "campaign.yaml", *given, "--out", again, *TINY)
+    assert not (again / "friction").exists()
+    assert load_model(again / "parameters.json").estimates == load_model(out / "parameters.json").estimates
+
+
+def test_the_console_tables_fit_80_columns(tmp_path: Path) -> None:
+    result = linid("fit-friction", campaign(tmp_path), "--out", tmp_path / "o", *TINY)
+    assert "coulomb_force" in result.stdout and "held out" in result.stdout
+    assert max(len(line) for line in result.stdout.splitlines() if not line.startswith("Results")) <= 80
+    assert "genetic" in result.stderr and "genetic: 4/4" not in result.stdout
+
+
+def test_quiet_says_nothing_on_stderr(tmp_path: Path) -> None:
+    result = linid("fit-friction", campaign(tmp_path), "--out", tmp_path / "o", "-q", *TINY)
+    assert result.stderr == ""
+
+
+def test_without_out_a_fresh_dated_folder_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = campaign(tmp_path / "c")
+    first, second = (summary("fit-friction", path, *TINY)["folder"] for _ in range(2))
+    assert first != second and first.startswith("linid_fit-friction_20")
+    assert linid("fit-friction", path, "--out", first, *TINY).exit_code == 2
+    assert linid("fit-friction", path, "--out", first, "--overwrite", *TINY).exit_code in (0, 5)
