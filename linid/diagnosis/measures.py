@@ -76,7 +76,7 @@ def _measure(
     mass = float(vector[0, model.slot("mass")]) + recording.added_mass
     force = mass * balance.residuals(vector, np.zeros((1, 0)))[0]
     driving = _total_force(model, vector, recording, balance, mass)
-    floors = _floors(model, vector, recording, substeps, jobs, seed, free, ahead, y_simulated)
+    floors = _floors(model, vector, recording, substeps, jobs, seed, balance.half_widths, y_simulated)
     gap = RecordingGap(
         recording=recording.name, kind=recording.kind, split=recording.split,
         free_run=_rms(y_simulated - recording.y) / spread, free_run_floor=floors[0] / spread,
@@ -116,8 +116,8 @@ def _noisy(recording: Recording, y: Array, generator: np.random.Generator) -> Re
 
 
 def _floors(
-    model: Model, vector: Array, recording: Recording, substeps: int, jobs: int, seed: int, free: FreeRun,
-    ahead: Ahead, y_simulated: Array,
+    model: Model, vector: Array, recording: Recording, substeps: int, jobs: int, seed: int,
+    half_widths: tuple[int, ...], y_simulated: Array,
 ) -> tuple[float, float, float]:
     """RMS free-run error (m), ahead error (m) and force error (N) that measurement noise alone would cause.
 
@@ -128,7 +128,7 @@ def _floors(
     clean = y_simulated if np.all(np.isfinite(y_simulated)) else recording.y
     powered = recording.kind != "free_wheel"
     own = replace(recording, y=clean)
-    base_force = Acceleration(model, (own,), jobs).residuals(vector, np.zeros((1, 0)))[0]
+    base_force = Acceleration(model, (own,), jobs, half_widths=half_widths).residuals(vector, np.zeros((1, 0)))[0]
     base_ahead = Ahead(model, (own,), substeps, jobs, project=False)
     base_error = (base_ahead.simulate(vector) - base_ahead.measured)[0]
     last = base_ahead.segments.out_offsets[1:] - 1
@@ -145,7 +145,7 @@ def _floors(
         drawn = Ahead(model, (noisy,), substeps, jobs, project=False)
         error = (drawn.simulate(vector) - drawn.measured)[0]
         squares[1] += np.mean((error - base_error)[last] ** 2)
-        force = Acceleration(model, (noisy,), jobs).residuals(vector, np.zeros((1, 0)))[0]
+        force = Acceleration(model, (noisy,), jobs, half_widths=half_widths).residuals(vector, np.zeros((1, 0)))[0]
         squares[2] += mass**2 * np.mean((force - base_force) ** 2)
     floors = np.sqrt(squares / _DRAWS)
     return float(floors[0]), float(floors[1]), float(floors[2])

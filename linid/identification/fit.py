@@ -89,7 +89,9 @@ def make_parts(
             continue
         objective = automatic if chosen == "auto" else chosen
         if objective == "free_run":
-            parts.append(FreeRun(model, group, substeps, settings.jobs, look.project))
+            # Coast-downs are so free of noise that a coarse step would bias them by more than their interval.
+            steps = substeps if look.project else max(substeps, 4)
+            parts.append(FreeRun(model, group, steps, settings.jobs, look.project))
         elif objective == "ahead":
             parts.append(Ahead(model, group, substeps, settings.jobs, settings.horizon, look.thin))
         else:

@@ -224,12 +224,14 @@ class Acceleration:
 
     The model's acceleration and the second difference of raw position are smoothed by the same bump.
     The second difference is a triangle-weighted mean of acceleration: (1, 10, 1)/12 of its samples (Numerov).
+    half_widths: of the bump in samples per recording (empty: chosen by the noise).
     """
 
     model: Model
     recordings: tuple[Recording, ...]
     jobs: int
     stride: int = 0
+    half_widths: tuple[int, ...] = ()
     name: str = "acceleration"
     nuisances: int = 0
     robust: bool = True
@@ -239,12 +241,17 @@ class Acceleration:
         self.motion = measure_motion(self.recordings)
         inputs = self.simulator.inputs
         centres, groups, owner, owners = [], [], [], []
+        widths: list[int] = []
         self.measured_acceleration = np.zeros(self.motion.measured.size)
         self.kernels: list[Array] = []
         for index, recording in enumerate(self.recordings):
             a, b = inputs.sample_offsets[index], inputs.sample_offsets[index + 1]
             dt = inputs.dts[index]
-            half = _bump_half_width(recording.y, dt, float(self.motion.position_noise[index]))
+            if self.half_widths:
+                half = self.half_widths[index]
+            else:
+                half = _bump_half_width(recording.y, dt, float(self.motion.position_noise[index]))
+            widths.append(half)
             kernel = np.convolve(bump(half), [1.0, 10.0, 1.0]) / 12.0
             self.kernels.append(kernel)
             self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)
@@ -256,6 +263,7 @@ class Acceleration:
             owner += [index] * (int(groups[-1][-1]) + 1 - base)
             centres.append(rows + a)
             owners.append(np.full(rows.size, index, dtype=np.int64))
+        self.half_widths = tuple(widths)
         self.rows = np.concatenate(centres)
         self.groups = np.concatenate(groups).astype(np.int64)
         self.group_recording = np.array(owner, dtype=np.int64)

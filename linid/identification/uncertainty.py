@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.identification.parts import Part
 from linid.identification.polish import PolishResult
 from linid.identification.problem import Problem
 
@@ -28,61 +29,74 @@ class Uncertainty:
     conditional_std: Array
 
 
-def _scores(problem: Problem, fit: PolishResult) -> list[Array]:
-    """Score (groups, parameters) of each recording in each part, in order of time."""
-    scores, at = [], 0
-    products = fit.jacobian * fit.residuals[:, None]
+def _blocks(problem: Problem, fit: PolishResult) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
+    """Per recording of each part: the part, weighted residuals (n,), Jacobian (n, k) and groups (n,)."""
+    out, at = [], 0
     for part in problem.parts:
-        rows = products[at : at + part.groups.size]
+        rows = slice(at, at + part.groups.size)
         at += part.groups.size
-        groups = int(part.groups.max()) + 1
-        order = np.argsort(part.groups, kind="stable")
-        starts = np.searchsorted(part.groups[order], np.arange(groups))
-        summed = np.add.reduceat(rows[order], starts, axis=0)
+        owner = part.group_recording[part.groups]
         for recording in range(len(part.recordings)):
-            scores.append(summed[part.group_recording == recording])
-    return scores
+            mine = owner == recording
+            out.append((part, fit.residuals[rows][mine], fit.jacobian[rows][mine], part.groups[mine]))
+    return out
 
 
-def _bandwidth(scores: list[Array]) -> int:
-    """Number of lags of the Bartlett kernel by Andrews' (1991) AR(1) rule, at least `_MINIMUM_LAGS`."""
-    numerator = denominator = 0.0
-    total = 0
-    for block in scores:
-        if block.shape[0] < 3:
-            continue
-        before, after = block[:-1], block[1:]
-        power = np.einsum("ij,ij->j", before, before)
-        rho = np.einsum("ij,ij->j", before, after) / np.maximum(power, 1e-300)
-        rho = np.clip(rho, -0.97, 0.97)
-        variance = power / block.shape[0] * (1.0 - rho**2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            weight = variance**2 / np.max(np.maximum(variance**2, 1e-300))
-        numerator += float(np.sum(weight * 4.0 * rho**2 / ((1.0 - rho) ** 6 * (1.0 + rho) ** 2)))
-        denominator += float(np.sum(weight / (1.0 - rho) ** 4))
-        total = max(total, block.shape[0])
-    if denominator <= 0.0:
-        return _MINIMUM_LAGS
-    lags = 1.1447 * (numerator / denominator * total) ** (1.0 / 3.0)
-    return int(min(max(np.ceil(lags), _MINIMUM_LAGS), max(total - 1, 1)))
+def _ar1_lags(rho: float, size: int) -> int:
+    """Lags of the Bartlett kernel for an AR(1) series by Andrews (1991)."""
+    rho = min(max(rho, -0.97), 0.97)
+    alpha = 4.0 * rho**2 / ((1.0 - rho) ** 2 * (1.0 + rho) ** 2)
+    return int(min(np.ceil(1.1447 * (alpha * size) ** (1.0 / 3.0)), size // 3))
+
+
+def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
+    """J' V J with V from the residuals' autocovariance: for free runs, where few samples carry a parameter.
+
+    Products of single residuals and Jacobian rows would underrate those samples, because the fit follows them.
+    """
+    from scipy.signal import fftconvolve
+
+    n = residuals.size
+    power = float(residuals @ residuals)
+    rho = float(residuals[1:] @ residuals[:-1]) / max(power, 1e-300)
+    lags = _ar1_lags(rho, n)
+    correlation = np.array([float(residuals[k:] @ residuals[: n - k]) for k in range(lags + 1)]) / n
+    taper = correlation * (1.0 - np.arange(lags + 1) / (lags + 1.0))
+    kernel = np.concatenate([taper[:0:-1], taper])
+    smoothed = fftconvolve(jacobian, kernel[:, None], mode="full", axes=0)[lags : lags + n]
+    return np.asarray(jacobian.T @ smoothed)
+
+
+def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64]) -> Array:
+    """Newey-West sum of score products over groups (windows) in order of time."""
+    starts = np.flatnonzero(np.diff(groups, prepend=groups[0] - 1))
+    scores = np.add.reduceat(jacobian * residuals[:, None], starts, axis=0)
+    power = np.einsum("ij,ij->j", scores, scores)
+    lag_one = np.einsum("ij,ij->j", scores[1:], scores[:-1])
+    rho = float(np.median(lag_one[power > 0.0] / power[power > 0.0])) if np.any(power > 0.0) else 0.0
+    lags = min(max(_ar1_lags(rho, scores.shape[0]), _MINIMUM_LAGS), max(scores.shape[0] - 1, 0))
+    meat = scores.T @ scores
+    for lag in range(1, lags + 1):
+        cross = scores[lag:].T @ scores[:-lag]
+        meat += (1.0 - lag / (lags + 1.0)) * (cross + cross.T)
+    return np.asarray(meat)
 
 
 def estimate_uncertainty(problem: Problem, fit: PolishResult) -> Uncertainty:
-    """Sandwich covariance with a Bartlett kernel over time (Newey-West), start offsets marginalised.
+    """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
     Directions that the data do not see keep the spread of the search box.
     """
     p = len(problem.space.genes)
     information = fit.jacobian.T @ fit.jacobian
-    scores = _scores(problem, fit)
-    lags = _bandwidth(scores)
     meat = np.zeros_like(information)
-    groups = sum(block.shape[0] for block in scores)
-    for block in scores:
-        meat += block.T @ block
-        for lag in range(1, min(lags, block.shape[0] - 1) + 1):
-            cross = block[lag:].T @ block[:-lag]
-            meat += (1.0 - lag / (lags + 1.0)) * (cross + cross.T)
+    groups = 0
+    for part, residuals, jacobian, group in _blocks(problem, fit):
+        groups += int(np.unique(group).size)
+        if part.robust:
+            meat += _group_meat(residuals, jacobian, group)
+        else:
+            meat += _stationary_meat(residuals, jacobian)
     meat *= groups / max(groups - p, 1)
     # The residuals have unit variance per group after weighting; the prior carries weight in the same unit.
     noise = float(np.trace(np.linalg.pinv(information) @ meat)) / max(information.shape[0], 1)

@@ -29,7 +29,7 @@ PARAMETERS = {
         Parameter("guideway_density", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
         Parameter("winding_displacement", "z_p", "1", 0.025, math.pi, 1.047, meaning="phase between windings"),
         Parameter("shift", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
-        Parameter("winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length, z_0 l_y / 2"),
+        Parameter("winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length z_0 l_y / 2"),
         Parameter("nome", "q_0", "1", 0.02, 0.98, 0.5, meaning="field shape, exp(-k^2 pi^2 / 4)"),
     ),
 }
