@@ -1,0 +1,202 @@
+"""batch: jobs and their dependencies, failures that stay local, sameness on any --jobs, resumption, bad files."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from linid.workflow.batch_file import BatchFile, read_batch
+from tests.workflow.small import ROOT, campaign, linid, start, summary
+
+DEFAULTS = "defaults: {population: 10, generations: 4, polish_rounds: 1, figures: false}\n"
+
+
+def write(folder: Path, jobs: str, *, defaults: str = DEFAULTS) -> Path:
+    path = folder / "batch.yaml"
+    path.write_text(defaults + "jobs:\n" + jobs, encoding="utf-8")
+    return path
+
+
+def friction(name: str = "friction", files: str = "campaign.yaml", more: str = "") -> str:
+    return f"  - {{name: {name}, command: fit-friction, files: [{files}]{more}}}\n"
+
+
+CHECK = "  - {name: check, command: validate, files: [campaign.yaml], model: friction}\n"
+CHAIN = friction() + friction("cma", more=", settings: {method: cma}") + CHECK
+
+
+def test_any_number_of_jobs_gives_the_same_results(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    path = write(tmp_path, CHAIN)
+    bodies = {n: summary("batch", path, "--out", tmp_path / f"o{n}", "--jobs", n) for n in (1, 2)}
+    for body in bodies.values():
+        assert [job["label"] for job in body["jobs"]] == ["friction", "cma", "check"]
+        assert {job["status"] for job in body["jobs"]} <= {"done", "not_converged"}
+    for name in ("friction/parameters.json", "cma/parameters.json", "check/gaps.json"):
+        assert (tmp_path / "o1" / name).read_bytes() == (tmp_path / "o2" / name).read_bytes()
+    assert (tmp_path / "o1" / "friction" / "log.txt").read_text(encoding="utf-8")
+    assert (tmp_path / "o1" / "summary.csv").read_text(encoding="utf-8").count("\n") == 4
+    single = tmp_path / "single"
+    options = ("--population", 10, "--generations", 4, "--set", "polish_rounds=1", "--no-figures")
+    linid("fit-friction", tmp_path / "campaign.yaml", "--out", single, *options)
+    assert (single / "parameters.json").read_bytes() == (tmp_path / "o1/friction/parameters.json").read_bytes()
+
+
+def test_a_failing_job_stops_only_those_that_need_it_and_resume_mends(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    (tmp_path / "bad.csv").write_text("Time (ms),Actual Position (mm)\n", encoding="utf-8")
+    check = "  - {name: check_bad, command: validate, files: [campaign.yaml], model: bad}\n"
+    path = write(tmp_path, friction("bad", "bad.csv") + check + friction())
+    out = tmp_path / "o"
+    result = linid("batch", path, "--out", out)
+    assert result.exit_code == 4
+    assert "skipped" in result.stdout and "Traceback" not in result.stdout + result.stderr
+    assert (out / "friction" / "parameters.json").exists() and not (out / "check_bad").exists()
+    stamp = (out / "friction" / "parameters.json").stat().st_mtime_ns
+    good = ROOT / "data" / "stand" / "freewheel_2.csv"
+    path.write_text(path.read_text(encoding="utf-8").replace("bad.csv", str(good)), encoding="utf-8")
+    body = summary("batch", path, "--out", out, "--resume")
+    assert body["exit_code"] in (0, 5)
+    assert (out / "check_bad" / "gaps.json").exists()
+    assert (out / "friction" / "parameters.json").stat().st_mtime_ns == stamp
+
+
+def test_a_job_whose_process_dies_is_reported(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    slow = ", settings: {generations: 100000, patience: 100000}"
+    path = write(tmp_path, friction("killed", more=slow) + friction("alive"))
+    process = start("batch", path, "--out", tmp_path / "o", cwd=tmp_path)
+    wait_for(tmp_path / "o" / "killed" / "checkpoint.json")
+    for child in children(process.pid):
+        os.kill(child, signal.SIGKILL)
+    out, _ = process.communicate(timeout=300)
+    assert process.returncode == 1
+    assert "killed" in out and "without an" in out
+    assert (tmp_path / "o" / "alive" / "parameters.json").exists()
+
+
+@pytest.mark.parametrize("group", [False, True], ids=["parent only", "whole group"])
+def test_an_interrupted_batch_goes_on(tmp_path: Path, group: bool) -> None:
+    campaign(tmp_path)
+    slow = ", settings: {generations: 60, patience: 1000, population: 24}"
+    path = write(tmp_path, friction("slow", more=slow) + friction("later"))
+    process = start("batch", path, "--out", tmp_path / "o", cwd=tmp_path)
+    wait_for(tmp_path / "o" / "slow" / "checkpoint.json")
+    for pid in [process.pid, *(children(process.pid) if group else [])]:
+        os.kill(pid, signal.SIGINT)
+    _, said = process.communicate(timeout=300)
+    assert process.returncode == 130 and "--resume" in said and "Traceback" not in said
+    assert not (tmp_path / "o" / "later").exists()
+    assert linid("batch", path, "--out", tmp_path / "o", "--resume").exit_code in (0, 5)
+    assert linid("batch", path, "--out", tmp_path / "whole").exit_code in (0, 5)
+    for name in ("slow", "later"):
+        mine, other = ((tmp_path / where / name / "parameters.json").read_bytes() for where in ("o", "whole"))
+        assert mine == other
+
+
+def children(pid: int) -> list[int]:
+    """The spawned job processes of a batch (not multiprocessing's resource tracker)."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parent = int(stat.read_text(encoding="utf-8").rpartition(")")[2].split()[1])
+            line = (stat.parent / "cmdline").read_text(encoding="utf-8")
+        except OSError:
+            continue
+        if parent == pid and "spawn_main" in line:
+            found.append(int(stat.parent.name))
+    return found
+
+
+def wait_for(path: Path) -> None:
+    if not Path("/proc/self/stat").exists():
+        pytest.skip("needs /proc to find the job's process")
+    deadline = time.monotonic() + 300.0
+    while not path.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_several_batch_files_in_one_run(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    first = write(tmp_path, friction())
+    second = tmp_path / "second.yaml"
+    second.write_text(first.read_text(encoding="utf-8"), encoding="utf-8")
+    body = json.loads(linid("batch", first, second, "--dry-run", "--json").stdout)
+    assert [job["job"] for job in body["jobs"]] == ["batch.friction", "second.friction"]
+
+
+def test_generated_recordings_feed_a_fit(tmp_path: Path) -> None:
+    axis = ROOT / "configs" / "stand_axis.yaml"
+    jobs = f"  - {{name: made, command: generate, axis: {axis}, only: [freewheel_2, freewheel_4]}}\n"
+    body = summary("batch", write(tmp_path, jobs + friction(files='"job:made"')), "--out", tmp_path / "o")
+    assert body["exit_code"] in (0, 5)
+    assert (tmp_path / "o" / "made" / "truth.yaml").exists()
+
+
+@pytest.mark.parametrize("name", ["stand", "template"])
+def test_the_batch_files_of_the_project_are_valid(name: str) -> None:
+    specs = read_batch(ROOT / "configs" / f"{name}.yaml", {})
+    assert {spec.command for spec in specs} >= {"fit-friction", "fit-motor", "validate"}
+
+
+def test_the_emps_example_says_which_file_is_missing(tmp_path: Path) -> None:
+    path = tmp_path / "emps.yaml"
+    path.write_bytes((ROOT / "configs" / "emps.yaml").read_bytes())
+    result = linid("batch", path)
+    assert result.exit_code == 3 and "DATA_EMPS.mat" in result.stderr
+    for name in ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"):
+        (tmp_path / name).touch()
+    assert [spec.label for spec in read_batch(path, {})] == ["fit", "held_out"]
+
+
+def test_the_template_explains_every_setting() -> None:
+    from linid.workflow.settings import Settings
+
+    text = (ROOT / "configs" / "template.yaml").read_text(encoding="utf-8")
+    assert [name for name in Settings.model_fields if f"{name}:" not in text] == []
+
+
+@pytest.mark.parametrize(
+    ("jobs", "line", "word"),
+    [
+        (friction(more=", setings: {seed: 1}"), 3, "Did you mean 'settings'"),
+        (friction(more=", settings: {populatoin: 9}"), 3, "populatoin"),
+        (friction(more=", settings: {population: lots}"), 3, "lots"),
+        ("  - {name: x, command: fit-everything, files: [campaign.yaml]}\n", 3, "fit-everything"),
+        (friction(files="nowhere.yaml"), 3, "nowhere.yaml"),
+        (friction(name="bad name"), 3, "name"),
+        (friction() + CHECK.replace("model: friction", "model: fricton"), 4, "Did you mean 'friction'"),
+        (friction() + CHECK + CHECK.replace("name: check", "name: two").replace("model: friction", "model: check"),
+         5, "validate job"),
+        ("  - {name: x, command: fit-motor, files: [campaign.yaml], model: cosine}\n", 3, "cosine"),
+        (friction(more=", after: [ghost]"), 3, "ghost"),
+    ],
+)  # fmt: skip
+def test_a_wrong_batch_file_exits_with_3_and_names_the_line(tmp_path: Path, jobs: str, line: int, word: str) -> None:
+    campaign(tmp_path)
+    path = write(tmp_path, jobs)
+    result = linid("batch", path, "--out", tmp_path / "o")
+    assert result.exit_code == 3, result.output
+    assert f"{path}, line {line}" in result.stderr and word in result.stderr
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(
+    "jobs", [friction() + friction(), friction("a", more=", after: [b]") + friction("b", more=", after: [a]")]
+)
+def test_equal_names_and_circles_are_refused(tmp_path: Path, jobs: str) -> None:
+    campaign(tmp_path)
+    assert linid("batch", write(tmp_path, jobs)).exit_code == 3
+
+
+def test_schema() -> None:
+    result = linid("batch", "--schema")
+    body = json.loads(result.stdout)
+    assert result.exit_code == 0 and set(body["properties"]) == set(BatchFile.model_fields)
+    assert body["additionalProperties"] is False

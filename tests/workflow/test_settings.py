@@ -1,0 +1,71 @@
+"""Settings: layers, assignments and the way to YAML and back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from linid.errors import ConfigError
+from linid.workflow.settings import Settings, make_settings, parse_assignment, read_settings, settings_yaml
+
+
+def test_later_layers_win_and_mappings_merge() -> None:
+    merged = make_settings({"seed": 1, "known": {"mass": 2.0, "nome": 0.5}}, {"known": {"mass": 3.0}}, {"seed": 7})
+    assert merged.seed == 7 and merged.known == {"mass": 3.0, "nome": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("population=48", {"population": 48}),
+        ("tolerance=1e-4", {"tolerance": 1e-4}),
+        ("known.mass=2", {"known": {"mass": 2}}),
+        ("bounds.mass=[0.1, 2]", {"bounds": {"mass": [0.1, 2]}}),
+        ("figure_formats=[png, svg]", {"figure_formats": ["png", "svg"]}),
+        ("figures=false", {"figures": False}),
+    ],
+)
+def test_assignments(text: str, expected: dict[str, Any]) -> None:
+    assert parse_assignment(text) == expected
+    make_settings(expected)
+
+
+def test_one_added_mass_is_for_all_files() -> None:
+    assert make_settings({"added_mass": 0.5}).added_mass == {"*": 0.5}
+    assert make_settings({"added_mass": 0.5}, {"added_mass": {"a.csv": 1.0}}).added_mass == {"*": 0.5, "a.csv": 1.0}
+
+
+def test_mass_stands_above_the_campaign() -> None:
+    settings = make_settings({"mass": 2.0, "known": {"nome": 0.4}})
+    assert settings.known_values({"mass": 1.0, "shift": 0.1}) == {"mass": 2.0, "nome": 0.4, "shift": 0.1}
+
+
+@pytest.mark.parametrize(
+    "raw", [{"mass": -1}, {"seed": 1.5}, {"known": {"mass": float("nan")}}, {"window": [1]}, {"x": 1}]
+)
+def test_wrong_values_are_refused(raw: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError):
+        make_settings(raw)
+
+
+@given(
+    seed=st.integers(0, 2**31), mass=st.none() | st.floats(1e-6, 1e6), horizon=st.floats(1e-3, 10),
+    known=st.dictionaries(st.sampled_from(["mass", "nome", "shift"]), st.floats(-1e9, 1e9)),
+    window=st.none() | st.tuples(st.floats(-10, 0), st.floats(1, 10)),
+)  # fmt: skip
+def test_resolved_settings_read_back_exactly(tmp_path_factory: pytest.TempPathFactory, **raw: Any) -> None:
+    settings = Settings(**raw, channels={"position": "y"})
+    path: Path = tmp_path_factory.mktemp("s") / "config.yaml"
+    path.write_text(settings_yaml(settings, "two\nlines"), encoding="utf-8")
+    assert make_settings(read_settings(path)) == settings
+
+
+def test_channels_may_name_a_file_beside_the_settings(tmp_path: Path) -> None:
+    (tmp_path / "mapping.yaml").write_text("channels:\n  position: {column: y, unit: mm}\n", encoding="utf-8")
+    (tmp_path / "settings.yaml").write_text("channels: mapping.yaml\n", encoding="utf-8")
+    channels = make_settings(read_settings(tmp_path / "settings.yaml")).channels
+    assert channels is not None and channels.position is not None and channels.position.unit == "mm"
