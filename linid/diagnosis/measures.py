@@ -70,7 +70,7 @@ def _measure(
     y_row, v_row, _ = free.simulate(vector, offsets, velocity=True)
     y_simulated, v_simulated = y_row[0], v_row[0]
     spread = float(np.std(recording.y))
-    ahead = Ahead(model, (recording,), substeps, jobs, project=False)
+    ahead = Ahead(model, (recording,), substeps, jobs, project=False, skip_jumps=False)
     predicted = ahead.simulate(vector)
     balance = Acceleration(model, (recording,), jobs)
     mass = float(vector[0, model.slot("mass")]) + recording.added_mass
@@ -129,7 +129,7 @@ def _floors(
     powered = recording.kind != "free_wheel"
     own = replace(recording, y=clean)
     base_force = Acceleration(model, (own,), jobs, half_widths=half_widths).residuals(vector, np.zeros((1, 0)))[0]
-    base_ahead = Ahead(model, (own,), substeps, jobs, project=False)
+    base_ahead = Ahead(model, (own,), substeps, jobs, project=False, skip_jumps=False)
     base_error = (base_ahead.simulate(vector) - base_ahead.measured)[0]
     last = base_ahead.segments.out_offsets[1:] - 1
     squares = np.zeros(3)
@@ -142,7 +142,7 @@ def _floors(
             squares[0] += np.nanmean((y_moved - clean + encoder) ** 2)
         else:
             squares[0] += np.mean(encoder**2)
-        drawn = Ahead(model, (noisy,), substeps, jobs, project=False)
+        drawn = Ahead(model, (noisy,), substeps, jobs, project=False, skip_jumps=False)
         error = (drawn.simulate(vector) - drawn.measured)[0]
         squares[1] += np.mean((error - base_error)[last] ** 2)
         force = Acceleration(model, (noisy,), jobs, half_widths=half_widths).residuals(vector, np.zeros((1, 0)))[0]

@@ -16,6 +16,7 @@ from linid.identification.estimates import make_estimates
 from linid.identification.genes import SearchSpace
 from linid.identification.genetic import SearchSettings, SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
+from linid.identification.motion import measure_motion
 from linid.identification.parts import HORIZON, Acceleration, Ahead, FreeRun, Part
 from linid.identification.polish import PolishResult, polish
 from linid.identification.problem import Cost, Problem
@@ -46,7 +47,7 @@ class FitSettings:
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     fixed: dict[str, float] = field(default_factory=dict)
     jobs: int = 1
-    polish_rounds: int = 4
+    polish_rounds: int = 6
 
     def stored(self) -> dict[str, Any]:
         """The settings that decide the result, for the model file (no jobs)."""
@@ -93,10 +94,22 @@ def make_parts(
             steps = substeps if look.project else max(substeps, 4)
             parts.append(FreeRun(model, group, steps, settings.jobs, look.project))
         elif objective == "ahead":
-            parts.append(Ahead(model, group, substeps, settings.jobs, settings.horizon, look.thin))
+            parts.append(Ahead(model, group, min(substeps, 2), settings.jobs, settings.horizon, look.thin))
         else:
             parts.append(Acceleration(model, group, settings.jobs))
     return tuple(parts)
+
+
+def _without_rest(recording: Recording) -> Recording:
+    """A free wheel cut 0.15 s after it came to rest: what follows costs time and tells nothing."""
+    if recording.kind != "free_wheel":
+        return recording
+    moving = np.flatnonzero(~measure_motion([recording]).standstill)
+    end = int(moving[-1]) + round(0.15 / recording.period) if moving.size else recording.t.size
+    end = max(min(end, recording.t.size), min(50, recording.t.size))
+    return replace(
+        recording, t=recording.t[:end], y=recording.y[:end], v=None, phase_currents=None, drive_input=None
+    )
 
 
 def check_recordings(recordings: Sequence[Recording], model: Model) -> None:
@@ -213,7 +226,10 @@ def fit(
     def problem_with(steps: int, look: Look) -> Problem:
         return Problem(space, make_parts(model, recordings, settings, steps, look=look))
 
-    coarse = problem_with(min(substeps, 2), Look(thin, project=True))
+    coarse_parts = make_parts(
+        model, [_without_rest(r) for r in recordings], settings, min(substeps, 2), look=Look(thin, project=True)
+    )
+    coarse = Problem(space, coarse_parts)
     seeds = _seeds(space, model, recordings, first, densities, settings)
     state, reason, silent = _search(coarse, seeds, settings, hooks)
     stages = [problem_with(min(substeps, 2), Look(thin)), problem_with(substeps, FULL)]

@@ -97,3 +97,21 @@ def measure_motion(recordings: Sequence[Recording]) -> Motion:
         position_noise=np.array([row[4] for row in rows]),
         speed_noise=np.array([row[5] for row in rows]),
     )
+
+
+def input_jumps(recording: Recording) -> NDArray[np.bool_]:
+    """Sampling intervals (n - 1,) in which an input jumps: no spline knows when within the interval.
+
+    A jump stands out of the third differences by ten times their usual size and a tenth of the input's range.
+    """
+    n = recording.y.size
+    jumps = np.zeros(n - 1, dtype=np.bool_)
+    channels = recording.phase_currents
+    if channels is None:
+        channels = np.zeros((0, n)) if recording.drive_input is None else recording.drive_input[None, :]
+    for channel in channels:
+        third = np.abs(np.diff(channel, 3))
+        limit = max(10.0 * float(np.median(third)) / 0.6745, 0.1 * float(np.ptp(channel)), 1e-300)
+        for start in np.flatnonzero(third > limit):
+            jumps[start : start + 3] = True
+    return jumps

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.motion import Motion, measure_motion
+from linid.identification.motion import Motion, input_jumps, measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
@@ -121,7 +121,8 @@ class Ahead:
     """Prediction over a short horizon from the measured state, restarted every half horizon, in m.
 
     The start state's error adds a straight line to a window; that line is projected out.
-    thin: use only every thin-th window (for the search's first look).
+    thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
+    an input jumps between two samples, since nobody knows when it did.
     """
 
     model: Model
@@ -131,6 +132,7 @@ class Ahead:
     horizon: float = HORIZON
     thin: int = 1
     project: bool = True
+    skip_jumps: bool = True
     name: str = "ahead"
     nuisances: int = 0
     robust: bool = True
@@ -142,9 +144,10 @@ class Ahead:
         recording, first, count = [], [], []
         for index, samples in enumerate(inputs.counts):
             length = min(max(8, round(self.horizon / inputs.dts[index])), int(samples) - 1)
-            for k in range(0, int(samples) - length, max(1, length // 2) * self.thin):
+            begins = np.arange(0, int(samples) - length, max(1, length // 2) * self.thin)
+            for k in self._smooth_windows(index, begins, length):
                 recording.append(index)
-                first.append(k)
+                first.append(int(k))
                 count.append(length + 1)
         self.segments = Segments(*(np.array(x, dtype=np.int64) for x in (recording, first, count)))
         self.flat_first = inputs.sample_offsets[self.segments.recording] + self.segments.first
@@ -161,6 +164,14 @@ class Ahead:
         self.groups = np.repeat(np.arange(sizes.size, dtype=np.int64), sizes)
         self.group_recording = self.segments.recording
         self.floor = float(np.median(np.maximum(self.motion.position_noise, 1e-12)))
+
+    def _smooth_windows(self, index: int, begins: Integers, length: int) -> Integers:
+        """The windows without a jump of the input (all, where hardly any is without)."""
+        if not self.skip_jumps:
+            return begins
+        before = np.concatenate([[0], np.cumsum(input_jumps(self.recordings[index]))])
+        smooth = begins[before[begins + length] == before[begins]]
+        return smooth if smooth.size >= max(4, begins.size // 10) else begins
 
     def simulate(self, params: Array) -> Array:
         """Predicted positions of all windows, (C, N) m."""

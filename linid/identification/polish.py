@@ -15,6 +15,7 @@ from linid.identification.result import Generation
 Array = NDArray[np.float64]
 _GENE_STEP = 1e-5
 _OFFSET_STEP = 0.3
+_SETTLED = 3e-4  # relative change of the cost between rounds of re-estimated weights
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -132,7 +133,7 @@ def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
 
 
 def polish(
-    problem: Problem, cost: Cost, genes: Array, offsets: Array | None = None, *, rounds: int = 4,
+    problem: Problem, cost: Cost, genes: Array, offsets: Array | None = None, *, rounds: int = 6,
     max_evaluations: int = 15, final: bool = True, watch: Callable[[int, float], None] | None = None,
 ) -> PolishResult:
     """Refine genes (p,) with scipy's bounded trust-region least squares.
@@ -153,7 +154,7 @@ def polish(
     for number in range(rounds):
         solution = least_squares(
             line.residuals, x, jac=lambda z: line.jacobian(z), bounds=(lower, upper), x_scale="jac",
-            max_nfev=max_evaluations, ftol=1e-7, xtol=1e-7, gtol=1e-12,
+            max_nfev=max_evaluations, ftol=1e-6, xtol=1e-6, gtol=1e-12,
         )
         x = np.asarray(solution.x)
         current = line.reweight(x)
@@ -162,8 +163,8 @@ def polish(
             watch(number + 1, current)
         gain = (best - current) / best
         best = min(best, current)
-        if number > 0 and abs(gain) < 1e-4 and solution.status > 0:
-            converged, reason = True, f"polish: relative gain {abs(gain):.1e} below 1e-4 ({solution.message})"
+        if number > 0 and abs(gain) < _SETTLED and solution.status > 0:
+            converged, reason = True, f"polish: relative gain {abs(gain):.1e} below {_SETTLED:g} ({solution.message})"
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
     return PolishResult(

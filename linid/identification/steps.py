@@ -14,7 +14,7 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 # Field phase passed within one internal step, rad; keeps the error of 4 s runs near a micrometre.
-_PHASE_PER_STEP = 0.12
+_PHASE_PER_STEP = 0.15
 
 
 def choose_substeps(model: Model, recordings: Sequence[Recording], first: dict[str, float]) -> int:

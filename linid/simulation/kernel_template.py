@@ -14,6 +14,8 @@ import numpy as np
 
 # <imports>
 
+REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
+
 FINEST = 12  # a base step is halved at most this often around a reversal
 REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
 
@@ -206,8 +208,8 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
         force = external_force(
             motor, on, powered, t_start + k * dt, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
         )
-        if standstill[k]:
-            w = min(max(force, -static), static) / sigma_0
+        if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
+            w += min(1.0, dt / REST_AVERAGE) * (min(max(force, -static), static) / sigma_0 - w)
         w_out[k] = w
         a_out[k] = (force - sigma_0 * w - sigma_2 * v[k]) / mass
         if k < count - 1:
