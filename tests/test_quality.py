@@ -15,3 +15,17 @@ ROOT = Path(__file__).resolve().parents[1]
 def test_tool_finds_nothing(arguments: tuple[str, ...]) -> None:
     done = subprocess.run([sys.executable, "-m", *arguments], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_ci_runs_the_test_command_of_the_readme() -> None:
+    command = 'python -m pip install -e ".[test]" && python -m pytest'
+    assert command in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert (ROOT / ".ci" / "run").read_text(encoding="utf-8").rstrip().splitlines()[-1] == command
+
+
+def test_the_readme_names_every_exit_code_and_command() -> None:
+    from linid.cli import cli
+
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert [name for name in cli.commands if name not in text] == []
+    assert [code for code in (0, 1, 2, 3, 4, 5, 130) if f"| {code} |" not in text] == []

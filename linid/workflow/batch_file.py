@@ -201,7 +201,9 @@ class _Reader:
         folder = self.file.path.parent
         if not (folder / text).exists():
             raise ConfigError(
-                self._place(location), f"file '{text}' not found", f"Put it there or correct the path; paths are relative to {folder.resolve()}."
+                self._place(location),
+                f"file '{text}' not found",
+                f"Put it there or correct the path; paths are relative to {folder.resolve()}.",
             )
 
     def _place(self, location: tuple[str | int, ...]) -> str:

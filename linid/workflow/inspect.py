@@ -106,9 +106,7 @@ def _campaign(campaign: Campaign) -> Outcome:
         table.add_column(title, overflow="fold", min_width=17 if title == "Recording" else None)
     rows = []
     for r in campaign.recordings:
-        inputs = (
-            "3 currents" if r.phase_currents is not None else (r.input_unit if r.drive_input is not None else "-")
-        )
+        inputs = "3 currents" if r.phase_currents is not None else (r.input_unit if r.drive_input is not None else "-")
         rows.append(
             {
                 "recording": r.name,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from linid.workflow.inputs import FoundCoastDown
     from linid.workflow.reporter import Reporter
     from linid.workflow.settings import Settings
+
+# The library that cuts fonts for PDF figures warns about their dates.
+logging.getLogger("fontTools").setLevel(logging.ERROR)
 
 MODEL_FILE = "parameters.json"
 GAP_FILE = "gaps.json"

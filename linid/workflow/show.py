@@ -7,6 +7,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from linid.workflow.outcome import Outcome
 
 
@@ -17,9 +19,10 @@ def show(outcome: Outcome, as_json: bool) -> None:
         return
     from rich.console import Console
 
-    console = Console(width=None if sys.stdout.isatty() else 80, highlight=False, markup=False)
+    width = None if sys.stdout.isatty() else 80
+    console = Console(width=width, highlight=False, markup=False)
     for table in outcome.tables:
-        console.print(table)
+        _print_whole(console, table)
         console.print()
     if outcome.summary.get("dry_run"):
         console.print(plan_text(outcome.summary), soft_wrap=True)
@@ -27,6 +30,17 @@ def show(outcome: Outcome, as_json: bool) -> None:
         console.print(f"Results: {outcome.folder}", soft_wrap=True)
     if outcome.exit_code == 5:
         console.print("Not converged: see the note below the table; try more --generations or a larger --population.")
+
+
+def _print_whole(console: Console, table: Any) -> None:
+    """Print a table no narrower than it can be: a long line is a smaller evil than a lost column."""
+    from rich.measure import Measurement
+
+    if isinstance(table, str):
+        console.print(table, soft_wrap=True)
+        return
+    needed = Measurement.get(console, console.options.update(max_width=1000), table).minimum
+    console.print(table, width=max(console.width, needed), crop=False)
 
 
 def plan_text(summary: dict[str, Any]) -> str:

@@ -13,8 +13,8 @@ from linid.workflow.results import MODEL_FILE, write_fit
 from linid.workflow.run_folder import CHECKPOINT_FILE, identity_of
 
 if TYPE_CHECKING:
-    from linid.identification.fit import FitSettings
     from linid.identification.result import FitResult, ModelKind
+    from linid.identification.settings import FitSettings
     from linid.recording import Recording
     from linid.workflow.reporter import Reporter
     from linid.workflow.settings import Settings
@@ -84,8 +84,9 @@ def run_stage(task: FitTask, folder: Path, reporter: Reporter, *, label: str, jo
     resume: an already written model is read back, a checkpoint is gone on from. Raises what `fit` raises, and
     ConfigError when the checkpoint belongs to another problem.
     """
-    from linid.identification.fit import Hooks, fit
+    from linid.identification.fit import fit
     from linid.identification.model_file import load_model
+    from linid.identification.settings import Hooks
 
     if resume and (folder / MODEL_FILE).exists():
         reporter.detail(f"{label}: taken from {folder / MODEL_FILE}")
@@ -115,8 +116,8 @@ def run_stage(task: FitTask, folder: Path, reporter: Reporter, *, label: str, jo
 
 def fit_settings(settings: Settings, jobs: int) -> FitSettings:
     """The settings as the identification takes them."""
-    from linid.identification.fit import FitSettings
     from linid.identification.genetic import SearchSettings
+    from linid.identification.settings import FitSettings
 
     search = SearchSettings(
         method=settings.method,

@@ -164,10 +164,16 @@ def test_a_motor_fit_keeps_its_friction_stage_and_rechecks_the_free_wheels(tmp_p
     assert load_model(again / "parameters.json").estimates == load_model(out / "parameters.json").estimates
 
 
-def test_the_console_tables_fit_80_columns(tmp_path: Path) -> None:
+def test_the_console_tables_lose_nothing(tmp_path: Path) -> None:
     result = linid("fit-friction", campaign(tmp_path), "--out", tmp_path / "o", *TINY)
-    assert "coulomb_force" in result.stdout and "held out" in result.stdout
-    assert max(len(line) for line in result.stdout.splitlines() if not line.startswith("Results")) <= 80
+    parameters, gaps = result.stdout.split("Gap between")
+    assert max(len(line) for line in parameters.splitlines()) <= 80
+    assert "coulomb_force" in parameters and "held out" in gaps
+    shares = [
+        row["force_share"] for row in json.loads((tmp_path / "o" / "gaps.json").read_text(encoding="utf-8"))["gaps"]
+    ]
+    lines = [line for line in gaps.splitlines() if line.startswith("freewheel")]
+    assert [float(line.split()[-1]) for line in lines] == pytest.approx([100 * share for share in shares], rel=0.01)
     assert "genetic" in result.stderr and "genetic: 4/4" not in result.stdout
 
 

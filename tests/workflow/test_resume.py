@@ -1,4 +1,4 @@
-"""A run cut short by kill -9 or Ctrl-C goes on to the same bytes as an undisturbed one; wrong resumptions are refused."""
+"""A run cut short by kill -9 or Ctrl-C goes on to the bytes of an undisturbed one; wrong ones are refused."""
 
 from __future__ import annotations
 
