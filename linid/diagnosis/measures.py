@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.gap import RecordingGap, Trace
 from linid.errors import UsageError
-from linid.identification.fit import check_recordings
+from linid.identification.acceleration import Acceleration
+from linid.identification.ahead import Ahead
+from linid.identification.free_run import FreeRun
 from linid.identification.motion import noise_level
-from linid.identification.parts import Acceleration, Ahead, FreeRun
+from linid.identification.objectives import check_recordings
 from linid.identification.polish import polish_starts
 from linid.identification.result import FitResult
 from linid.physics.model import Model
@@ -78,18 +80,34 @@ def _measure(
     driving = _total_force(model, vector, recording, balance, mass)
     floors = _floors(model, vector, recording, substeps, jobs, seed, balance.half_widths, y_simulated)
     gap = RecordingGap(
-        recording=recording.name, kind=recording.kind, split=recording.split,
-        free_run=_rms(y_simulated - recording.y) / spread, free_run_floor=floors[0] / spread,
-        ahead=_ahead_error(ahead, predicted), ahead_floor=floors[1],
-        force=_rms(force), force_share=_rms(force) / max(driving, 1e-300), force_floor=floors[2],
+        recording=recording.name,
+        kind=recording.kind,
+        split=recording.split,
+        free_run=_rms(y_simulated - recording.y) / spread,
+        free_run_floor=floors[0] / spread,
+        ahead=_ahead_error(ahead, predicted),
+        ahead_floor=floors[1],
+        force=_rms(force),
+        force_share=_rms(force) / max(driving, 1e-300),
+        force_floor=floors[2],
     )
     dt = recording.duration / (recording.t.size - 1)
     trace = Trace(
-        recording=recording.name, kind=recording.kind, split=recording.split, axis=recording.axis,
-        added_mass=recording.added_mass, t=recording.t, y_measured=recording.y, y_simulated=y_simulated,
-        velocity_measured=np.gradient(recording.y, dt), velocity_simulated=v_simulated,
-        force_t=recording.t[balance.rows], force_residual=force, phase_currents=recording.phase_currents,
-        drive_input=recording.drive_input, input_unit=recording.input_unit,
+        recording=recording.name,
+        kind=recording.kind,
+        split=recording.split,
+        axis=recording.axis,
+        added_mass=recording.added_mass,
+        t=recording.t,
+        y_measured=recording.y,
+        y_simulated=y_simulated,
+        velocity_measured=np.gradient(recording.y, dt),
+        velocity_simulated=v_simulated,
+        force_t=recording.t[balance.rows],
+        force_residual=force,
+        phase_currents=recording.phase_currents,
+        drive_input=recording.drive_input,
+        input_unit=recording.input_unit,
     )
     return gap, trace
 
@@ -116,8 +134,14 @@ def _noisy(recording: Recording, y: Array, generator: np.random.Generator) -> Re
 
 
 def _floors(
-    model: Model, vector: Array, recording: Recording, substeps: int, jobs: int, seed: int,
-    half_widths: tuple[int, ...], y_simulated: Array,
+    model: Model,
+    vector: Array,
+    recording: Recording,
+    substeps: int,
+    jobs: int,
+    seed: int,
+    half_widths: tuple[int, ...],
+    y_simulated: Array,
 ) -> tuple[float, float, float]:
     """RMS free-run error (m), ahead error (m) and force error (N) that measurement noise alone would cause.
 

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.errors import DataError, UsageError
-from linid.identification import seed as guess
 from linid.identification.estimates import make_estimates
-from linid.identification.genes import SearchSpace
-from linid.identification.genetic import SearchSettings, SearchState, search
+from linid.identification.first_values import first_values, mass_known, seed_candidates
+from linid.identification.free_run import FreeRun
+from linid.identification.genetic import SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
-from linid.identification.motion import measure_motion
-from linid.identification.parts import HORIZON, Acceleration, Ahead, FreeRun, Part
+from linid.identification.meaning import derived_quantities
+from linid.identification.objectives import FULL, Look, check_recordings, make_parts, without_rest
 from linid.identification.polish import PolishResult, polish
 from linid.identification.problem import Cost, Problem
 from linid.identification.result import FitResult, Generation, ModelKind, Start
+from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space import build_space
 from linid.identification.steps import choose_substeps, step_halving_error
 from linid.identification.uncertainty import estimate_uncertainty
@@ -28,170 +26,16 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
-Objective = Literal["auto", "free_run", "ahead", "acceleration"]
-Progress = Callable[[str, int, int, float], None]
-
-
-@dataclass(frozen=True)
-class FitSettings:
-    """How to fit. objective auto: free_run for free wheels, ahead for driven runs; bounds, fixed: SI values
-    by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
-    friction only); jobs: threads, never changes a result."""
-
-    search: SearchSettings = field(default_factory=SearchSettings)
-    objective: Objective = "auto"
-    horizon: float = HORIZON
-    substeps: int | None = None
-    free_exponent: bool = False
-    stribeck: bool = True
-    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
-    fixed: dict[str, float] = field(default_factory=dict)
-    jobs: int = 1
-    polish_rounds: int = 6
-
-    def stored(self) -> dict[str, Any]:
-        """The settings that decide the result, for the model file (no jobs)."""
-        out = asdict(self)
-        del out["jobs"]
-        return out
-
-
-@dataclass(frozen=True)
-class Hooks:
-    """Outside world of a fit: progress(stage, done, total, best), save(state) after each generation, and the
-    state to resume from."""
-
-    progress: Progress | None = None
-    save: Callable[[SearchState], None] | None = None
-    resume: SearchState | None = None
-
-
-@dataclass(frozen=True)
-class Look:
-    """How closely to look: every `thin`-th window, start states taken out linearly."""
-
-    thin: int = 1
-    project: bool = False
-
-
-FULL = Look()
-
-
-def make_parts(
-    model: Model, recordings: Sequence[Recording], settings: FitSettings, substeps: int, *, look: Look = FULL
-) -> tuple[Part, ...]:
-    """The objectives: free wheels and driven runs may follow different ones."""
-    free = tuple(r for r in recordings if r.kind == "free_wheel")
-    driven = tuple(r for r in recordings if r.kind != "free_wheel")
-    chosen = settings.objective
-    parts: list[Part] = []
-    for group, automatic in ((free, "free_run"), (driven, "ahead")):
-        if not group:
-            continue
-        objective = automatic if chosen == "auto" else chosen
-        if objective == "free_run":
-            # Coast-downs are so free of noise that a coarse step would bias them by more than their interval.
-            steps = substeps if look.project else max(substeps, 4)
-            parts.append(FreeRun(model, group, steps, settings.jobs, look.project))
-        elif objective == "ahead":
-            parts.append(Ahead(model, group, min(substeps, 2), settings.jobs, settings.horizon, look.thin))
-        else:
-            parts.append(Acceleration(model, group, settings.jobs))
-    return tuple(parts)
-
-
-def _without_rest(recording: Recording) -> Recording:
-    """A free wheel cut 0.15 s after it came to rest: what follows costs time and tells nothing."""
-    if recording.kind != "free_wheel":
-        return recording
-    moving = np.flatnonzero(~measure_motion([recording]).standstill)
-    end = int(moving[-1]) + round(0.15 / recording.period) if moving.size else recording.t.size
-    end = max(min(end, recording.t.size), min(50, recording.t.size))
-    return replace(
-        recording, t=recording.t[:end], y=recording.y[:end], v=None, phase_currents=None, drive_input=None
-    )
-
-
-def check_recordings(recordings: Sequence[Recording], model: Model) -> None:
-    """Refuse recordings that the model cannot be fitted to; raises DataError or UsageError."""
-    if not recordings:
-        raise UsageError("FILE", "there is no recording to fit", "Give at least one recording, or a campaign with `split: fit`")
-    for recording in recordings:
-        if recording.t.size < 50:
-            raise DataError(
-                recording.name, f"has {recording.t.size} samples, at least 50 are needed for a fit",
-                "Record longer or at a higher rate",
-            )
-    driven = [r for r in recordings if r.kind != "free_wheel"]
-    if model.kind in ("sine", "theta"):
-        if not driven:
-            raise UsageError("--model", f"{model.kind} needs driven recordings, all are free wheels", "Add recordings with phase currents")
-        for recording in driven:
-            if recording.phase_currents is None:
-                raise DataError(
-                    recording.name, f"the {model.kind} model needs three phase currents, the recording has none",
-                    "Map them with channels: current_u, current_v, current_w, or use --model force",
-                )
-    if model.kind == "force":
-        for recording in driven:
-            if recording.drive_input is None:
-                raise DataError(
-                    recording.name, "the force model needs a q-current or command, the recording has none",
-                    "Map it with channels: current_q or command, or use --model sine",
-                )
-
-
-def _first_values(
-    model: Model, recordings: Sequence[Recording], known: dict[str, float], start: FitResult | None
-) -> tuple[dict[str, float], tuple[float, ...]]:
-    """First guesses of all parameters, from the friction result where there is one, else by regression."""
-    free = [r for r in recordings if r.kind == "free_wheel"]
-    driven = [r for r in recordings if r.kind != "free_wheel"]
-    values: dict[str, float] = {}
-    densities: tuple[float, ...] = ()
-    mass = known.get("mass")
-    if start is not None:
-        values = {e.name: e.value for e in start.estimates}
-        mass = mass if mass is not None else values.get("mass")
-    if free and start is None:
-        values.update(guess.free_wheel_guess(free, mass))
-        mass = values["mass"]
-    if driven and model.kind == "force":
-        values = {**guess.force_guess(driven, known.get("force_constant"), mass), **values}
-    elif driven and model.kind in ("sine", "theta"):
-        scale = 2.0 if model.kind == "theta" else 1.0
-        given = known.get("guideway_density")
-        motor, densities = guess.phase_guess(
-            driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * scale
-        )
-        if model.kind == "theta":
-            motor = _as_theta(motor, known)
-        densities = tuple(d / scale for d in densities)
-        values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "shift")}}
-    return {**values, **known}, densities
-
-
-def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, float]:
-    nome, length = known.get("nome", 0.5), known.get("winding_length", 0.25 * math.pi)
-    out = dict(sine)
-    for name in ("guideway_density", "winding_displacement", "shift"):
-        out[name] = 0.5 * sine[name]
-    out["force_constant"] = sine["force_constant"] / (8.0 * nome * math.sin(2.0 * length))
-    out["nome"], out["winding_length"] = nome, length
-    return out
-
-
-def _mass_known(recordings: Sequence[Recording], known: dict[str, float], model: Model) -> tuple[bool, bool]:
-    """Whether the mass is given, and whether it can be found from the data."""
-    masses = {r.added_mass for r in recordings}
-    free = {r.added_mass for r in recordings if r.kind == "free_wheel"}
-    by_force = model.kind == "force" and "force_constant" in known
-    return "mass" in known, len(free) > 1 or by_force or (len(masses) > 1 and model.kind != "friction")
 
 
 def fit(
-    kind: ModelKind, recordings: Sequence[Recording], *, settings: FitSettings | None = None,
-    effects: tuple[str, ...] = (), known: dict[str, float] | None = None, start: FitResult | None = None,
+    kind: ModelKind,
+    recordings: Sequence[Recording],
+    *,
+    settings: FitSettings | None = None,
+    effects: tuple[str, ...] = (),
+    known: dict[str, float] | None = None,
+    start: FitResult | None = None,
     hooks: Hooks | None = None,
 ) -> FitResult:
     """Identify the parameters of a model from recordings (free wheels, driven runs or both).
@@ -206,7 +50,7 @@ def fit(
     check_recordings(recordings, model)
     fixed = {**(known or {}), **settings.fixed}
     warnings: list[str] = []
-    given, findable = _mass_known(recordings, fixed, model)
+    given, findable = mass_known(recordings, fixed, model)
     per_mass = False
     if not given and not findable:
         if start is not None and not start.per_mass:
@@ -218,8 +62,10 @@ def fit(
                 "no mass is known and the recordings cannot tell it: all forces are per kilogram "
                 "(give --mass, or record free wheels with a known added mass)"
             )
-    first, densities = _first_values(model, recordings, fixed, start)
-    space = build_space(model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck)
+    first, densities = first_values(model, recordings, fixed, start)
+    space = build_space(
+        model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck
+    )
     substeps = settings.substeps or choose_substeps(model, recordings, first)
     thin = 1 if sum(r.t.size for r in recordings) < 8000 else 4
 
@@ -227,10 +73,10 @@ def fit(
         return Problem(space, make_parts(model, recordings, settings, steps, look=look))
 
     coarse_parts = make_parts(
-        model, [_without_rest(r) for r in recordings], settings, min(substeps, 2), look=Look(thin, project=True)
+        model, [without_rest(r) for r in recordings], settings, min(substeps, 2), look=Look(thin, project=True)
     )
     coarse = Problem(space, coarse_parts)
-    seeds = _seeds(space, model, recordings, first, densities, settings)
+    seeds = seed_candidates(space, model, recordings, first, densities, settings)
     state, reason, silent = _search(coarse, seeds, settings, hooks)
     stages = [problem_with(min(substeps, 2), Look(thin)), problem_with(substeps, FULL)]
     polished = _polish_in_stages(stages, state, settings, hooks)
@@ -238,23 +84,6 @@ def fit(
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
     return _assemble(problem, polished, state, reason, settings, substeps, warnings, per_mass, recordings)
-
-
-def _seeds(
-    space: SearchSpace, model: Model, recordings: Sequence[Recording], first: dict[str, float],
-    densities: tuple[float, ...], settings: FitSettings,
-) -> Array:
-    """First candidates: the regression's guess, the same after a polish of the force balance, rival densities."""
-    guess_row = space.encode(first)
-    rows = [guess_row]
-    driven = tuple(r for r in recordings if r.kind != "free_wheel")
-    if driven:
-        balance = Problem(space, (Acceleration(model, driven, settings.jobs, stride=10),))
-        refined = polish(balance, Cost(balance), guess_row, rounds=2, max_evaluations=12)
-        rows.insert(0, refined.genes)
-    for density in densities[1:]:
-        rows.append(space.encode({**first, "guideway_density": density}))
-    return np.array(rows)
 
 
 def _search(
@@ -269,9 +98,7 @@ def _search(
         if hooks.progress is not None:
             hooks.progress(state.method, state.generation, settings.search.generations, state.best_cost)
 
-    state, reason = search(
-        cost, seeds, len(problem.space.genes), settings.search, resume=hooks.resume, watch=watch
-    )
+    state, reason = search(cost, seeds, len(problem.space.genes), settings.search, resume=hooks.resume, watch=watch)
     return state, reason, silent
 
 
@@ -312,8 +139,15 @@ def _starts(problem: Problem, polished: PolishResult) -> dict[str, Start]:
 
 
 def _assemble(
-    problem: Problem, polished: PolishResult, state: SearchState, reason: str, settings: FitSettings, substeps: int,
-    warnings: list[str], per_mass: bool, recordings: Sequence[Recording],
+    problem: Problem,
+    polished: PolishResult,
+    state: SearchState,
+    reason: str,
+    settings: FitSettings,
+    substeps: int,
+    warnings: list[str],
+    per_mass: bool,
+    recordings: Sequence[Recording],
 ) -> FitResult:
     model = problem.space.model
     uncertainty = estimate_uncertainty(problem, polished)
@@ -336,17 +170,29 @@ def _assemble(
         warnings.append(
             f"halving the internal step moves the predictions by {step_error:.2g} RMS; give --substeps {2 * substeps}"
         )
-    from linid.identification.meaning import derived_quantities
-
     result = FitResult(
         model=model.kind,  # type: ignore[arg-type]
-        axis=axis, effects=model.effects, estimates=estimates, fitted=fitted, correlation=correlation,
-        condition_number=uncertainty.condition_number, pairs=inseparable_pairs(fitted, correlation, balanced),
+        axis=axis,
+        effects=model.effects,
+        estimates=estimates,
+        fitted=fitted,
+        correlation=correlation,
+        condition_number=uncertainty.condition_number,
+        pairs=inseparable_pairs(fitted, correlation, balanced),
         starts=_starts(problem, polished),
         objectives={r.name: part.name for part in problem.parts for r in part.recordings},
-        residual_rms=residual_rms, history=history, stop_reasons=(reason, polished.reason),
-        converged=polished.converged, seed=settings.search.seed, evaluations=polished.evaluations, substeps=substeps,
-        step_error=step_error, warnings=tuple(warnings), per_mass=per_mass, input_unit=unit, covariance=covariance,
+        residual_rms=residual_rms,
+        history=history,
+        stop_reasons=(reason, polished.reason),
+        converged=polished.converged,
+        seed=settings.search.seed,
+        evaluations=polished.evaluations,
+        substeps=substeps,
+        step_error=step_error,
+        warnings=tuple(warnings),
+        per_mass=per_mass,
+        input_unit=unit,
+        covariance=covariance,
         settings=settings.stored(),
     )
     return replace(result, derived=derived_quantities(result, recordings))

@@ -188,14 +188,19 @@ def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) 
     state.evaluations += len(drawn)
     state.population = inside.tolist()
     state.costs = [float(c) for c in costs]
-    raw = np.random.get_state(legacy=True)
+    raw: Any = np.random.get_state(legacy=True)
     state.random_state = [raw[0], raw[1].tolist(), int(raw[2]), int(raw[3]), float(raw[4])]
     assert len(state.population[0]) == dimension
 
 
 def search(
-    cost: CostFunction, seeds: Array, dimension: int, settings: SearchSettings,
-    *, resume: SearchState | None = None, watch: Watcher | None = None,
+    cost: CostFunction,
+    seeds: Array,
+    dimension: int,
+    settings: SearchSettings,
+    *,
+    resume: SearchState | None = None,
+    watch: Watcher | None = None,
 ) -> tuple[SearchState, str]:
     """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
 
@@ -209,13 +214,20 @@ def search(
         costs = cost(population)
         best = int(np.argmin(costs))
         if settings.method == "cma":
-            raw = np.random.RandomState(settings.seed).get_state(legacy=True)
+            raw: Any = np.random.RandomState(settings.seed).get_state(legacy=True)
             random_state: Any = [raw[0], raw[1].tolist(), int(raw[2]), int(raw[3]), float(raw[4])]
         else:
             random_state = _freeze(random.Random(settings.seed).getstate())
         state = SearchState(
-            settings.method, 0, population.tolist(), [float(c) for c in costs], population[best].tolist(), np.inf, 0,
-            population.shape[0], random_state,
+            settings.method,
+            0,
+            population.tolist(),
+            [float(c) for c in costs],
+            population[best].tolist(),
+            np.inf,
+            0,
+            population.shape[0],
+            random_state,
         )
         _update(state, settings)
         if watch is not None:

@@ -74,7 +74,11 @@ def inseparable_pairs(
                 continue
             why = advice(names[b])
             if balanced_currents and {names[a], names[b]} <= {
-                "force_constant", "winding_displacement", "winding_length", "nome", "shift",
+                "force_constant",
+                "winding_displacement",
+                "winding_length",
+                "nome",
+                "shift",
             }:
                 why = "the phase currents sum to zero: feed one phase alone"
             pairs.append((names[a], names[b], rho, why))

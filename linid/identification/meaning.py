@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,10 +16,10 @@ SINE_LIMIT_K = 0.46223
 _NORMAL = 1.959964
 
 
-def _propagate(result: FitResult, function: object, names: tuple[str, ...]) -> tuple[float, float]:
+def _propagate(result: FitResult, function: Callable[..., float], names: tuple[str, ...]) -> tuple[float, float]:
     """Value and standard deviation of function(*values) by the delta method."""
     values = [result.value(name) for name in names]
-    value = float(function(*values))  # type: ignore[operator]
+    value = float(function(*values))
     gradient = np.zeros(len(result.fitted))
     for k, name in enumerate(names):
         if name not in result.fitted:
@@ -27,8 +27,8 @@ def _propagate(result: FitResult, function: object, names: tuple[str, ...]) -> t
         step = 1e-6 * max(abs(values[k]), 1e-9)
         moved = list(values)
         moved[k] += step
-        gradient[result.fitted.index(name)] = (float(function(*moved)) - value) / step  # type: ignore[operator]
-    return value, float(np.sqrt(max(gradient @ result.covariance @ gradient, 0.0)))
+        gradient[result.fitted.index(name)] = (float(function(*moved)) - value) / step
+    return value, math.sqrt(max(float(gradient @ result.covariance @ gradient), 0.0))
 
 
 def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tuple[Estimate, ...]:
@@ -39,10 +39,14 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     theta = result.model == "theta"
     factor = 2.0 if theta else 1.0
     unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
-    rows: list[tuple[str, str, str, object, tuple[str, ...]]] = [
+    rows: list[tuple[str, str, str, Callable[..., float], tuple[str, ...]]] = [
         ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("guideway_density",)),
         (
-            "phase_spacing", "y_p", unit, lambda p, d: p / d, ("winding_displacement", "guideway_density"),
+            "phase_spacing",
+            "y_p",
+            unit,
+            lambda p, d: p / d,
+            ("winding_displacement", "guideway_density"),
         ),
     ]
     if theta:
@@ -50,7 +54,10 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
             ("field_shape", "k", "1", lambda q: math.sqrt(-4.0 * math.log(q)) / math.pi, ("nome",)),
             ("coil_length", "l_y", unit, lambda z, d: 2.0 * z / d, ("winding_length", "guideway_density")),
             (
-                "fundamental_force_constant", "K_f", "N m/A" if unit == "rad" else "N/A", fundamental_force_constant,
+                "fundamental_force_constant",
+                "K_f",
+                "N m/A" if unit == "rad" else "N/A",
+                fundamental_force_constant,
                 ("force_constant", "winding_length", "nome"),
             ),
         ]
@@ -60,8 +67,15 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
         lost = unsure & set(names) if name != "fundamental_force_constant" else set()
         out.append(
             Estimate(
-                name, symbol, row_unit, value, std, value - _NORMAL * std, value + _NORMAL * std,
-                "not_identifiable" if lost else "fitted", f"hangs on {', '.join(sorted(lost))}" if lost else "",
+                name,
+                symbol,
+                row_unit,
+                value,
+                std,
+                value - _NORMAL * std,
+                value + _NORMAL * std,
+                "not_identifiable" if lost else "fitted",
+                f"hangs on {', '.join(sorted(lost))}" if lost else "",
             )
         )
     if theta:

@@ -42,8 +42,15 @@ def _number(value: Any) -> float:
 
 def _estimate(row: dict[str, Any]) -> Estimate:
     return Estimate(
-        row["name"], row["symbol"], row["unit"], _number(row["value"]), _number(row["std"]), _number(row["low"]),
-        _number(row["high"]), row["status"], row["note"],
+        row["name"],
+        row["symbol"],
+        row["unit"],
+        _number(row["value"]),
+        _number(row["std"]),
+        _number(row["low"]),
+        _number(row["high"]),
+        row["status"],
+        row["note"],
     )
 
 
@@ -56,15 +63,20 @@ def model_from_text(text: str, place: str) -> FitResult:
             f"{place}:{error.lineno}", f"is not JSON ({error.msg})", "Give the parameters.json of a fit"
         ) from error
     if not isinstance(body, dict) or body.get("kind") != "linid model":
-        raise ConfigError(place, "is not a linid model", "Give the parameters.json that fit-friction or fit-motor wrote")
+        raise ConfigError(
+            place, "is not a linid model", "Give the parameters.json that fit-friction or fit-motor wrote"
+        )
     if body.get("schema") != SCHEMA:
         raise ConfigError(
             place, f"has model schema {body.get('schema')!r}, expected {SCHEMA}", "Fit again with this version"
         )
     try:
         return FitResult(
-            model=body["model"], axis=body["axis"], effects=tuple(body["effects"]),
-            estimates=tuple(_estimate(row) for row in body["estimates"]), fitted=tuple(body["fitted"]),
+            model=body["model"],
+            axis=body["axis"],
+            effects=tuple(body["effects"]),
+            estimates=tuple(_estimate(row) for row in body["estimates"]),
+            fitted=tuple(body["fitted"]),
             correlation=np.array(body["correlation"], dtype=float).reshape((len(body["fitted"]),) * 2),
             condition_number=_number(body["condition_number"]),
             pairs=tuple((a, b, float(rho), why) for a, b, rho, why in body["pairs"]),
@@ -80,10 +92,16 @@ def model_from_text(text: str, place: str) -> FitResult:
                 )
                 for h in body["history"]
             ),
-            stop_reasons=tuple(body["stop_reasons"]), converged=bool(body["converged"]), seed=int(body["seed"]),
-            evaluations=int(body["evaluations"]), substeps=int(body["substeps"]), step_error=_number(body["step_error"]),
-            warnings=tuple(body["warnings"]), derived=tuple(_estimate(row) for row in body["derived"]),
-            per_mass=bool(body["per_mass"]), input_unit=body["input_unit"],
+            stop_reasons=tuple(body["stop_reasons"]),
+            converged=bool(body["converged"]),
+            seed=int(body["seed"]),
+            evaluations=int(body["evaluations"]),
+            substeps=int(body["substeps"]),
+            step_error=_number(body["step_error"]),
+            warnings=tuple(body["warnings"]),
+            derived=tuple(_estimate(row) for row in body["derived"]),
+            per_mass=bool(body["per_mass"]),
+            input_unit=body["input_unit"],
             covariance=np.array(body["covariance"], dtype=float).reshape((len(body["fitted"]),) * 2),
             settings=dict(body["settings"]),
         )

@@ -1,4 +1,4 @@
-"""The measured motion made ready for fitting: smoothed position and speed, standstill, and the noise of the channels."""
+"""The measured motion made ready for fitting: smoothed position and speed, standstill, noise, input jumps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def noise_level(samples: Array) -> float:
     spread = float(np.median(np.abs(differences))) / 0.6745
     rms = float(np.sqrt(np.mean(differences**2)))
     # Quantised standstill has a zero median: then the mean square counts, which motion may inflate.
-    return (spread if spread > 0.0 else rms) / np.sqrt(70.0)
+    return float((spread if spread > 0.0 else rms) / np.sqrt(70.0))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.parts import FreeRun
+from linid.identification.free_run import FreeRun
 from linid.identification.problem import Cost, Problem
 from linid.identification.result import Generation
 
@@ -67,7 +67,7 @@ class Linearisation:
         """Weighted residuals (N,) at x = genes and offsets; a failed simulation gives large ones."""
         rows = self._rows(x)
         joined = np.concatenate([row[0] * weight for row, weight in zip(rows, self.weights, strict=True)])
-        return np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3)
+        return np.asarray(np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3))
 
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
         """(N, p + k) by finite differences in one batch; offsets of all recordings are shifted together."""
@@ -133,8 +133,15 @@ def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
 
 
 def polish(
-    problem: Problem, cost: Cost, genes: Array, offsets: Array | None = None, *, rounds: int = 6,
-    max_evaluations: int = 15, final: bool = True, watch: Callable[[int, float], None] | None = None,
+    problem: Problem,
+    cost: Cost,
+    genes: Array,
+    offsets: Array | None = None,
+    *,
+    rounds: int = 6,
+    max_evaluations: int = 15,
+    final: bool = True,
+    watch: Callable[[int, float], None] | None = None,
 ) -> PolishResult:
     """Refine genes (p,) with scipy's bounded trust-region least squares.
 
@@ -153,8 +160,15 @@ def polish(
     converged, reason = False, f"polish: {rounds} rounds used"
     for number in range(rounds):
         solution = least_squares(
-            line.residuals, x, jac=lambda z: line.jacobian(z), bounds=(lower, upper), x_scale="jac",
-            max_nfev=max_evaluations, ftol=1e-6, xtol=1e-6, gtol=1e-12,
+            line.residuals,
+            x,
+            jac=line.jacobian,
+            bounds=(lower, upper),
+            x_scale="jac",
+            max_nfev=max_evaluations,
+            ftol=1e-6,
+            xtol=1e-6,
+            gtol=1e-12,
         )
         x = np.asarray(solution.x)
         current = line.reweight(x)
@@ -168,8 +182,15 @@ def polish(
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
     return PolishResult(
-        x[:p], x[p:], best, converged, reason, tuple(history), cost.evaluations,
-        line.residuals(x), line.jacobian(x, central=central) if final else np.zeros((0, 0)),
+        x[:p],
+        x[p:],
+        best,
+        converged,
+        reason,
+        tuple(history),
+        cost.evaluations,
+        line.residuals(x),
+        line.jacobian(x, central=central) if final else np.zeros((0, 0)),
     )
 
 

@@ -53,24 +53,8 @@ class Problem:
         """Per part and class: RMS of the residuals if nothing moved, the scale of the relative errors."""
         still = []
         for part in self.parts:
-            rows = _null_residual(part)
-            still.append(_class_rms(rows[None, :], part.classes, part.floor)[0])
+            still.append(_class_rms(part.signal[None, :], part.classes, part.floor)[0])
         return still
-
-
-def _null_residual(part: Part) -> Array:
-    """What the residuals would be for an axis that keeps its start position (or has no acceleration)."""
-    if hasattr(part, "target"):
-        return np.asarray(part.target)
-    measured = getattr(part, "measured", None)
-    if measured is None:
-        measured = part.motion.measured  # type: ignore[attr-defined]
-    means = np.bincount(part.groups, measured) / np.maximum(np.bincount(part.groups), 1)
-    if part.name == "free_run":
-        owner = part.group_recording[part.groups]
-        means = np.bincount(owner, measured) / np.bincount(owner)
-        return np.asarray(measured - means[owner])
-    return np.asarray(measured - means[part.groups])
 
 
 def _class_rms(residuals: Array, classes: NDArray[np.int64], floor: float) -> Array:

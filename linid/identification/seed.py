@@ -66,8 +66,10 @@ def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int 
         empty = np.zeros(0)
         return _Rows(empty, empty, empty, np.zeros((3, 0)), empty)
     return _Rows(
-        np.concatenate([p[0] for p in pieces]), np.concatenate([p[1] for p in pieces]),
-        np.concatenate([p[2] for p in pieces]), np.concatenate([p[3] for p in pieces], axis=1),
+        np.concatenate([p[0] for p in pieces]),
+        np.concatenate([p[1] for p in pieces]),
+        np.concatenate([p[2] for p in pieces]),
+        np.concatenate([p[3] for p in pieces], axis=1),
         np.concatenate([p[4] for p in pieces]),
     )
 
@@ -115,8 +117,10 @@ def force_guess(recordings: Sequence[Recording], constant: float | None, mass: f
         mass = constant / gain if mass is None and gain != 0.0 else mass
     known = mass if mass is not None else 1.0
     return {
-        "force_constant": constant if constant is not None else gain * known, "mass": known,
-        "coulomb_force": float(coulomb) * known, "viscous_friction": float(viscous) * known,
+        "force_constant": constant if constant is not None else gain * known,
+        "mass": known,
+        "coulomb_force": float(coulomb) * known,
+        "viscous_friction": float(viscous) * known,
         "constant_force": float(offset) * known,
     }
 
@@ -191,9 +195,13 @@ def phase_guess(
         if len(rivals) == 2:
             break
     values = {
-        "force_constant": abs(total) * mass, "guideway_density": best, "winding_displacement": displacement,
-        "shift": math.atan2(total.imag, total.real), "coulomb_force": float(coefficient[4]) * mass,
-        "viscous_friction": float(coefficient[5]) * mass, "constant_force": float(coefficient[6]) * mass,
+        "force_constant": abs(total) * mass,
+        "guideway_density": best,
+        "winding_displacement": displacement,
+        "shift": math.atan2(total.imag, total.real),
+        "coulomb_force": float(coefficient[4]) * mass,
+        "viscous_friction": float(coefficient[5]) * mass,
+        "constant_force": float(coefficient[6]) * mass,
     }
     return values, (best, *rivals)
 

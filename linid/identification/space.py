@@ -16,19 +16,26 @@ from linid.recording.recording import Recording
 
 
 def build_space(
-    model: Model, recordings: Sequence[Recording], first: dict[str, float], fixed: dict[str, float],
-    bounds: dict[str, tuple[float, float]], free_exponent: bool, densities: tuple[float, ...] = (),
+    model: Model,
+    recordings: Sequence[Recording],
+    first: dict[str, float],
+    fixed: dict[str, float],
+    bounds: dict[str, tuple[float, float]],
+    free_exponent: bool,
+    densities: tuple[float, ...] = (),
     stribeck: bool = True,
 ) -> SearchSpace:
     """Genes for all parameters that are not fixed, with bounds that scale with the axis.
 
-    stribeck: False ties F_S to F_C. first: first guesses in SI; bounds: the user's own bounds by name (SI). Raises UsageError for a name the
-    model has not, or bounds that are not in order.
+    stribeck: False ties F_S to F_C; first: first guesses in SI; bounds: the user's own bounds by name (SI).
+    Raises UsageError for a name that the model has not, or bounds that are not in order.
     """
     names = {parameter.name for parameter in model.parameters}
     for name in [*bounds, *fixed]:
         if name not in names:
-            raise UsageError(name, f"the {model.kind} model has no parameter {name!r}", f"Known: {', '.join(sorted(names))}")
+            raise UsageError(
+                name, f"the {model.kind} model has no parameter {name!r}", f"Known: {', '.join(sorted(names))}"
+            )
     motion = measure_motion(recordings)
     noise = max(float(np.min(motion.position_noise)), 1e-12)
     travel = max(float(np.ptp(r.y)) for r in recordings)
@@ -72,7 +79,8 @@ def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dic
         lower, upper = bounds[parameter.name]
     if not lower < upper or (parameter.log and lower <= 0.0):
         raise UsageError(
-            f"bounds of {parameter.name}", f"{lower:g} to {upper:g} is not a search range",
+            f"bounds of {parameter.name}",
+            f"{lower:g} to {upper:g} is not a search range",
             "Give the lower bound first" + (", and above zero" if parameter.log else ""),
         )
     return Gene(parameter.name, lower, upper, parameter.log)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.identification.ahead import Ahead
 from linid.identification.motion import measure_motion
-from linid.identification.parts import Ahead
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

@@ -104,8 +104,19 @@ def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, f
 
 @njit(cache=True, error_model="numpy")
 def lugre_step(
-    v: float, w: float, v_mid: float, w_mid: float, level: float, fall: float, force: float, force_rate: float,
-    mass: float, sigma_0: float, sigma_1: float, sigma_2: float, h: float,
+    v: float,
+    w: float,
+    v_mid: float,
+    w_mid: float,
+    level: float,
+    fall: float,
+    force: float,
+    force_rate: float,
+    mass: float,
+    sigma_0: float,
+    sigma_1: float,
+    sigma_2: float,
+    h: float,
 ) -> tuple[float, float, float]:
     """Advance the sliding mass and its bristle over h, exactly for the equations linearised at mid-step.
 

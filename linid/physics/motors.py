@@ -29,7 +29,9 @@ PARAMETERS = {
         Parameter("guideway_density", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
         Parameter("winding_displacement", "z_p", "1", 0.025, math.pi, 1.047, meaning="phase between windings"),
         Parameter("shift", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
-        Parameter("winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length z_0 l_y / 2"),
+        Parameter(
+            "winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length z_0 l_y / 2"
+        ),
         Parameter("nome", "q_0", "1", 0.02, 0.98, 0.5, meaning="field shape, exp(-k^2 pi^2 / 4)"),
     ),
 }
@@ -61,8 +63,14 @@ def prepare_motor(motor: int, p: NDArray[np.float64], table: NDArray[np.float64]
 
 @njit(cache=True)
 def phase_force(
-    y: float, current_u: float, current_v: float, current_w: float,
-    wavenumber: float, phase: float, table: NDArray[np.float64], harmonics: int,
+    y: float,
+    current_u: float,
+    current_v: float,
+    current_w: float,
+    wavenumber: float,
+    phase: float,
+    table: NDArray[np.float64],
+    harmonics: int,
 ) -> float:
     """Thrust in N of three phase currents (A) at position y (m): sum over odd harmonics by angle addition.
 
@@ -73,9 +81,7 @@ def phase_force(
     cosine = math.cos(angle)
     outer_sum = current_u + current_w
     outer_difference = current_w - current_u
-    force = table[0, 0] * (
-        sine * (current_v + table[1, 0] * outer_sum) + cosine * table[2, 0] * outer_difference
-    )
+    force = table[0, 0] * (sine * (current_v + table[1, 0] * outer_sum) + cosine * table[2, 0] * outer_difference)
     if harmonics > 1:
         sine_2 = 2.0 * sine * cosine
         cosine_2 = 1.0 - 2.0 * sine * sine
@@ -86,16 +92,14 @@ def phase_force(
             force += table[0, k] * (
                 sine * (current_v + table[1, k] * outer_sum) + cosine * table[2, k] * outer_difference
             )
-    return force
+    return force  # type: ignore[no-any-return]
 
 
 @njit(cache=True)
-def gaussian_force(
-    y: float, current_u: float, current_v: float, current_w: float, p: NDArray[np.float64]
-) -> float:
+def gaussian_force(y: float, current_u: float, current_v: float, current_w: float, p: NDArray[np.float64]) -> float:
     """Thrust in N of the theta motor for a nome near 1, phase by phase (eq. 45). p as in `prepare_motor`."""
     z = p[1] * y + p[3]
-    return p[0] * (
+    return p[0] * (  # type: ignore[no-any-return]
         big_theta_0(z - p[2], p[4], p[5]) * current_u
         + big_theta_0(z, p[4], p[5]) * current_v
         + big_theta_0(z + p[2], p[4], p[5]) * current_w

@@ -6,8 +6,16 @@ from dataclasses import dataclass
 
 # Unit of the same quantity on a rotary axis (m -> rad, N -> N m, kg -> kg m^2).
 _ROTARY = {
-    "m": "rad", "m/s": "rad/s", "N": "N m", "kg": "kg m^2", "N/m": "N m/rad", "N s/m": "N m s/rad",
-    "N/A": "N m/A", "N/V": "N m/V", "1/m": "1/rad", "N s^2/m^2": "N m s^2/rad^2",
+    "m": "rad",
+    "m/s": "rad/s",
+    "N": "N m",
+    "kg": "kg m^2",
+    "N/m": "N m/rad",
+    "N s/m": "N m s/rad",
+    "N/A": "N m/A",
+    "N/V": "N m/V",
+    "1/m": "1/rad",
+    "N s^2/m^2": "N m s^2/rad^2",
 }
 
 

@@ -91,16 +91,16 @@ def theta3(z: ArrayLike, q: float) -> NDArray[np.float64]:
     z: any shape, rad. Raises ValueError for a nome outside (0, 1).
     """
     q = _nome(q)
-    return np.vectorize(lambda x: _theta3(float(x), q), otypes=[np.float64])(z)
+    return np.asarray(np.vectorize(lambda x: _theta3(float(x), q), otypes=[np.float64])(z))
 
 
 def Theta(z: ArrayLike, q: float) -> NDArray[np.float64]:  # noqa: N802 - the paper's capital
     """Theta(z, q) = theta3(z, q) - theta3(z - pi/2, q), the field along the guideway (eq. 36). z: any shape, rad."""
     q = _nome(q)
-    return np.vectorize(lambda x: big_theta(float(x), q), otypes=[np.float64])(z)
+    return np.asarray(np.vectorize(lambda x: big_theta(float(x), q), otypes=[np.float64])(z))
 
 
 def Theta0(z: ArrayLike, q: float, z_L: float) -> NDArray[np.float64]:  # noqa: N802 - the paper's capital
     """Theta0(z, q) = Theta(z - z_L, q) - Theta(z + z_L, q), the coil's force shape (eq. 37). z: any shape, rad."""
     q = _nome(q)
-    return np.vectorize(lambda x: big_theta_0(float(x), z_L, q), otypes=[np.float64])(z)
+    return np.asarray(np.vectorize(lambda x: big_theta_0(float(x), z_L, q), otypes=[np.float64])(z))

@@ -51,7 +51,23 @@ def steady_bristle(p, motor, on, powered, c, t, y, v, table, harmonics, wavenumb
 
 @njit(cache=True, error_model="numpy")
 def simulate_one(
-    p, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, y, v, w, substeps, tolerance, y_out, v_out
+    p,
+    motor,
+    on,
+    powered,
+    coefficients,
+    t_start,
+    dt,
+    first,
+    count,
+    added_mass,
+    y,
+    v,
+    w,
+    substeps,
+    tolerance,
+    y_out,
+    v_out,
 ):
     """Simulate `count` samples from sample `first`; returns the number of internal steps.
 
@@ -152,8 +168,26 @@ def simulate_one(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def simulate_tasks(
-    params, motor, on, powered, coefficients, offsets, t_starts, dts, recording, first, count, added_mass,
-    starts, out_offsets, substeps, tolerance, begin, end, y_out, v_out
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    offsets,
+    t_starts,
+    dts,
+    recording,
+    first,
+    count,
+    added_mass,
+    starts,
+    out_offsets,
+    substeps,
+    tolerance,
+    begin,
+    end,
+    y_out,
+    v_out,
 ):
     """Simulate tasks begin..end-1; task = candidate * segments + segment. Results land in y_out[candidate].
 
@@ -171,9 +205,23 @@ def simulate_tasks(
         b = a + count[s]
         v_row = v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0]
         steps += simulate_one(
-            params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r], dts[r],
-            first[s], count[s], added_mass[r], starts[candidate, s, 0], starts[candidate, s, 1], starts[candidate, s, 2],
-            substeps, tolerance, y_out[candidate, a:b], v_row,
+            params[candidate],
+            motor,
+            on,
+            powered[r],
+            coefficients[offsets[r] : offsets[r + 1]],
+            t_starts[r],
+            dts[r],
+            first[s],
+            count[s],
+            added_mass[r],
+            starts[candidate, s, 0],
+            starts[candidate, s, 1],
+            starts[candidate, s, 2],
+            substeps,
+            tolerance,
+            y_out[candidate, a:b],
+            v_row,
         )
     return steps
 
@@ -194,7 +242,9 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
     if motor == 3:
         wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
     if math.isnan(w):
-        w = steady_bristle(p, motor, on, powered, coefficients[0], t_start, y[0], v[0], table, harmonics, wavenumber, phase)
+        w = steady_bristle(
+            p, motor, on, powered, coefficients[0], t_start, y[0], v[0], table, harmonics, wavenumber, phase
+        )
     i_1 = i_2 = i_3 = 0.0
     for k in range(count):
         if powered:
@@ -226,8 +276,25 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def along_tasks(
-    params, motor, on, powered, coefficients, offsets, t_starts, dts, counts, sample_offsets, added_mass,
-    y, v, standstill, start_w, begin, end, a_out, w_out
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    offsets,
+    t_starts,
+    dts,
+    counts,
+    sample_offsets,
+    added_mass,
+    y,
+    v,
+    standstill,
+    start_w,
+    begin,
+    end,
+    a_out,
+    w_out,
 ):
     """`along_one` for tasks begin..end-1; task = candidate * recordings + recording. Rows of a_out: candidates."""
     recordings = counts.size
@@ -237,7 +304,19 @@ def along_tasks(
         a = sample_offsets[r]
         b = sample_offsets[r + 1]
         along_one(
-            params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r], dts[r],
-            counts[r], added_mass[r], y[a:b], v[a:b], start_w[candidate, r], standstill[a:b],
-            a_out[candidate, a:b], w_out[candidate, a:b],
+            params[candidate],
+            motor,
+            on,
+            powered[r],
+            coefficients[offsets[r] : offsets[r + 1]],
+            t_starts[r],
+            dts[r],
+            counts[r],
+            added_mass[r],
+            y[a:b],
+            v[a:b],
+            start_w[candidate, r],
+            standstill[a:b],
+            a_out[candidate, a:b],
+            w_out[candidate, a:b],
         )

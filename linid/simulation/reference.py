@@ -43,8 +43,14 @@ def motor_force(kind: str, values: dict[str, float], y: float, currents: Array) 
 
 
 def simulate_reference(
-    kind: str, values: dict[str, float], recording: Recording, start: tuple[float, float, float],
-    *, rtol: float = 1e-9, method: str = "LSODA", max_step: float | None = None,
+    kind: str,
+    values: dict[str, float],
+    recording: Recording,
+    start: tuple[float, float, float],
+    *,
+    rtol: float = 1e-9,
+    method: str = "LSODA",
+    max_step: float | None = None,
 ) -> tuple[Array, Array]:
     """Position (n,) m and velocity (n,) m/s by scipy.integrate.solve_ivp; eqs. 40-45 as corrected.
 
@@ -68,8 +74,14 @@ def simulate_reference(
         return [v, (force + constant - resistance) / mass, w_rate]
 
     solution = solve_ivp(
-        right_hand_side, (t[0], t[-1]), list(start), method=method, t_eval=t, rtol=rtol,
-        atol=[1e-11, 1e-10, 1e-13], max_step=np.inf if max_step is None else max_step,
+        right_hand_side,
+        (t[0], t[-1]),
+        list(start),
+        method=method,
+        t_eval=t,
+        rtol=rtol,
+        atol=[1e-11, 1e-10, 1e-13],
+        max_step=np.inf if max_step is None else max_step,
     )
     if not solution.success:
         raise RuntimeError(f"reference integration stopped: {solution.message}")

@@ -79,16 +79,37 @@ class Simulator:
         starts = np.ascontiguousarray(starts)
 
         def work(piece: tuple[int, int]) -> int:
-            return int(kernel.simulate_tasks(  # type: ignore[attr-defined]
-                params, self.model.motor, self.model.mask, inputs.powered, inputs.coefficients, inputs.offsets,
-                inputs.t_starts, inputs.dts, segments.recording, segments.first, segments.count, inputs.added_mass,
-                starts, offsets, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, piece[0], piece[1], y_out, v_out,
-            ))
+            return int(
+                kernel.simulate_tasks(  # type: ignore[attr-defined]
+                    params,
+                    self.model.motor,
+                    self.model.mask,
+                    inputs.powered,
+                    inputs.coefficients,
+                    inputs.offsets,
+                    inputs.t_starts,
+                    inputs.dts,
+                    segments.recording,
+                    segments.first,
+                    segments.count,
+                    inputs.added_mass,
+                    starts,
+                    offsets,
+                    self.substeps,
+                    REVERSAL_TOLERANCE / self.substeps**2,
+                    piece[0],
+                    piece[1],
+                    y_out,
+                    v_out,
+                )
+            )
 
         steps = self._spread(work, candidates * segments.count.size)
         return y_out, v_out, steps
 
-    def along(self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array) -> tuple[Array, Array]:
+    def along(
+        self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array
+    ) -> tuple[Array, Array]:
         """Model acceleration (C, samples) in m/s^2 and bristle deflection in m along a measured motion.
 
         y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m.
@@ -101,9 +122,25 @@ class Simulator:
 
         def work(piece: tuple[int, int]) -> int:
             kernel.along_tasks(  # type: ignore[attr-defined]
-                params, self.model.motor, self.model.mask, inputs.powered, inputs.coefficients, inputs.offsets,
-                inputs.t_starts, inputs.dts, inputs.counts, inputs.sample_offsets, inputs.added_mass,
-                y, v, standstill, start_w, piece[0], piece[1], a_out, w_out,
+                params,
+                self.model.motor,
+                self.model.mask,
+                inputs.powered,
+                inputs.coefficients,
+                inputs.offsets,
+                inputs.t_starts,
+                inputs.dts,
+                inputs.counts,
+                inputs.sample_offsets,
+                inputs.added_mass,
+                y,
+                v,
+                standstill,
+                start_w,
+                piece[0],
+                piece[1],
+                a_out,
+                w_out,
             )
             return 0
 

@@ -1,0 +1,122 @@
+"""The objective `acceleration`: force balance along the measured motion, in weak form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.motion import measure_motion
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+BUMP_HALF_WIDTHS = (0.007, 0.014, 0.028, 0.056)  # s, half-widths of the weak form's kernel
+_BUMP_NOISE = 0.2  # widen until noise is below this share of the acceleration
+_GROUP = 0.05  # s, residuals are grouped in bins of this length
+
+
+def bump(half_width: int) -> Array:
+    """Smooth kernel (2 half_width + 1,) of the weak form, sum 1: (1 - x^2)^4 on (-1, 1)."""
+    x = np.arange(-half_width, half_width + 1) / (half_width + 1)
+    kernel = (1.0 - x * x) ** 4
+    return np.asarray(kernel / kernel.sum())
+
+
+def _smooth_acceleration(y: Array, dt: float, half_width: int) -> Array:
+    """Second difference of y over dt^2, smoothed by the bump, (n,) in m/s^2."""
+    second = np.zeros(y.size)
+    second[1:-1] = np.diff(y, 2) / dt**2
+    return np.convolve(second, bump(half_width), mode="same")
+
+
+def _bump_half_width(y: Array, dt: float, noise: float) -> int:
+    """Narrowest kernel (samples) that leaves little noise in the acceleration; wide ones blur ripple."""
+    half = 2
+    for width in BUMP_HALF_WIDTHS:
+        half = max(2, min(round(width / dt), y.size // 8))
+        gain = float(np.sqrt(np.sum(np.diff(bump(half), 2, prepend=[0, 0], append=[0, 0]) ** 2))) / dt**2
+        signal = float(np.sqrt(np.mean(_smooth_acceleration(y, dt, half) ** 2)))
+        if gain * noise < _BUMP_NOISE * signal:
+            break
+    return half
+
+
+@dataclass
+class Acceleration:
+    """Force balance along the measured motion divided by the mass, in m/s^2, in weak form.
+
+    The model's acceleration and the second difference of raw position are smoothed by the same bump.
+    The second difference is a triangle-weighted mean of acceleration: (1, 10, 1)/12 of its samples (Numerov).
+    half_widths: of the bump in samples per recording (empty: chosen by the noise).
+    """
+
+    model: Model
+    recordings: tuple[Recording, ...]
+    jobs: int
+    stride: int = 0
+    half_widths: tuple[int, ...] = ()
+    name: str = "acceleration"
+    nuisances: int = 0
+    robust: bool = True
+
+    def __post_init__(self) -> None:
+        self.simulator = Simulator(self.model, pack_inputs(self.recordings), 1, self.jobs)
+        self.motion = measure_motion(self.recordings)
+        inputs = self.simulator.inputs
+        centres: list[Array] = []
+        groups: list[Integers] = []
+        owner: list[int] = []
+        owners: list[Integers] = []
+        widths: list[int] = []
+        self.measured_acceleration = np.zeros(self.motion.measured.size)
+        self.kernels: list[Array] = []
+        for index, recording in enumerate(self.recordings):
+            a, b = inputs.sample_offsets[index], inputs.sample_offsets[index + 1]
+            dt = inputs.dts[index]
+            if self.half_widths:
+                half = self.half_widths[index]
+            else:
+                half = _bump_half_width(recording.y, dt, float(self.motion.position_noise[index]))
+            widths.append(half)
+            kernel = np.convolve(bump(half), [1.0, 10.0, 1.0]) / 12.0
+            self.kernels.append(kernel)
+            self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)
+            stride = self.stride or max(1, half // 2)
+            rows = np.arange(half + 3, int(b - a) - half - 3, stride)
+            bins = rows // max(1, round(_GROUP / dt))
+            base = (groups[-1][-1] + 1) if groups else 0
+            groups.append(np.unique(bins, return_inverse=True)[1] + base)
+            owner += [index] * (int(groups[-1][-1]) + 1 - base)
+            centres.append(rows + a)
+            owners.append(np.full(rows.size, index, dtype=np.int64))
+        self.half_widths = tuple(widths)
+        self.rows = np.concatenate(centres)
+        self.groups = np.concatenate(groups).astype(np.int64)
+        self.group_recording = np.array(owner, dtype=np.int64)
+        self.classes = np.concatenate(owners)
+        self.target = self.measured_acceleration[self.rows]
+        self.signal = self.target
+        self.floor = 1e-9
+
+    def model_acceleration(self, params: Array) -> Array:
+        """Smoothed model acceleration at the rows, (C, N) m/s^2."""
+        from scipy.ndimage import convolve1d
+
+        motion = self.motion
+        start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
+        a, _ = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
+        offsets = self.simulator.inputs.sample_offsets
+        for index, kernel in enumerate(self.kernels):
+            part = slice(offsets[index], offsets[index + 1])
+            a[:, part] = convolve1d(a[:, part], kernel, axis=1)
+        return np.asarray(a[:, self.rows])
+
+    def residuals(self, params: Array, offsets: Array) -> Array:
+        """(C, N) acceleration errors in m/s^2."""
+        return np.asarray(self.model_acceleration(params) - self.target)

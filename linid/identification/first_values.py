@@ -1,0 +1,90 @@
+"""Where the search starts: first guesses of all parameters and the candidates made of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification import seed as guess
+from linid.identification.acceleration import Acceleration
+from linid.identification.genes import SearchSpace
+from linid.identification.polish import polish
+from linid.identification.problem import Cost, Problem
+from linid.identification.result import FitResult
+from linid.identification.settings import FitSettings
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+def first_values(
+    model: Model, recordings: Sequence[Recording], known: dict[str, float], start: FitResult | None
+) -> tuple[dict[str, float], tuple[float, ...]]:
+    """First guesses of all parameters, from the friction result where there is one, else by regression."""
+    free = [r for r in recordings if r.kind == "free_wheel"]
+    driven = [r for r in recordings if r.kind != "free_wheel"]
+    values: dict[str, float] = {}
+    densities: tuple[float, ...] = ()
+    mass = known.get("mass")
+    if start is not None:
+        values = {e.name: e.value for e in start.estimates}
+        mass = mass if mass is not None else values.get("mass")
+    if free and start is None:
+        values.update(guess.free_wheel_guess(free, mass))
+        mass = values["mass"]
+    if driven and model.kind == "force":
+        values = {**guess.force_guess(driven, known.get("force_constant"), mass), **values}
+    elif driven and model.kind in ("sine", "theta"):
+        scale = 2.0 if model.kind == "theta" else 1.0
+        given = known.get("guideway_density")
+        motor, densities = guess.phase_guess(
+            driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * scale
+        )
+        if model.kind == "theta":
+            motor = _as_theta(motor, known)
+        densities = tuple(d / scale for d in densities)
+        values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "shift")}}
+    return {**values, **known}, densities
+
+
+def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, float]:
+    nome, length = known.get("nome", 0.5), known.get("winding_length", 0.25 * math.pi)
+    out = dict(sine)
+    for name in ("guideway_density", "winding_displacement", "shift"):
+        out[name] = 0.5 * sine[name]
+    out["force_constant"] = sine["force_constant"] / (8.0 * nome * math.sin(2.0 * length))
+    out["nome"], out["winding_length"] = nome, length
+    return out
+
+
+def mass_known(recordings: Sequence[Recording], known: dict[str, float], model: Model) -> tuple[bool, bool]:
+    """Whether the mass is given, and whether it can be found from the data."""
+    masses = {r.added_mass for r in recordings}
+    free = {r.added_mass for r in recordings if r.kind == "free_wheel"}
+    by_force = model.kind == "force" and "force_constant" in known
+    return "mass" in known, len(free) > 1 or by_force or (len(masses) > 1 and model.kind != "friction")
+
+
+def seed_candidates(
+    space: SearchSpace,
+    model: Model,
+    recordings: Sequence[Recording],
+    first: dict[str, float],
+    densities: tuple[float, ...],
+    settings: FitSettings,
+) -> Array:
+    """First candidates: the regression's guess, the same after a polish of the force balance, rival densities."""
+    guess_row = space.encode(first)
+    rows = [guess_row]
+    driven = tuple(r for r in recordings if r.kind != "free_wheel")
+    if driven:
+        balance = Problem(space, (Acceleration(model, driven, settings.jobs, stride=10),))
+        refined = polish(balance, Cost(balance), guess_row, rounds=2, max_evaluations=12)
+        rows.insert(0, refined.genes)
+    for density in densities[1:]:
+        rows.append(space.encode({**first, "guideway_density": density}))
+    return np.array(rows)
