@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 def announce(inputs: Inputs, reporter: Reporter) -> None:
     """Say what the reader understood."""
-    fit, held_out = len(inputs.of(split="fit")), len(inputs.of(split="held_out"))
-    reporter.say(f"read {len(inputs.recordings)} recordings: {fit} to fit, {held_out} held out")
+    count, held_out = len(inputs.recordings), len(inputs.of(split="held_out"))
+    reporter.say(f"read {count} recording{'s' if count > 1 else ''}, {held_out} of them held out")
     for note in inputs.notes():
         reporter.detail(note)
     for found in inputs.coast_downs:
