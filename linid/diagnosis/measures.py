@@ -13,7 +13,7 @@ from linid.errors import UsageError
 from linid.identification.acceleration import Acceleration
 from linid.identification.ahead import Ahead
 from linid.identification.free_run import FreeRun
-from linid.identification.motion import noise_level
+from linid.identification.motion import noise_level, with_input_noise
 from linid.identification.objectives import check_recordings
 from linid.identification.polish import polish_starts
 from linid.identification.result import FitResult
@@ -124,13 +124,7 @@ def _total_force(model: Model, vector: Array, recording: Recording, balance: Acc
 def _noisy(recording: Recording, y: Array, generator: np.random.Generator) -> Recording:
     """The recording with positions y plus encoder noise, and its inputs with their noise once more."""
     y = y + noise_level(recording.y) * generator.standard_normal(y.size)
-    currents, command = recording.phase_currents, recording.drive_input
-    if currents is not None and recording.kind != "free_wheel":
-        levels = np.array([noise_level(channel) for channel in currents])
-        currents = currents + levels[:, None] * generator.standard_normal(currents.shape)
-    if command is not None and recording.kind != "free_wheel":
-        command = command + noise_level(command) * generator.standard_normal(command.size)
-    return replace(recording, y=y, phase_currents=currents, drive_input=command)
+    return replace(with_input_noise(recording, generator), y=y)
 
 
 def _floors(

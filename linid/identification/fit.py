@@ -150,7 +150,7 @@ def _assemble(
     recordings: Sequence[Recording],
 ) -> FitResult:
     model = problem.space.model
-    uncertainty = estimate_uncertainty(problem, polished)
+    uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     axis = recordings[0].axis
     unit = next((r.input_unit for r in recordings if r.drive_input is not None), "A")
     estimates, fitted, covariance, correlation = make_estimates(

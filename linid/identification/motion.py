@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,3 +115,16 @@ def input_jumps(recording: Recording) -> NDArray[np.bool_]:
         for start in np.flatnonzero(third > limit):
             jumps[start : start + 3] = True
     return jumps
+
+
+def with_input_noise(recording: Recording, generator: np.random.Generator) -> Recording:
+    """The recording with its inputs' own white noise added once more (free wheels: as it is)."""
+    currents, command = recording.phase_currents, recording.drive_input
+    if recording.kind == "free_wheel":
+        return recording
+    if currents is not None:
+        levels = np.array([noise_level(channel) for channel in currents])
+        currents = currents + levels[:, None] * generator.standard_normal(currents.shape)
+    if command is not None:
+        command = command + noise_level(command) * generator.standard_normal(command.size)
+    return replace(recording, phase_currents=currents, drive_input=command)

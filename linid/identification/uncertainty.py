@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.identification.motion import with_input_noise
 from linid.identification.parts import Part
-from linid.identification.polish import PolishResult
-from linid.identification.problem import Problem
+from linid.identification.polish import Linearisation, PolishResult
+from linid.identification.problem import Cost, Problem
 
 Array = NDArray[np.float64]
 
@@ -17,6 +18,9 @@ Array = NDArray[np.float64]
 # say nothing about keeps.
 _BOX_STD = 1.0 / np.sqrt(12.0)
 _MINIMUM_LAGS = 4
+_NOISE_DRAWS = 3
+# Least share of J'J that is taken for information; the draws cannot tell less from none.
+_LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True)
@@ -82,10 +86,48 @@ def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64]) ->
     return np.asarray(meat)
 
 
-def estimate_uncertainty(problem: Problem, fit: PolishResult) -> Uncertainty:
+def _spurious_information(problem: Problem, fit: PolishResult, seed: int) -> Array:
+    """What the noise of the logged inputs adds to J'J, from Jacobians with that noise added once more.
+
+    Where a commutated motion itself says little (field phase, pole pitch), noise in the currents makes up
+    most of the Jacobian; counted as information it would make the intervals far too narrow.
+    """
+    generator = np.random.default_rng(seed)
+    x = np.concatenate([fit.genes, fit.offsets])
+    clean = Linearisation(problem, Cost(problem))
+    clean.reweight(x)
+    base = clean.jacobian(x)
+    added = np.zeros((x.size, x.size))
+    for _ in range(_NOISE_DRAWS):
+        parts = tuple(
+            replace(part, recordings=tuple(with_input_noise(r, generator) for r in part.recordings))  # type: ignore[type-var]
+            for part in problem.parts
+        )
+        if any(one.classes.size != two.classes.size for one, two in zip(parts, problem.parts, strict=True)):
+            continue
+        noisy = Linearisation(Problem(problem.space, parts), clean.cost)
+        noisy.weights = clean.weights
+        change = noisy.jacobian(x) - base
+        added += change.T @ change / _NOISE_DRAWS
+    return added
+
+
+def _without_spurious(information: Array, spurious: Array) -> Array:
+    """information - spurious, in every direction at least `_LEAST_SHARE` of the information."""
+    unit = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(unit, unit) + 1e-12 * np.eye(unit.size)
+    root = np.linalg.cholesky(scaled)
+    inner = np.linalg.solve(root, np.linalg.solve(root, spurious / np.outer(unit, unit)).T)
+    values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
+    kept = (vectors * np.clip(1.0 - values, _LEAST_SHARE, 1.0)) @ vectors.T
+    return np.asarray((root @ kept @ root.T) * np.outer(unit, unit))
+
+
+def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) -> Uncertainty:
     """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
-    Directions that the data do not see keep the spread of the search box.
+    Information that only the noise of the inputs feigns is taken off. Directions that the data do not see keep
+    the spread of the search box. seed: of the noise draws.
     """
     p = len(problem.space.genes)
     information = fit.jacobian.T @ fit.jacobian
@@ -102,6 +144,8 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult) -> Uncertainty:
     noise = float(np.trace(np.linalg.pinv(information) @ meat)) / max(information.shape[0], 1)
     prior = np.zeros(information.shape[0])
     prior[:p] = max(noise, 1e-12) / _BOX_STD**2
+    if problem.space.model.kind in ("sine", "theta"):
+        information = _without_spurious(information, _spurious_information(problem, fit, seed))
     regular = information + np.diag(prior)
     inverse = np.linalg.inv(regular)
     covariance = inverse @ (meat + np.diag(prior * max(noise, 1e-12))) @ inverse
