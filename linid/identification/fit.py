@@ -178,7 +178,7 @@ def _assemble(
         fitted=fitted,
         correlation=correlation,
         condition_number=uncertainty.condition_number,
-        pairs=inseparable_pairs(fitted, correlation, balanced),
+        pairs=inseparable_pairs(estimates, fitted, correlation, balanced),
         starts=_starts(problem, polished),
         objectives={r.name: part.name for part in problem.parts for r in part.recordings},
         residual_rms=residual_rms,

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from linid.identification.genes import SearchSpace
 from linid.identification.problem import Cost
+from linid.identification.result import Estimate
 
 Array = NDArray[np.float64]
 
@@ -15,6 +16,8 @@ LOG_LIMIT = np.log(3.0) / 1.96
 # Half-width of the 95 % interval of an unscaled parameter in parts of its search range.
 RANGE_LIMIT = 0.25 / 1.96
 PAIR_LIMIT = 0.95
+LOOSE = 0.002  # standard deviation from which on a correlation is worth a note
+_FIELD = {"force_constant", "winding_displacement", "winding_length", "nome", "shift"}
 
 ADVICE = {
     "bristle_stiffness": "record a slow current ramp around breakaway (pre-sliding) or keep the stop in the free wheel",
@@ -63,23 +66,21 @@ def is_useless(space: SearchSpace, column: int, gene_std: float) -> bool:
 
 
 def inseparable_pairs(
-    names: tuple[str, ...], correlation: Array, balanced_currents: bool
+    estimates: tuple[Estimate, ...], names: tuple[str, ...], correlation: Array, balanced_currents: bool
 ) -> tuple[tuple[str, str, float, str], ...]:
-    """Pairs of parameters with a correlation beyond PAIR_LIMIT, and what would separate them."""
+    """Pairs of parameters with a correlation beyond PAIR_LIMIT that costs precision, and what would separate them.
+
+    Pairs whose members are both known to LOOSE (relative; angles in rad) are left out: nobody need separate them.
+    """
+    loose = {e.name: e.std / (abs(e.value) if e.unit != "1" else 1.0) > LOOSE for e in estimates if e.name in names}
     pairs = []
     for a in range(len(names)):
         for b in range(a + 1, len(names)):
             rho = float(correlation[a, b])
-            if abs(rho) < PAIR_LIMIT:
+            if abs(rho) < PAIR_LIMIT or not (loose[names[a]] or loose[names[b]]):
                 continue
             why = advice(names[b])
-            if balanced_currents and {names[a], names[b]} <= {
-                "force_constant",
-                "winding_displacement",
-                "winding_length",
-                "nome",
-                "shift",
-            }:
+            if balanced_currents and {names[a], names[b]} <= _FIELD:
                 why = "the phase currents sum to zero: feed one phase alone"
             pairs.append((names[a], names[b], rho, why))
     return tuple(pairs)

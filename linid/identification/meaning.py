@@ -104,7 +104,8 @@ def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool)
         higher = sum((force[n] for n in amplitudes if n > 1), np.zeros(recording.y.size))
         lost += float(higher @ higher)
         total += float((higher + force[1]) @ (higher + force[1]))
-    share = math.sqrt(lost / total) if total > 0.0 else 0.0
+    # Two digits: a share of force to judge by, not to compute with.
+    share = float(f"{math.sqrt(lost / total):.2g}") if total > 0.0 else 0.0
     k = math.sqrt(-4.0 * math.log(nome)) / math.pi
     verdict = "sine would do" if share < 0.01 else "theta pays"
     note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {verdict} at these currents"
