@@ -1,0 +1,107 @@
+"""The emitted kernels: guarded equals specialised, threads change nothing, failures stay with their candidate."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from linid.physics.effects.registry import EFFECTS
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.emitter import emit
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator, whole_recordings
+
+T = np.arange(0.0, 0.3, 1e-3)
+
+
+def recording(seed: int = 0) -> Recording:
+    generator = np.random.default_rng(seed)
+    currents = 0.5 * np.sin(2 * np.pi * 3.0 * T + np.array([[0.0], [2.0], [4.0]]))
+    return Recording("r", T, np.zeros_like(T), phase_currents=currents + 0.01 * generator.standard_normal((3, T.size)))
+
+
+def population(model: Model, size: int, seed: int = 0) -> np.ndarray:
+    """Random parameters over two decades around the defaults; theta's nome on both sides of the Gaussian switch."""
+    generator = np.random.default_rng(seed)
+    rows = []
+    for k in range(size):
+        values = {}
+        for parameter in model.parameters:
+            if parameter.log:
+                values[parameter.name] = parameter.default * 10.0 ** generator.uniform(-1, 1)
+            else:
+                values[parameter.name] = generator.uniform(parameter.lower, parameter.upper)
+        values["static_force"] = values["coulomb_force"] * (1.0 + generator.random())
+        values["stribeck_exponent"] = 2.0 if k % 2 else generator.uniform(0.5, 2.0)
+        rows.append(model.vector(values))
+    return np.array(rows)
+
+
+def run(model: Model, params: np.ndarray, *, specialised: bool = False, jobs: int = 1) -> np.ndarray:
+    simulator = Simulator(model, pack_inputs([recording(), recording(1)]), 2, jobs, specialised)
+    starts = np.tile([0.1, 0.05, math.nan], (params.shape[0], 2, 1))
+    return simulator.run(params, whole_recordings(simulator.inputs), starts)[0]
+
+
+@pytest.mark.parametrize("kind", ["friction", "force", "sine", "theta"])
+@pytest.mark.parametrize("effects", [(), tuple(effect.name for effect in EFFECTS)])
+def test_guarded_and_specialised_kernels_give_the_same_bits(kind: str, effects: tuple[str, ...]) -> None:
+    model = Model(kind, effects)
+    params = population(model, 12)
+    assert np.array_equal(run(model, params), run(model, params, specialised=True), equal_nan=True)
+
+
+@pytest.mark.parametrize("jobs", [2, 3])
+def test_threads_change_no_bit(jobs: int) -> None:
+    model = Model("theta")
+    params = population(model, 9)
+    assert np.array_equal(run(model, params), run(model, params, jobs=jobs), equal_nan=True)
+
+
+def test_off_means_off() -> None:
+    """Parameters of an effect that is off change nothing, whatever they are; switched on they do."""
+    plain, with_effect = Model("sine"), Model("sine", ("constant_force",))
+    params = population(with_effect, 4)
+    assert np.all(params[:, with_effect.slot("constant_force")] != 0.0)
+    bare = params.copy()
+    bare[:, with_effect.slot("constant_force")] = 0.0
+    assert np.array_equal(run(plain, params), run(plain, bare))
+    assert not np.array_equal(run(plain, params), run(with_effect, params))
+
+
+def test_rows_do_not_touch_each_other_and_failure_stays_in_its_row() -> None:
+    model = Model("sine")
+    params = population(model, 5)
+    broken = params.copy()
+    broken[2, 7] = -1e-9  # a negative mass runs away
+    good, mixed = run(model, params), run(model, broken)
+    assert np.array_equal(np.delete(good, 2, axis=0), np.delete(mixed, 2, axis=0))
+    assert np.isnan(mixed[2, -1]) or abs(mixed[2, -1]) < 1e6
+
+
+def test_the_guarded_source_names_every_effect_and_the_specialised_only_its_own() -> None:
+    guarded, bare = emit(None), emit(Model("sine"))
+    for index in range(len(EFFECTS)):
+        assert f"if on & {1 << index}:" in guarded
+        assert f"force += effect_{index}(" not in bare
+
+
+def test_two_processes_share_an_empty_cache(tmp_path) -> None:
+    code = (
+        "import numpy as np; from linid.physics.model import Model; from linid.simulation.emitter import load_kernel; "
+        "from linid.physics.model import Model; print(load_kernel(Model('force')).__file__)"
+    )
+    environment = {**os.environ, "LINID_CACHE_DIR": str(tmp_path / "cache")}
+    workers = [
+        subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    outputs = [worker.communicate(timeout=120)[0].strip() for worker in workers]
+    assert [worker.returncode for worker in workers] == [0, 0]
+    assert outputs[0] == outputs[1] and outputs[0].startswith(str(tmp_path))
