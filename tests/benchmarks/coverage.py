@@ -1,0 +1,49 @@
+"""Coverage of the 95 % intervals on the generated stand: `python -m tests.benchmarks.coverage friction 100`.
+
+Every seed measures the same exact motion with fresh encoder and current noise and fits it from nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+
+import numpy as np
+
+from linid.identification.fit import fit
+from linid.identification.genetic import SearchSettings
+from linid.identification.settings import FitSettings
+from linid.stand.generate import resample_noise
+from tests.identification.stand import stand
+
+SETTINGS = FitSettings(search=SearchSettings(population=24, generations=6), jobs=2)
+
+
+def main(kind: str, seeds: int) -> None:
+    campaign = stand()
+    inside: dict[str, list[bool]] = defaultdict(list)
+    scores: dict[str, list[float]] = defaultdict(list)
+    lost: dict[str, int] = defaultdict(int)
+    for seed in range(seeds):
+        recordings = [r for r in resample_noise(campaign, 1000 + seed).recordings if r.split == "fit"]
+        wheels = [r for r in recordings if r.kind == "free_wheel"]
+        result = fit("friction", wheels, settings=SETTINGS)
+        if kind != "friction":
+            result = fit(kind, recordings, settings=SETTINGS, start=result)  # type: ignore[arg-type]
+        for estimate in result.estimates:
+            if estimate.status == "not_identifiable":
+                lost[estimate.name] += 1
+            if estimate.status in ("fitted", "at_bound"):
+                truth = campaign.truth[estimate.name]
+                inside[estimate.name].append(estimate.low <= truth <= estimate.high)
+                scores[estimate.name].append((estimate.value - truth) / estimate.std)
+        print(f"\r{seed + 1}/{seeds}", end="", file=sys.stderr, flush=True)
+    print(f"\n{'parameter':<24}{'covered':>9}{'of':>5}{'mean z':>9}{'std z':>8}{'not identifiable':>18}")
+    for name in sorted(set(inside) | set(lost)):
+        z = np.array(scores[name]) if scores[name] else np.array([np.nan])
+        share = f"{100 * np.mean(inside[name]):.0f} %" if inside[name] else "-"
+        print(f"{name:<24}{share:>9}{len(inside[name]):>5}{z.mean():>9.2f}{z.std():>8.2f}{lost[name]:>18}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "friction", int(sys.argv[2]) if len(sys.argv) > 2 else 100)

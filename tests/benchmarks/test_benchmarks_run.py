@@ -1,0 +1,10 @@
+"""The benchmark code itself works; its figures decide nothing."""
+
+from __future__ import annotations
+
+from tests.benchmarks.__main__ import simulation_times
+
+
+def test_simulation_benchmark_gives_its_figures() -> None:
+    figures = simulation_times(1)
+    assert figures["theta / sine"] > 0.0 and figures["theta: ns per internal step"] > 0.0
