@@ -110,6 +110,7 @@ fit_options = _apply(
         click.option("--population", type=int, metavar="N", help="Candidates per generation [64]."),
         click.option("--generations", type=int, metavar="N", help="Largest number of generations [120]."),
         click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),
+        click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
         click.option("--substeps", type=int, metavar="N", help="Internal steps per sample [from the data]."),
     ]
 )
@@ -133,6 +134,7 @@ SETTINGS_NAMES = (
     "population",
     "generations",
     "free_exponent",
+    "no_stribeck",
     "substeps",
 )
 RUN_NAMES = ("out", "overwrite", "resume", "jobs", "dry_run", "json_output", "quiet", "verbose")
@@ -154,6 +156,8 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
         raw["effects"] = list(options["effect"])
     if options.get("free_exponent"):
         raw["free_exponent"] = True
+    if options.get("no_stribeck"):
+        raw["stribeck"] = False
     if options.get("no_figures"):
         raw["figures"] = False
     if options.get("known"):

@@ -123,7 +123,9 @@ def _polish_in_stages(
             problem, cost, genes, offsets, rounds=settings.polish_rounds, watch=watch, final=number == len(stages) - 1
         )
         genes, offsets, evaluations = polished.genes, polished.offsets, polished.evaluations
-        history += polished.history
+        # The thinned problem has a cost of its own, which must not be read against the next.
+        stage = "polish" if number == len(stages) - 1 else "polish of a part"
+        history += tuple(replace(row, stage=stage) for row in polished.history)
     return replace(polished, history=history)
 
 

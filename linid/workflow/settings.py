@@ -53,6 +53,7 @@ class Settings(BaseModel):
     known: dict[str, Finite] = Field(default_factory=dict, description="parameter: SI value that is not identified")
     bounds: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict, description="parameter: [low, high] in SI")
     free_exponent: bool = Field(default=False, description="identify the Stribeck exponent alpha too")
+    stribeck: bool = Field(default=True, description="false: F_S is tied to F_C, Coulomb and viscous friction only")
     # The search.
     objective: Literal["auto", "free_run", "ahead", "acceleration"] = Field(
         default="auto", description="auto: free_run for free wheels, ahead for driven recordings"
@@ -63,7 +64,7 @@ class Settings(BaseModel):
     generations: int = Field(default=120, ge=1, description="largest number of generations")
     patience: int = Field(default=15, ge=1, description="generations without gain before the search stops")
     tolerance: Positive = Field(default=1e-3, description="relative gain below which a generation counts as none")
-    polish_rounds: int = Field(default=4, ge=1, description="rounds of the local polish")
+    polish_rounds: int = Field(default=6, ge=1, description="rounds of the local polish")
     substeps: int | None = Field(
         default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
     )

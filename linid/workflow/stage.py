@@ -41,6 +41,8 @@ class FitTask:
         held = set(self.known)
         if not self.settings.free_exponent and "stribeck_exponent" not in self.settings.bounds:
             held.add("stribeck_exponent")
+        if not self.settings.stribeck:
+            held |= {"static_force", "stribeck_velocity"}
         return [name for name in self.parameter_names() if name not in held]
 
     def identity(self) -> str:
@@ -133,6 +135,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         horizon=settings.horizon,
         substeps=settings.substeps,
         free_exponent=settings.free_exponent,
+        stribeck=settings.stribeck,
         bounds=dict(settings.bounds),
         jobs=jobs,
         polish_rounds=settings.polish_rounds,
