@@ -28,7 +28,7 @@ class FitSettings:
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     fixed: dict[str, float] = field(default_factory=dict)
     jobs: int = 1
-    polish_rounds: int = 6
+    polish_rounds: int = 10
 
     def stored(self) -> dict[str, Any]:
         """The settings that decide the result, for the model file (no jobs)."""
