@@ -26,7 +26,9 @@ class Ahead:
 
     The start state's error adds a straight line to a window; that line is projected out.
     thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
-    an input jumps between two samples, since nobody knows when it did.
+    an input jumps between two samples, since nobody knows when it did. guided: the motor's field is read at the
+    measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
+    true one, because it holds back what the noise of the currents does.
     """
 
     model: Model
@@ -37,6 +39,7 @@ class Ahead:
     thin: int = 1
     project: bool = True
     skip_jumps: bool = True
+    guided: bool = True
     name: str = "ahead"
     nuisances: int = 0
     robust: bool = True
@@ -88,7 +91,7 @@ class Ahead:
         starts[:, :, 0] = motion.y[self.flat_first]
         starts[:, :, 1] = motion.v[self.flat_first]
         starts[:, :, 2] = w[:, self.flat_first]
-        return np.asarray(self.simulator.run(params, self.segments, starts)[0])
+        return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) prediction errors in m, each window without its straight line."""

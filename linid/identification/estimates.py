@@ -48,7 +48,10 @@ def make_estimates(
         column = names.index(parameter.name)
         std = float(deviations[column])
         status, note = _status(space, column, float(genes[column]), float(gene_std[column]), value, std)
-        if parameter.log and value > 0.0:
+        if column in uncertainty.intervals:
+            ends = space.genes[column].value(np.array(uncertainty.intervals[column]))
+            low, high = float(ends[0]), float(ends[1])
+        elif parameter.log and value > 0.0:
             spread = math.exp(min(_NORMAL * std / value, 50.0))
             low, high = value / spread, value * spread
         else:

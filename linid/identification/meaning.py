@@ -65,6 +65,10 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     for name, symbol, row_unit, function, names in rows:
         value, std = _propagate(result, function, names)
         lost = unsure & set(names) if name != "fundamental_force_constant" else set()
+        low, high = value - _NORMAL * std, value + _NORMAL * std
+        if name == "pole_pitch" and "guideway_density" in result.fitted:  # its interval need not be symmetric
+            source = next(e for e in result.estimates if e.name == "guideway_density")
+            low, high = sorted((float(function(source.low)), float(function(source.high))))
         out.append(
             Estimate(
                 name,
@@ -72,8 +76,8 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
                 row_unit,
                 value,
                 std,
-                value - _NORMAL * std,
-                value + _NORMAL * std,
+                low,
+                high,
                 "not_identifiable" if lost else "fitted",
                 f"hangs on {', '.join(sorted(lost))}" if lost else "",
             )

@@ -85,8 +85,7 @@ class Linearisation:
         if central:
             rows += [x - np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
         batch = np.array(rows)
-        self.cost.evaluations += batch.shape[0]
-        values = self._batched(batch)
+        values = self.batch(batch)
         base = values[0]
         out = np.zeros((base.size, p + k))
         if central:
@@ -103,12 +102,11 @@ class Linearisation:
                 out[mask, p + 2 * recording + kind] = change[mask]
         return np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0)
 
-    def _batched(self, batch: Array) -> list[Array]:
+    def batch(self, batch: Array) -> Array:
+        """Weighted residuals (C, N) of rows (C, p + k) of genes and offsets."""
+        self.cost.evaluations += batch.shape[0]
         parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
-        return [
-            np.concatenate([part[row] * weight for part, weight in zip(parts, self.weights, strict=True)])
-            for row in range(batch.shape[0])
-        ]
+        return np.concatenate([part * weight for part, weight in zip(parts, self.weights, strict=True)], axis=1)
 
     def _nuisance_owner(self) -> NDArray[np.int64]:
         """Per residual: index of the recording whose start offsets act on it, -1 if none."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.identification import field_phase
 from linid.identification.motion import with_input_noise
 from linid.identification.parts import Part
 from linid.identification.polish import Linearisation, PolishResult
@@ -18,6 +19,7 @@ Array = NDArray[np.float64]
 # say nothing about keeps.
 _BOX_STD = 1.0 / np.sqrt(12.0)
 _MINIMUM_LAGS = 4
+_NORMAL = 1.959964
 _NOISE_DRAWS = 3
 # Least share of J'J that is taken for information; the draws cannot tell less from none.
 _LEAST_SHARE = 0.02
@@ -26,14 +28,18 @@ _LEAST_SHARE = 0.02
 @dataclass(frozen=True)
 class Uncertainty:
     """gene_covariance: (p, p) robust covariance in gene units; condition_number: of the scaled information
-    matrix; conditional_std: (p,) gene standard deviation if all other parameters were known."""
+    matrix; conditional_std: (p,) gene standard deviation if all other parameters were known; intervals: 95 %
+    intervals in gene units of those genes that the covariance cannot describe."""
 
     gene_covariance: Array
     condition_number: float
     conditional_std: Array
+    intervals: dict[int, tuple[float, float]] = field(default_factory=dict)
 
 
-def _blocks(problem: Problem, fit: PolishResult) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
+def _blocks(
+    problem: Problem, residuals: Array, jacobian: Array
+) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
     """Per recording of each part: the part, weighted residuals (n,), Jacobian (n, k) and groups (n,)."""
     out, at = [], 0
     for part in problem.parts:
@@ -42,7 +48,7 @@ def _blocks(problem: Problem, fit: PolishResult) -> list[tuple[Part, Array, Arra
         owner = part.group_recording[part.groups]
         for recording in range(len(part.recordings)):
             mine = owner == recording
-            out.append((part, fit.residuals[rows][mine], fit.jacobian[rows][mine], part.groups[mine]))
+            out.append((part, residuals[rows][mine], jacobian[rows][mine], part.groups[mine]))
     return out
 
 
@@ -123,6 +129,19 @@ def _without_spurious(information: Array, spurious: Array) -> Array:
     return np.asarray((root @ kept @ root.T) * np.outer(unit, unit))
 
 
+def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int) -> Array:
+    """Covariance of the scores jacobian' residuals, with their correlation along time."""
+    meat = np.zeros((jacobian.shape[1], jacobian.shape[1]))
+    groups = 0
+    for part, rest, slopes, group in _blocks(problem, residuals, jacobian):
+        groups += int(np.unique(group).size)
+        if part.robust:
+            meat += _group_meat(rest, slopes, group)
+        else:
+            meat += _stationary_meat(rest, slopes)
+    return meat * (groups / max(groups - parameters, 1))
+
+
 def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) -> Uncertainty:
     """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
@@ -130,29 +149,55 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     the spread of the search box. seed: of the noise draws.
     """
     p = len(problem.space.genes)
-    information = fit.jacobian.T @ fit.jacobian
-    meat = np.zeros_like(information)
-    groups = 0
-    for part, residuals, jacobian, group in _blocks(problem, fit):
-        groups += int(np.unique(group).size)
-        if part.robust:
-            meat += _group_meat(residuals, jacobian, group)
-        else:
-            meat += _stationary_meat(residuals, jacobian)
-    meat *= groups / max(groups - p, 1)
+    n = fit.jacobian.shape[1]
+    pair = field_phase.columns(problem.space)
+    jacobian = fit.jacobian
+    if pair is not None:
+        jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])
+    meat = _meat(problem, fit.residuals, jacobian, p)
+    full = jacobian.T @ jacobian
+    information = full[:n, :n]
     # The residuals have unit variance per group after weighting; the prior carries weight in the same unit.
-    noise = float(np.trace(np.linalg.pinv(information) @ meat)) / max(information.shape[0], 1)
-    prior = np.zeros(information.shape[0])
+    noise = float(np.trace(np.linalg.pinv(information) @ meat[:n, :n])) / max(n, 1)
+    prior = np.zeros(n)
     prior[:p] = max(noise, 1e-12) / _BOX_STD**2
     if problem.space.model.kind in ("sine", "theta"):
         information = _without_spurious(information, _spurious_information(problem, fit, seed))
     regular = information + np.diag(prior)
     inverse = np.linalg.inv(regular)
-    covariance = inverse @ (meat + np.diag(prior * max(noise, 1e-12))) @ inverse
+    scores = meat.copy()
+    scores[:n, :n] += np.diag(prior * max(noise, 1e-12))
+    covariance = inverse @ scores[:n, :n] @ inverse
     block = covariance[:p, :p]
+    intervals = {}
+    if pair is not None:
+        full[:n, :n] = regular
+        room = np.array([[-fit.genes[column], 1.0 - fit.genes[column]] for column in pair])
+        ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
+        deviations = np.sqrt(np.maximum(np.diag(block), 1e-300))
+        for column, (low, high) in zip(pair, ends, strict=True):
+            intervals[column] = (float(fit.genes[column]) + low, float(fit.genes[column]) + high)
+            scale = np.ones(p)
+            scale[column] = (high - low) / (2.0 * _NORMAL * deviations[column])
+            block = block * np.outer(scale, scale)
     diagonal = np.sqrt(np.maximum(np.diag(information)[:p], 1e-300))
     scaled = information[:p, :p] / np.outer(diagonal, diagonal)
     values = np.linalg.eigvalsh(scaled)
     condition = float(values[-1] / max(values[0], 1e-16))
     conditional = np.sqrt(max(noise, 1e-12) / np.diag(regular)[:p])
-    return Uncertainty(0.5 * (block + block.T), condition, conditional)
+    return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals)
+
+
+def _second_order(problem: Problem, fit: PolishResult, pair: tuple[int, int]) -> Array:
+    """Second derivatives (N, 3) of the weighted residuals along guideway density and shift."""
+    line = Linearisation(problem, Cost(problem))
+    line.reweight(np.concatenate([fit.genes, fit.offsets]))
+    driven = [r for part in problem.parts for r in part.recordings if r.kind != "free_wheel"]
+    reach = max(float(np.ptp(r.y)) for r in driven)
+    step = np.array(field_phase.steps(problem.space, fit.genes, reach))
+    return field_phase.second_differences(
+        lambda genes: line.batch(np.column_stack([genes, np.repeat(fit.offsets[None], genes.shape[0], axis=0)])),
+        fit.genes,
+        pair,
+        step,
+    )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.recording.recording import Recording
+from linid.recording.splines import cubic_spline_coefficients
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -18,8 +19,8 @@ Integers = NDArray[np.int64]
 class Inputs:
     """Inputs of R recordings on uniform grids.
 
-    coefficients: (intervals, 3, 4) cubic splines in powers of t - t_k, A or V; offsets: (R + 1,) first
-    interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s; added_mass: (R,) kg;
+    coefficients: (intervals, 4, 4) cubic splines in powers of t - t_k of the three inputs (A or V) and of the
+    measured position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s; added_mass: (R,) kg;
     powered: (R,) whether any input is not zero.
     """
 
@@ -39,8 +40,6 @@ class Inputs:
 
 def pack_inputs(recordings: Sequence[Recording]) -> Inputs:
     """Spline the inputs of recordings on uniform grids (the paper's section 5.2) and pack them."""
-    from scipy.interpolate import CubicSpline
-
     blocks, counts, powered = [], [], []
     for recording in recordings:
         n = recording.t.size
@@ -48,11 +47,11 @@ def pack_inputs(recordings: Sequence[Recording]) -> Inputs:
         if channels is None and recording.drive_input is not None:
             channels = np.vstack([recording.drive_input, np.zeros((2, n))])
         active = channels is not None and bool(np.any(channels))
-        block = np.zeros((n - 1, 3, 4))
+        dt = (recording.t[-1] - recording.t[0]) / (n - 1)
+        block = np.zeros((n - 1, 4, 4))
         if active:
-            dt = (recording.t[-1] - recording.t[0]) / (n - 1)
-            spline = CubicSpline(np.arange(n) * dt, channels, axis=1)
-            block[:] = np.transpose(spline.c[::-1], (1, 2, 0))
+            block[:, :3] = np.transpose(cubic_spline_coefficients(dt, np.asarray(channels)), (1, 0, 2))
+        block[:, 3] = cubic_spline_coefficients(dt, recording.y[None, :])[0]
         blocks.append(block)
         counts.append(n)
         powered.append(active)

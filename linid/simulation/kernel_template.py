@@ -21,13 +21,15 @@ REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where 
 
 
 @njit(cache=True, error_model="numpy")
+def spline_at(c, x):
+    """A cubic spline x seconds after a sample; c: (4,) coefficients."""
+    return ((c[3] * x + c[2]) * x + c[1]) * x + c[0]
+
+
+@njit(cache=True, error_model="numpy")
 def inputs_at(c, x):
-    """The three inputs x seconds after a sample; c: (3, 4) spline coefficients."""
-    return (
-        ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0],
-        ((c[1, 3] * x + c[1, 2]) * x + c[1, 1]) * x + c[1, 0],
-        ((c[2, 3] * x + c[2, 2]) * x + c[2, 1]) * x + c[2, 0],
-    )
+    """The three inputs x seconds after a sample; c: (4, 4) spline coefficients."""
+    return spline_at(c[0], x), spline_at(c[1], x), spline_at(c[2], x)
 
 
 @njit(cache=True, error_model="numpy")
@@ -64,6 +66,7 @@ def simulate_one(
     y,
     v,
     w,
+    guided,
     substeps,
     tolerance,
     y_out,
@@ -71,8 +74,9 @@ def simulate_one(
 ):
     """Simulate `count` samples from sample `first`; returns the number of internal steps.
 
-    p: flat parameters; coefficients: (n - 1, 3, 4) splines of the inputs; y_out: (count,) m;
-    v_out: (count,) m/s, or empty if not wanted. A diverged run is nan from there on.
+    p: flat parameters; coefficients: (n - 1, 4, 4) splines of the inputs and of the measured position; guided:
+    outer forces act at the measured position; y_out: (count,) m; v_out: (count,) m/s, or empty if not wanted.
+    A diverged run is nan from there on.
     """
     coulomb, static, v_s, alpha = p[0], p[1], p[2], p[3]
     sigma_0, sigma_1, sigma_2 = p[4], p[5], p[6]
@@ -132,8 +136,11 @@ def simulate_one(
             v_end = 2.0 * v_mid - v
             y_mid = y + 0.5 * half * (v + v_mid)
             y_end = y + h * v_mid
+            c = coefficients[first + k]
+            if guided:
+                y_mid = spline_at(c[3], x - half)
+                y_end = spline_at(c[3], x)
             if powered:
-                c = coefficients[first + k]
                 i_1, i_2, i_3 = inputs_at(c, x - half)
             force_mid = external_force(
                 motor, on, powered, t_k + x - half, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
@@ -182,6 +189,7 @@ def simulate_tasks(
     added_mass,
     starts,
     out_offsets,
+    guided,
     substeps,
     tolerance,
     begin,
@@ -192,7 +200,7 @@ def simulate_tasks(
     """Simulate tasks begin..end-1; task = candidate * segments + segment. Results land in y_out[candidate].
 
     params: (candidates, VECTOR_SIZE); recording, first, count, out_offsets: (segments,) integers;
-    coefficients: (intervals of all recordings, 3, 4); offsets: first interval of each recording;
+    coefficients: (intervals of all recordings, 4, 4); offsets: first interval of each recording;
     starts: (candidates, segments, 3) y, v, w. Returns the internal steps taken.
     """
     segments = recording.size
@@ -218,6 +226,7 @@ def simulate_tasks(
             starts[candidate, s, 0],
             starts[candidate, s, 1],
             starts[candidate, s, 2],
+            guided,
             substeps,
             tolerance,
             y_out[candidate, a:b],
@@ -251,10 +260,7 @@ def along_one(p, motor, on, powered, coefficients, t_start, dt, count, added_mas
             if k < count - 1:
                 i_1, i_2, i_3 = coefficients[k, 0, 0], coefficients[k, 1, 0], coefficients[k, 2, 0]
             else:
-                c = coefficients[k - 1]
-                i_1 = ((c[0, 3] * dt + c[0, 2]) * dt + c[0, 1]) * dt + c[0, 0]
-                i_2 = ((c[1, 3] * dt + c[1, 2]) * dt + c[1, 1]) * dt + c[1, 0]
-                i_3 = ((c[2, 3] * dt + c[2, 2]) * dt + c[2, 1]) * dt + c[2, 0]
+                i_1, i_2, i_3 = inputs_at(coefficients[k - 1], dt)
         force = external_force(
             motor, on, powered, t_start + k * dt, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
         )

@@ -61,11 +61,12 @@ class Simulator:
         return load_kernel(self.model if self.specialised else None)
 
     def run(
-        self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False
+        self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False, guided: bool = False
     ) -> tuple[Array, Array, int]:
         """Simulate every candidate over every segment.
 
-        params: (C, VECTOR_SIZE) SI; starts: (C, S, 3) y in m, v in m/s, w in m.
+        params: (C, VECTOR_SIZE) SI; starts: (C, S, 3) y in m, v in m/s, w in m; guided: the outer forces act at the
+        measured position instead of the simulated one.
         Returns positions (C, samples) in m, velocities (C, samples) in m/s (empty unless asked for) and the
         number of internal steps. A diverged simulation is nan from there on.
         """
@@ -95,6 +96,7 @@ class Simulator:
                     inputs.added_mass,
                     starts,
                     offsets,
+                    guided,
                     self.substeps,
                     REVERSAL_TOLERANCE / self.substeps**2,
                     piece[0],
