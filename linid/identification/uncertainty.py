@@ -37,9 +37,7 @@ class Uncertainty:
     intervals: dict[int, tuple[float, float]] = field(default_factory=dict)
 
 
-def _blocks(
-    problem: Problem, residuals: Array, jacobian: Array
-) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
+def _blocks(problem: Problem, residuals: Array, jacobian: Array) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
     """Per recording of each part: the part, weighted residuals (n,), Jacobian (n, k) and groups (n,)."""
     out, at = [], 0
     for part in problem.parts:

@@ -20,7 +20,8 @@ class Inputs:
     """Inputs of R recordings on uniform grids.
 
     coefficients: (intervals, 4, 4) cubic splines in powers of t - t_k of the three inputs (A or V) and of the
-    measured position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s; added_mass: (R,) kg;
+    measured position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts,
+    dts: (R,) s; added_mass: (R,) kg;
     powered: (R,) whether any input is not zero.
     """
 
