@@ -112,6 +112,12 @@ fit_options = _apply(
         click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),
         click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
         click.option("--substeps", type=int, metavar="N", help="Internal steps per sample [from the data]."),
+        click.option(
+            "--profile",
+            multiple=True,
+            metavar="NAME",
+            help="Profile likelihood of a parameter; repeatable.",
+        ),
     ]
 )
 
@@ -136,6 +142,7 @@ SETTINGS_NAMES = (
     "free_exponent",
     "no_stribeck",
     "substeps",
+    "profile",
 )
 RUN_NAMES = ("out", "overwrite", "resume", "jobs", "dry_run", "json_output", "quiet", "verbose")
 
@@ -154,6 +161,8 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
         raw["window"] = _range("--window", options["window"])
     if options.get("effect"):
         raw["effects"] = list(options["effect"])
+    if options.get("profile"):
+        raw["profiles"] = list(options["profile"])
     if options.get("free_exponent"):
         raw["free_exponent"] = True
     if options.get("no_stribeck"):

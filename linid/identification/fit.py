@@ -17,11 +17,12 @@ from linid.identification.meaning import derived_quantities
 from linid.identification.objectives import FULL, Look, check_recordings, make_parts, without_rest
 from linid.identification.polish import PolishResult, polish
 from linid.identification.problem import Cost, Problem
-from linid.identification.result import FitResult, Generation, ModelKind, Start
+from linid.identification.profile import check_profile, profile_likelihood
+from linid.identification.result import FitResult, Generation, ModelKind, Profile, Start
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space import build_space
 from linid.identification.steps import choose_substeps, step_halving_error
-from linid.identification.uncertainty import estimate_uncertainty
+from linid.identification.uncertainty import Uncertainty, estimate_uncertainty
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -66,6 +67,8 @@ def fit(
     space = build_space(
         model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck
     )
+    for name in settings.profiles:
+        check_profile(space, name)
     substeps = settings.substeps or choose_substeps(model, recordings, first)
     thin = 1 if sum(r.t.size for r in recordings) < 8000 else 4
 
@@ -83,7 +86,27 @@ def fit(
     problem = stages[-1]
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
-    return _assemble(problem, polished, state, reason, settings, substeps, warnings, per_mass, recordings)
+    uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
+    profiles = _profiles(problem, polished, uncertainty, settings, hooks)
+    result = _assemble(
+        problem, polished, uncertainty, state, reason, settings, substeps, warnings, per_mass, recordings
+    )
+    return replace(result, profiles=profiles)
+
+
+def _profiles(
+    problem: Problem, polished: PolishResult, uncertainty: Uncertainty, settings: FitSettings, hooks: Hooks
+) -> tuple[Profile, ...]:
+    """The profile likelihoods that the settings ask for."""
+    out = []
+    for name in settings.profiles:
+
+        def watch(done: int, total: int, name: str = name) -> None:
+            if hooks.progress is not None:
+                hooks.progress(f"profile of {name}", done, total, polished.cost)
+
+        out.append(profile_likelihood(problem, polished, uncertainty, name, watch=watch))
+    return tuple(out)
 
 
 def _search(
@@ -143,6 +166,7 @@ def _starts(problem: Problem, polished: PolishResult) -> dict[str, Start]:
 def _assemble(
     problem: Problem,
     polished: PolishResult,
+    uncertainty: Uncertainty,
     state: SearchState,
     reason: str,
     settings: FitSettings,
@@ -152,7 +176,6 @@ def _assemble(
     recordings: Sequence[Recording],
 ) -> FitResult:
     model = problem.space.model
-    uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     axis = recordings[0].axis
     unit = next((r.input_unit for r in recordings if r.drive_input is not None), "A")
     estimates, fitted, covariance, correlation = make_estimates(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from linid.errors import ConfigError
-from linid.identification.result import Estimate, FitResult, Generation, Start
+from linid.identification.result import Estimate, FitResult, Generation, Profile, Start
 
 SCHEMA = 1
 
@@ -19,7 +19,7 @@ SCHEMA = 1
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
-    if isinstance(value, (Estimate, Generation, Start)):
+    if isinstance(value, (Estimate, Generation, Profile, Start)):
         return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, dict):
         return {str(k): _plain(v) for k, v in value.items()}
@@ -104,6 +104,10 @@ def model_from_text(text: str, place: str) -> FitResult:
             input_unit=body["input_unit"],
             covariance=np.array(body["covariance"], dtype=float).reshape((len(body["fitted"]),) * 2),
             settings=dict(body["settings"]),
+            profiles=tuple(
+                Profile(p["name"], tuple(p["values"]), tuple(p["statistic"]), _number(p["low"]), _number(p["high"]))
+                for p in body.get("profiles", ())
+            ),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigError(place, f"is a damaged model file ({error!r})", "Fit again, or restore the file") from error

@@ -69,8 +69,27 @@ class Linearisation:
         joined = np.concatenate([row[0] * weight for row, weight in zip(rows, self.weights, strict=True)])
         return np.asarray(np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3))
 
+    def length(self, x: Array) -> Array:
+        """The weighted residuals (p + k + 1,) in axes whose first one points along them: their length, then zeros."""
+        out = np.zeros(self.p + self.k + 1)
+        out[0] = np.linalg.norm(self.residuals(x))
+        return out
+
+    def rotated_jacobian(self, x: Array) -> Array:
+        """(p + k + 1, p + k) in the axes of `length`: all that least squares needs to know of the long Jacobian."""
+        base, jacobian = self._differences(x)
+        triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, jacobian]), mode="r"))
+        return triangle[:, 1:] * (1.0 if triangle[0, 0] >= 0.0 else -1.0)
+
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
-        """(N, p + k) by finite differences in one batch; offsets of all recordings are shifted together."""
+        """(N, p + k) of the weighted residuals."""
+        return self._differences(x, central=central)[1]
+
+    def _differences(self, x: Array, *, central: bool = False) -> tuple[Array, Array]:
+        """Weighted residuals (N,) and their Jacobian by finite differences in one batch.
+
+        Offsets of all recordings are shifted together.
+        """
         p, k = self.p, self.k
         steps = np.full(p, _GENE_STEP)
         if not central:
@@ -100,7 +119,8 @@ class Linearisation:
             for recording in range(k // 2):
                 mask = owner == recording
                 out[mask, p + 2 * recording + kind] = change[mask]
-        return np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0)
+        base = np.nan_to_num(base, nan=1e3, posinf=1e3, neginf=-1e3)
+        return base, np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0)
 
     def batch(self, batch: Array) -> Array:
         """Weighted residuals (C, N) of rows (C, p + k) of genes and offsets."""
@@ -158,9 +178,9 @@ def polish(
     converged, reason = False, f"polish: {rounds} rounds used"
     for number in range(rounds):
         solution = least_squares(
-            line.residuals,
+            line.length,
             x,
-            jac=line.jacobian,
+            jac=line.rotated_jacobian,
             bounds=(lower, upper),
             x_scale="jac",
             max_nfev=max_evaluations,

@@ -12,6 +12,8 @@ Status = Literal["fitted", "fixed", "not_identifiable", "at_bound"]
 ModelKind = Literal["friction", "force", "sine", "theta"]
 Array = NDArray[np.float64]
 
+CHI_SQUARED = 3.841459  # 95 % quantile with one degree of freedom
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -54,12 +56,28 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Profile:
+    """Likelihood ratio along one parameter, all others fitted again.
+
+    values: (n,) in SI; statistic: (n,), below `CHI_SQUARED` within the 95 % interval; low, high: that interval in
+    SI, nan where the profile does not reach the limit.
+    """
+
+    name: str
+    values: tuple[float, ...]
+    statistic: tuple[float, ...]
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class FitResult:
     """The MODEL (`parameters.json`): parameters, uncertainty, identifiability and convergence.
 
     correlation: (p, p) matrix of the parameters named in `fitted`; pairs: parameters that the data
     cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from the
-    parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known.
+    parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known;
+    profiles: profile likelihoods that were asked for.
     """
 
     model: ModelKind
@@ -86,6 +104,7 @@ class FitResult:
     input_unit: str = "A"
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     settings: dict[str, Any] = field(default_factory=dict)
+    profiles: tuple[Profile, ...] = ()
 
     def value(self, name: str) -> float:
         """The value of parameter `name` in SI units; KeyError if the model has none."""

@@ -17,7 +17,7 @@ Progress = Callable[[str, int, int, float], None]
 class FitSettings:
     """How to fit. objective auto: free_run for free wheels, ahead for driven runs; bounds, fixed: SI values
     by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
-    friction only); jobs: threads, never changes a result."""
+    friction only); profiles: parameters whose profile likelihood is computed; jobs: threads, never changes a result."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
     objective: Objective = "auto"
@@ -29,6 +29,7 @@ class FitSettings:
     fixed: dict[str, float] = field(default_factory=dict)
     jobs: int = 1
     polish_rounds: int = 10
+    profiles: tuple[str, ...] = ()
 
     def stored(self) -> dict[str, Any]:
         """The settings that decide the result, for the model file (no jobs)."""

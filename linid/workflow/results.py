@@ -38,6 +38,8 @@ def write_fit(result: FitResult, folder: Path) -> None:
     write_parameter_csv(result, folder / "parameters.csv")
     write_text(folder / "parameters.tex", parameter_latex(result))
     write_text(folder / "convergence.csv", convergence_text(result))
+    if result.profiles:
+        write_text(folder / "profiles.csv", profiles_text(result))
     write_text(folder / MODEL_FILE, model_to_text(result))
 
 
@@ -50,6 +52,16 @@ def convergence_text(result: FitResult) -> str:
     names = [f.name for f in fields(Generation)]
     writer.writerow(names)
     writer.writerows([getattr(line, name) for name in names] for line in result.history)
+    return stream.getvalue()
+
+
+def profiles_text(result: FitResult) -> str:
+    """The profile likelihoods as CSV in SI units."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["parameter", "value", "likelihood_ratio"])
+    for profile in result.profiles:
+        writer.writerows([profile.name, *point] for point in zip(profile.values, profile.statistic, strict=True))
     return stream.getvalue()
 
 

@@ -68,6 +68,7 @@ class Settings(BaseModel):
     substeps: int | None = Field(
         default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
     )
+    profiles: tuple[str, ...] = Field(default=(), description="parameters whose profile likelihood is computed")
     seed: int = Field(default=1, ge=0, description="seed of the search")
     # The output.
     figures: bool = Field(default=True, description="write figures")

@@ -53,11 +53,13 @@ class FitTask:
         return identity_of(self.kind, fingerprint(self.recordings), decisive(self.settings), self.known, start)
 
     def restricted(self) -> FitTask:
-        """The task without known values and bounds that belong to other models (the motor's, in a friction fit)."""
+        """The task without known values, bounds and profiles of other models (the motor's, in a friction fit)."""
         names = set(self.parameter_names())
         known = {k: v for k, v in self.known.items() if k in names}
         bounds = {k: v for k, v in self.settings.bounds.items() if k in names}
-        return replace(self, known=known, settings=self.settings.model_copy(update={"bounds": bounds}))
+        profiles = tuple(name for name in self.settings.profiles if name in names)
+        settings = self.settings.model_copy(update={"bounds": bounds, "profiles": profiles})
+        return replace(self, known=known, settings=settings)
 
 
 def decisive(settings: Settings) -> dict[str, Any]:
@@ -139,6 +141,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         bounds=dict(settings.bounds),
         jobs=jobs,
         polish_rounds=settings.polish_rounds,
+        profiles=settings.profiles,
     )
 
 

@@ -16,6 +16,7 @@ from linid.report.figures.free_wheel import free_wheel_displacement_figure, free
 from linid.report.figures.friction_curve import CURVE, friction_curve_figure, speed_covered
 from linid.report.figures.gap_bars import gap_figure
 from linid.report.figures.overview import overview_figure
+from linid.report.figures.profile import profile_figure
 from linid.report.files import file_stems
 from linid.report.style import save
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from linid.diagnosis.gap import RecordingGap, Trace
-    from linid.identification.result import FitResult
+    from linid.identification.result import FitResult, Profile
 
 # done, total, file stem
 Progress = Callable[[int, int, str], None]
@@ -56,6 +57,7 @@ def write_fit_figures(
         jobs.append(("convergence", lambda: convergence_figure(result)))
     if len(result.fitted) > 1 and result.correlation.shape == (len(result.fitted),) * 2:
         jobs.append(("correlation", lambda: correlation_figure(result)))
+    jobs += [(f"profile_{profile.name}", _profile_later(result, profile)) for profile in result.profiles]
     driven = [trace for trace in traces if trace.kind != "free_wheel"]
     if driven:
         jobs.append(("overview", lambda: overview_figure(driven)))
@@ -98,6 +100,10 @@ def _write(jobs: list[Job], folder: Path, formats: Sequence[str], progress: Prog
 
 def _later(trace: Trace) -> Callable[[], Figure]:
     return lambda: comparison_figure(trace)
+
+
+def _profile_later(result: FitResult, profile: Profile) -> Callable[[], Figure]:
+    return lambda: profile_figure(result, profile)
 
 
 def _inputs_later(trace: Trace, inputs: np.ndarray, spline: Spline | None) -> Callable[[], Figure]:

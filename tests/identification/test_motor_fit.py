@@ -1,0 +1,69 @@
+"""Motor fits on the generated stand: recovery, and profiles against the covariance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from linid.errors import UsageError
+from linid.identification.fit import fit
+from linid.identification.genetic import SearchSettings
+from linid.identification.result import FitResult
+from linid.identification.settings import FitSettings
+
+from .stand import FREE_WHEELS, stand
+
+SMALL = FitSettings(search=SearchSettings(population=24, generations=4), jobs=2)
+DRIVEN = ("slow_ramp_1", "sine_current_2", "sine_position_1", "moves_1")
+
+
+@cache
+def theta_fit() -> FitResult:
+    campaign = stand(only=FREE_WHEELS + DRIVEN)
+    wheels = [r for r in campaign.recordings if r.kind == "free_wheel"]
+    friction = fit("friction", wheels, settings=SMALL)
+    return fit("theta", campaign.recordings, settings=SMALL, start=friction)
+
+
+def test_theta_motor_and_friction_are_recovered() -> None:
+    result = theta_fit()
+    truth = stand(only=FREE_WHEELS + DRIVEN).truth
+    found = {e.name: e for e in result.estimates}
+    assert result.converged
+    for name in ("winding_displacement", "coulomb_force", "viscous_friction", "mass", "bristle_stiffness"):
+        assert abs(found[name].value - truth[name]) < 4.5 * found[name].std, found[name]
+    for name in ("guideway_density", "shift"):  # their intervals are not symmetric
+        reach = 2.0 * (found[name].high - found[name].low)
+        assert found[name].low - reach < truth[name] < found[name].high + reach, found[name]
+        assert found[name].low < found[name].value < found[name].high
+    assert found["guideway_density"].std < 2e-3 * truth["guideway_density"]
+
+
+def test_what_the_field_means() -> None:
+    """The fundamental force constant is 30 N/A; nome and coil length hide while the currents sum to zero."""
+    derived = {e.name: e for e in theta_fit().derived}
+    constant = derived["fundamental_force_constant"]
+    assert abs(constant.value - 30.0) < 4.5 * constant.std < 0.5
+    assert derived["pole_pitch"].low < np.pi / 222.0 + 1e-5 and derived["pole_pitch"].high > np.pi / 222.0 - 1e-5
+    status = {e.name: e.status for e in theta_fit().estimates}
+    assert status["nome"] == "not_identifiable" and status["winding_length"] == "not_identifiable"
+
+
+def test_a_profile_agrees_with_the_covariance_where_the_fit_is_nearly_linear() -> None:
+    wheels = stand(only=FREE_WHEELS).recordings
+    result = fit("friction", wheels, settings=replace(SMALL, profiles=("viscous_friction",)))
+    (profile,) = result.profiles
+    estimate = next(e for e in result.estimates if e.name == "viscous_friction")
+    assert profile.low == pytest.approx(estimate.low, abs=0.1 * estimate.std)
+    assert profile.high == pytest.approx(estimate.high, abs=0.1 * estimate.std)
+    assert min(profile.statistic) == 0.0
+    assert profile.values[int(np.argmin(profile.statistic))] == estimate.value
+
+
+def test_a_profile_of_an_unknown_parameter_is_refused_before_the_search() -> None:
+    wheels = stand(only=FREE_WHEELS).recordings
+    with pytest.raises(UsageError, match="not a fitted parameter"):
+        fit("friction", wheels, settings=replace(SMALL, profiles=("pole_pitch",)))
