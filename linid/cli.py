@@ -20,6 +20,7 @@ from linid.cli_options import (
     settings_options,
     verbosity_options,
 )
+from linid.stop_signals import raise_on_sigterm
 
 MODEL = click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.json")
 
@@ -32,7 +33,7 @@ def cli() -> None:
     FILE is a recording (scope export) or a campaign (YAML). Results go to files and stdout, progress to stderr.
 
     Exit codes: 0 done, 1 internal error, 2 usage, 3 configuration, 4 bad data, 5 finished but not converged,
-    130 interrupted (state saved).
+    130 interrupted by Ctrl-C and 143 terminated by SIGTERM (state saved).
     """
     # Linear algebra on several threads could change the last bits of a result; --jobs must not.
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -257,6 +258,7 @@ def _print(outcome: Any, json_output: bool) -> None:
 
 def main() -> None:
     """Entry point of the `linid` program."""
+    raise_on_sigterm()
     cli(prog_name="linid")
 
 
