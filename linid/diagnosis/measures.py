@@ -200,10 +200,10 @@ def _noise_floors(
     squares = np.zeros(3)
     for _ in range(_DRAWS):
         encoder = noise_level(recording.y) * generator.standard_normal(recording.y.size)
-        noisy = with_input_noise(recording, generator)
+        noisy = replace(with_input_noise(recording, generator), y=recording.y + encoder)
+        # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.
         moved = run if recording.kind == "free_wheel" else task.free_run(noisy)[0]
-        noisy = replace(noisy, y=recording.y + encoder)
-        squares[0] += np.mean(np.nan_to_num(moved - run + encoder, nan=np.inf) ** 2)
+        squares[0] += np.mean(np.nan_to_num(moved - run - encoder, nan=np.inf) ** 2)
         squares[1] += np.mean((task.ahead_error(noisy) - ahead_error) ** 2)
         squares[2] += np.mean((task.force(noisy, task.balance(noisy, balance.half_widths)) - force) ** 2)
     return np.asarray(np.sqrt(squares / _DRAWS))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from linid.recording.recording import Recording
+from linid.recording.recording import Array, Recording
 
 _SHORTEST = 50  # samples that two repeats must have in common
 
@@ -22,19 +22,30 @@ def aligned(one: Recording, other: Recording) -> tuple[Recording, Recording] | N
     """Both recordings cut to their common stretch, aligned by their speed; None if too little is common.
 
     A scope that was started by hand begins sooner or later than the command: the lag, in whole samples, is where
-    the correlation of the speeds is largest.
+    the speeds differ least in the mean square, with at least half of the shorter recording in common.
     """
-    from scipy.signal import correlate
-
     if abs(one.period - other.period) > 1e-6 * one.period or one.kind != other.kind:
         return None
-    speeds = [np.diff(r.y) for r in (one, other)]
-    lag = int(np.argmax(correlate(*speeds, mode="full"))) - (speeds[1].size - 1)
+    lag = _lag(np.diff(one.y), np.diff(other.y))
     first, second = max(lag, 0), max(-lag, 0)
     size = min(one.t.size - first, other.t.size - second)
     if size < _SHORTEST:
         return None
     return _part(one, first, size), _part(other, second, size)
+
+
+def _lag(a: Array, b: Array) -> int:
+    """k such that a[n + k] is most like b[n]."""
+    from scipy.signal import correlate
+
+    lags = np.arange(-(b.size - 1), a.size)
+    common = np.minimum(a.size, b.size + lags) - np.maximum(lags, 0)
+    sums = [np.concatenate([[0.0], np.cumsum(x**2)]) for x in (a, b)]
+    first, second = np.maximum(lags, 0), np.maximum(-lags, 0)
+    energy = sums[0][first + common] - sums[0][first] + sums[1][second + common] - sums[1][second]
+    difference = (energy - 2.0 * correlate(a, b, mode="full")) / common
+    difference[common < 0.5 * min(a.size, b.size)] = np.inf
+    return int(lags[np.argmin(difference)])
 
 
 def _part(recording: Recording, first: int, size: int) -> Recording:

@@ -101,7 +101,7 @@ def _generate(spec: JobSpec, folder: Path, resume: bool, reporter: Reporter) -> 
 
 
 def _interrupt_once() -> None:
-    """The first Ctrl-C or SIGTERM interrupts; the group and the parent may both send one, the second must not disturb."""
+    """The first Ctrl-C or SIGTERM interrupts; group and parent may both send one, the second must not disturb."""
 
     def stop(number: int, frame: Any) -> None:
         for each in (signal.SIGINT, signal.SIGTERM):
