@@ -16,6 +16,10 @@ from linid.stop_signals import exit_code_of
 class Group(click.Group):
     """The command group that turns what a command raises into a message and an exit code."""
 
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """In the order of their use."""
+        return list(self.commands)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; no traceback unless --debug."""
         try:

@@ -160,8 +160,10 @@ def _repeats(source: YamlFile, config: CampaignFile, names: list[str]) -> list[s
         place = source.place(("recordings", index, "repeat_of"))
         before = [k for k in range(index) if config.recordings[k].file == entry.repeat_of]
         if not before:
-            raise ConfigError(place, f"no earlier entry has the file '{entry.repeat_of}'", "Name the first repeat.")
+            raise ConfigError(
+                place, f"repeat_of: no earlier entry has the file '{entry.repeat_of}'", "Name the first repeat."
+            )
         if config.recordings[before[0]].kind != entry.kind:
-            raise ConfigError(place, "a repeat of another kind of recording", "Give both the same `kind:`.")
+            raise ConfigError(place, "repeat_of: a recording of another kind", "Give both the same `kind:`.")
         first.append(first[before[0]] or names[before[0]])
     return first

@@ -98,9 +98,12 @@ def parameter_table_console(result: FitResult) -> Table:
 
 def identifiability_notes(result: FitResult) -> list[str]:
     """Sentences on what the data cannot tell apart, and the fit's warnings."""
+    advised: dict[str, list[str]] = {}
+    for first, second, correlation, advice in result.pairs:
+        advised.setdefault(advice, []).append(f"{first} and {second} ({correlation:+.3f})")
     pairs = [
-        f"{first} and {second} cannot be told apart (correlation {correlation:+.3f}). {advice}".strip()
-        for first, second, correlation, advice in result.pairs
+        f"Cannot be told apart (correlation): {', '.join(names)}.{f' Remedy: {advice}' if advice else ''}"
+        for advice, names in advised.items()
     ]
     notes = pairs + [f"Warning: {warning}" for warning in result.warnings]
     if not result.converged:

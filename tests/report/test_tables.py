@@ -39,7 +39,7 @@ def test_parameter_table_fits_and_shows_every_parameter(width: int) -> None:
         assert one.symbol in row
     assert "1.720 ± 0.021" in text and "[1.679, 1.762]" in text
     assert "1.7204" not in text
-    assert "pole_pitch" in text and "cannot be told apart (correlation -0.994)" in " ".join(text.split())
+    assert "pole_pitch" in text and "force_constant and winding_displacement (-0.994)" in " ".join(text.split())
     assert re.search(r"bristle_stiffness +sigma_0 +not identifiable, ", text)
     assert "~1e4" in text and "31234" not in text
 
