@@ -38,7 +38,8 @@ def free_run_text(trace: Trace) -> str:
     error = f"RMS error {format_number(size * display.factor)} {display.unit}" if np.isfinite(size) else "no motion"
     begin = "Free run (started once, from the first sample)"
     if end is None:
-        return f"{begin}: keeps step to the end, {error}."
+        how = "keeps step" if trace.pole_pitch else "stays with the measured motion"
+        return f"{begin}: {how} to the end, {error}."
     how = "lost step" if trace.pole_pitch else "left the measured motion"
     return f"{begin}: {how} at {trace.t[end]:.3g} s, not drawn beyond; {error} until then."
 

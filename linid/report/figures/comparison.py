@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 from linid.report.figures.ahead import ahead_display, ahead_text, draw_ahead, draw_ahead_error, free_run_text
@@ -41,7 +40,7 @@ def comparison_figure(trace: Trace) -> Figure:
             _free_run(panels, trace)
         else:
             _restarted(panels, trace, trace.ahead)
-            caption(figure, "\n".join(textwrap.wrap(free_run_text(trace), 125)))
+            caption(figure, free_run_text(trace))
         panels[0].set_title(f"{shorten(trace.recording, 40)} ({kind_and_split(trace)})")
         # above the middle panel, where no title is in its way
         legend_above(panels[1], handles=panels[0].get_legend_handles_labels()[0])

@@ -44,7 +44,7 @@ def convergence_figure(result: FitResult) -> Figure:
         widest = panels[int(np.argmax(widths))]
         widest.set_xlabel("evaluations of the objective (1)")
         legend_above(widest)
-        caption(figure, "\n".join(textwrap.wrap(_remark(result, len(stages)), 125)))
+        caption(figure, _remark(result, len(stages)))
     return figure
 
 

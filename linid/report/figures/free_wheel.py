@@ -124,7 +124,8 @@ def _panel(
         top.plot(t, simulated * main.factor, color=MODEL, linewidth=0.9, zorder=2)
         top.plot(
             t[few], measured[few] * main.factor, linestyle="none", color=MEASURED, zorder=3,
-            marker=_MARKERS[index % len(_MARKERS)], markeredgewidth=0.0, label=trace.recording,
+            marker=_MARKERS[index % len(_MARKERS)], markeredgewidth=0.6,
+            markerfacecolor=MEASURED if index % 2 == 0 else "white", label=trace.recording,
         )  # fmt: skip
         bottom.plot(
             t, (simulated - measured) * error.factor, color=ERROR, linewidth=0.8, zorder=2,

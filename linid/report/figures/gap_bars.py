@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -44,8 +43,7 @@ def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
         first = row_of_axes[0]
         first.set_yticks(range(len(gaps)), [shorten(g.recording, 28) + ("*" if g.repeats else "") for g in gaps])
         first.set_ylim(len(gaps) - 0.4, -0.6)
-        key = f"Filled dot: held out. Hollow dot: fitted. Tick: floor. {floor_note(gaps)}"
-        caption(figure, "\n".join(textwrap.wrap(key, 125)))
+        caption(figure, f"Filled dot: held out. Hollow dot: fitted. Tick: floor. {floor_note(gaps)}")
     return figure
 
 
