@@ -40,7 +40,7 @@ def comparison_figure(trace: Trace) -> Figure:
             _free_run(panels, trace)
         else:
             _restarted(panels, trace, trace.ahead)
-            caption(figure, free_run_text(trace))
+            caption(figure, f"{free_run_text(trace)} Error: every second prediction is drawn as a line.")
         panels[0].set_title(f"{shorten(trace.recording, 40)} ({kind_and_split(trace)})")
         # above the middle panel, where no title is in its way
         legend_above(panels[1], handles=panels[0].get_legend_handles_labels()[0])
