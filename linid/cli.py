@@ -20,6 +20,7 @@ from linid.cli_options import (
     settings_options,
     verbosity_options,
 )
+from linid.stop_signals import raise_on_sigterm
 
 MODEL = click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.json")
 
@@ -29,43 +30,54 @@ MODEL = click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.
 def cli() -> None:
     """Identify friction and motor parameters of an axis from its drive's scope recordings.
 
-    FILE is a recording (scope export) or a campaign (YAML). Results go to files and stdout, progress to stderr.
+    Start with `linid inspect` on one scope export. FILE is a recording (scope export) or a campaign: a YAML file that
+    lists recordings and says which are fitted and which only judge the result. MODEL.json is the parameters.json that
+    a fit has written. Results go to files and stdout, progress to stderr.
 
     Exit codes: 0 done, 1 internal error, 2 usage, 3 configuration, 4 bad data, 5 finished but not converged,
-    130 interrupted (state saved).
+    130 interrupted by Ctrl-C and 143 terminated by SIGTERM (state saved).
     """
     # Linear algebra on several threads could change the last bits of a result; --jobs must not.
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
 
 
-@cli.command()
+@cli.command(short_help="Show what is understood of a recording or campaign.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--channels", type=click.Path(path_type=Path), metavar="YAML", help="Column mapping to try.")
+@click.option("--channels", type=click.Path(path_type=Path), metavar="YAML", help="Read with this column mapping.")
 @click.option("--axis", type=click.Choice(["linear", "rotary"]), help="Kind of axis [by the position's unit].")
-@click.option("--mapping", type=click.Path(path_type=Path), metavar="YAML", help="Write the starter mapping here.")
+@click.option(
+    "--mapping", type=click.Path(path_type=Path), metavar="YAML", help="Write the starter mapping here [print it]."
+)
 @click.option("--overwrite", is_flag=True, help="Replace the mapping file.")
 @json_option
 @debug_option
 def inspect(file: Path, json_output: bool, **options: Any) -> None:
-    """Show what is understood of a recording (or campaign) and a starter mapping.
+    """Show what is understood of a recording: layout, rate, columns, units, and what is still missing.
+
+    Also writes a starter mapping, a YAML file that says which column is what and in which unit; correct its lines
+    marked TODO and look again with --channels. Of a campaign all recordings are listed. Exit code 4: not yet usable.
 
     \b
-    Example:
+    Examples:
       linid inspect export.csv --mapping mapping.yaml
+      linid inspect export.csv --channels mapping.yaml
+      linid inspect campaign.yaml
     """
     from linid.workflow.inspect import inspect_path
 
     _print(inspect_path(file, **options), json_output)
 
 
-@cli.command("fit-friction")
+@cli.command("fit-friction", short_help="Identify friction and mass.")
 @FILES
 @settings_options
 @fit_options
 @run_options
 def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> None:
     """Identify friction (and the mass) from free wheels, or from runs with a logged q-current or command.
+
+    A free wheel is a recording of the axis coasting to rest with the drive off.
 
     \b
     Examples:
@@ -79,7 +91,7 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
     _print(run(make_request(files, options), reporter), json_output)
 
 
-@cli.command("fit-motor")
+@cli.command("fit-motor", short_help="Identify the motor, and friction with it.")
 @FILES
 @click.option("--model", required=True, type=click.Choice(["sine", "theta", "force"]), help="Motor model.")
 @click.option("--friction", type=click.Path(path_type=Path), metavar="MODEL.json",
@@ -89,6 +101,9 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
 @run_options
 def fit_motor(files: tuple[Path, ...], model: Any, friction: Path | None, json_output: bool, **options: Any) -> None:
     """Identify the motor, and friction again with it.
+
+    sine and theta need three phase currents (theta also knows the harmonics of the field), force needs one q-current
+    or command.
 
     \b
     Examples:
@@ -101,7 +116,7 @@ def fit_motor(files: tuple[Path, ...], model: Any, friction: Path | None, json_o
     _print(run(make_request(files, options), reporter, model=model, friction=friction), json_output)
 
 
-@cli.command()
+@cli.command(short_help="Run a model freely over recordings.")
 @MODEL
 @FILES
 @click.option("--start-position", type=float, metavar="M", help="Start position, m or rad [measured].")
@@ -112,7 +127,11 @@ def simulate(
     model: Path, files: tuple[Path, ...], start_position: float | None, start_speed: float | None, json_output: bool,
     **options: Any,
 ) -> None:  # fmt: skip
-    """Run a model freely over recordings; writes t, y_measured, y_simulated, v as CSV, and figures.
+    """Run a model freely over recordings: simulations as CSV, and a figure each.
+
+    The model is started once and then sees only the recorded inputs. Driven axes have no spring: such a run drifts or
+    loses step sooner or later, with the best of models; `linid validate` measures what is fair. Free wheels of which
+    the start speed is not given start at the speed that fits the recording best.
 
     \b
     Example:
@@ -126,7 +145,7 @@ def simulate(
     _print(run(make_request(files, options), reporter, model=model, start=start), json_output)
 
 
-@cli.command()
+@cli.command(short_help="Measure the gap between a model and recordings.")
 @MODEL
 @FILES
 @click.option("--split", type=click.Choice(["auto", "held_out", "fit", "all"]), default="auto", show_default=True,
@@ -134,7 +153,10 @@ def simulate(
 @settings_options
 @run_options
 def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool, **options: Any) -> None:
-    """Measure the gap between a model and recordings, each measure beside its noise floor.
+    """Measure the gap between a model and recordings that it need not have seen.
+
+    Three measures, each beside the floor that measurement noise (and scatter of declared repeats) sets: the free run,
+    the prediction 0.1 s ahead, and the force that is missing in the balance. At the floor nothing is left to explain.
 
     \b
     Example:
@@ -157,18 +179,20 @@ def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) 
         ctx.exit()
 
 
-@cli.command()
+@cli.command(short_help="Run many jobs described in YAML.")
 @click.argument("configs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="CONFIG.yaml...")
 @click.option(
     "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Set a settings key in all jobs; repeatable."
 )
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of all jobs.")
+@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of all jobs.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @click.option("--schema", is_flag=True, is_eager=True, expose_value=False, callback=_print_schema,
               help="Print the JSON schema of a batch file and exit.")  # fmt: skip
 @run_options
 def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
-    """Run the jobs of batch files; a failing job does not stop the others.
+    """Run the jobs of batch files; a failing job does not stop those that do not need its result.
+
+    configs/template.yaml explains every key of a batch file. The exit code is the gravest of the jobs.
 
     \b
     Example:
@@ -184,9 +208,16 @@ def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
     _print(run_batch(request, reporter, overrides=overrides(options)), json_output)
 
 
-@cli.command()
+@cli.command(short_help="Generate recordings of a described axis.")
 @click.argument("axis", type=click.Path(path_type=Path), metavar="AXIS.yaml")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the measurement noise.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Seed of the measurement noise.",
+)
 @click.option("--layout", type=click.Choice(["generic", "twincat", "elmo", "controldesk"]), default="generic",
               show_default=True, help="Layout of the scope exports.")  # fmt: skip
 @click.option("--decimal-mark", type=click.Choice([".", ","]), default=".", show_default=True, help="Decimal mark.")
@@ -198,7 +229,7 @@ def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
 @verbosity_options
 @debug_option
 def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
-    """Generate the scope recordings of a described axis, with campaign.yaml and its true parameters.
+    """Generate the scope recordings of an axis described in YAML, with campaign.yaml and the true parameters.
 
     \b
     Example:
@@ -211,12 +242,12 @@ def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **option
     _print(generate_campaign(axis, out, reporter, **options), json_output)
 
 
-@cli.command()
+@cli.command(short_help="List the effects that fits can identify too.")
 @click.argument("name", required=False)
 @json_option
 @debug_option
 def effects(name: str | None, json_output: bool) -> None:
-    """List the effects that a model can have, or explain one.
+    """List the effects beyond friction and motor that fits can identify too (--effect NAME), or explain one.
 
     \b
     Examples:
@@ -257,6 +288,7 @@ def _print(outcome: Any, json_output: bool) -> None:
 
 def main() -> None:
     """Entry point of the `linid` program."""
+    raise_on_sigterm()
     cli(prog_name="linid")
 
 

@@ -1,5 +1,5 @@
 """From exceptions to messages and exit codes: 0 done, 1 internal, 2 usage, 3 configuration, 4 bad data,
-5 finished but not converged, 130 interrupted."""
+5 finished but not converged, 130 interrupted (Ctrl-C), 143 terminated (SIGTERM)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from typing import Any
 import click
 
 from linid.errors import LinidError
-
-INTERRUPTED = 130
+from linid.stop_signals import exit_code_of
 
 
 class Group(click.Group):
     """The command group that turns what a command raises into a message and an exit code."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """In the order of their use."""
+        return list(self.commands)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; no traceback unless --debug."""
@@ -26,13 +29,13 @@ class Group(click.Group):
                 raise
             _say(ctx, error.exit_code, f"error: {error.place}: {error.fact}", error.remedy)
         except KeyboardInterrupt as error:
-            folder = getattr(error, "folder", None)
+            folder, code = getattr(error, "folder", None), exit_code_of(error)
             if folder is None:
-                _say(ctx, INTERRUPTED, "interrupted", "Nothing was saved.")
+                _say(ctx, code, "interrupted", "Nothing was saved.")
             else:
                 _say(
                     ctx,
-                    INTERRUPTED,
+                    code,
                     f"interrupted; the state is saved in {folder}",
                     f"Go on with the same command and: --resume --out {folder}",
                 )

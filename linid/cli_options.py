@@ -41,7 +41,7 @@ json_option = click.option(
 verbosity_options = _apply(
     [
         click.option("-q", "--quiet", is_flag=True, help="No progress on stderr, warnings only."),
-        click.option("-v", "--verbose", is_flag=True, help="All notes of the reader on stderr."),
+        click.option("-v", "--verbose", is_flag=True, help="Also notes of the reader and the fit on stderr."),
     ]
 )
 run_options = _apply(
@@ -71,22 +71,38 @@ run_options = _apply(
 )
 settings_options = _apply(
     [
-        click.option("--config", type=click.Path(path_type=Path), metavar="FILE", help="YAML file of settings."),
         click.option(
-            "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Set any settings key; repeatable."
+            "--config",
+            type=click.Path(path_type=Path),
+            metavar="FILE",
+            help="Settings as YAML, such as config.yaml of an earlier run.",
         ),
-        click.option("--seed", type=click.IntRange(min=0), help="Seed of everything random [1]."),
-        click.option("--axis", type=click.Choice(["linear", "rotary"]), help="Kind of axis of bare files [linear]."),
         click.option(
-            "--channels", type=click.Path(path_type=Path), metavar="YAML", help="Column mapping of bare files."
+            "--set",
+            "assignments",
+            multiple=True,
+            metavar="KEY=VALUE",
+            help="Set a key of the settings (those of config.yaml in a run folder); repeatable.",
         ),
-        click.option("--window", metavar="T0:T1", help="Part of bare files to use, in s."),
+        click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of everything random [1]."),
+        click.option(
+            "--axis",
+            type=click.Choice(["linear", "rotary"]),
+            help="Kind of axis, for recordings given without a campaign [linear].",
+        ),
+        click.option(
+            "--channels",
+            type=click.Path(path_type=Path),
+            metavar="YAML",
+            help="Column mapping, for recordings given without a campaign (see `linid inspect`).",
+        ),
+        click.option("--window", metavar="T0:T1", help="Part to use in s, for recordings given without a campaign."),
         click.option("--period", type=float, metavar="SECONDS", help="Sampling period where no time column exists."),
         click.option(
             "--added-mass",
             multiple=True,
             metavar="[FILE=]KG",
-            help="Known added mass: 0.5 for all bare files, or run_4.csv=0.5 for one; repeatable.",
+            help="Known added mass, without a campaign: 0.5 for all, or run_4.csv=0.5 for one; repeatable.",
         ),
         click.option("--no-figures", is_flag=True, help="Write no figures."),
     ]
@@ -95,16 +111,20 @@ fit_options = _apply(
     [
         click.option("--mass", type=float, metavar="KG", help="Known moving mass (rotary: kg m^2)."),
         click.option(
-            "--known", multiple=True, metavar="NAME=VALUE", help="Parameter not to identify, in SI; repeatable."
+            "--known", multiple=True, metavar="NAME=VALUE", help="Parameter held at this value, in SI; repeatable."
         ),
         click.option(
-            "--bound", multiple=True, metavar="NAME=LO:HI", help="Search range of a parameter, in SI; repeatable."
+            "--bound",
+            multiple=True,
+            metavar="NAME=LO:HI",
+            help="Search range of a parameter, in SI, e.g. mass=1:5; repeatable.",
         ),
         click.option("--effect", multiple=True, metavar="NAME", help="Effect to identify too (see `linid effects`)."),
         click.option(
             "--objective",
             type=click.Choice(["auto", "free_run", "ahead", "acceleration"]),
-            help="What is compared [auto: free_run for free wheels, ahead for driven runs].",
+            help="What is fitted: position of the whole run, position 0.1 s ahead, or acceleration "
+            "[auto: free_run for free wheels, ahead for driven runs].",
         ),
         click.option("--method", type=click.Choice(["genetic", "cma"]), help="Global search [genetic]."),
         click.option("--population", type=int, metavar="N", help="Candidates per generation [64]."),

@@ -10,8 +10,8 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
-    ("errors",), ("config",), ("recording",), ("physics",), ("simulation",), ("identification",), ("diagnosis",),
-    ("report",), ("workflow",), ("cli_errors", "cli_options"), ("cli",),
+    ("errors", "stop_signals"), ("config",), ("recording",), ("physics",), ("simulation",),
+    ("identification",), ("diagnosis",), ("report",), ("workflow",), ("cli_errors", "cli_options"), ("cli",),
 )  # fmt: skip
 STAND = {"errors", "config", "recording", "physics"}
 USES_STAND = {"workflow", "cli", "cli_options"}

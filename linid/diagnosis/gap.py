@@ -16,7 +16,8 @@ class RecordingGap:
 
     free_run: RMS(y_sim - y)/std(y); ahead: RMS position error 0.1 s ahead in m (rotary: rad);
     force: RMS residual force in N (rotary: N m); force_share: the same over the RMS total force.
-    The *_floor fields hold what encoder and current noise alone would give.
+    The *_floor fields hold what encoder and current noise alone would give, and at least what of the error does not
+    repeat, where repeats: their number besides this recording.
     """
 
     recording: str
@@ -29,6 +30,24 @@ class RecordingGap:
     force: float
     force_share: float
     force_floor: float
+    repeats: int = 0
+
+
+@dataclass(frozen=True)
+class AheadPieces:
+    """Prediction restarted from the measured state, stitched piece by piece; SI units.
+
+    t, y, v, error: (m,) time, predicted position and velocity, predicted minus measured position, nan between pieces.
+    end_t, end_error: (k,) time and error at the horizon of all windows, of which the measure `ahead` is the RMS.
+    """
+
+    horizon: float
+    t: Array
+    y: Array
+    v: Array
+    error: Array
+    end_t: Array
+    end_error: Array
 
 
 @dataclass(frozen=True)
@@ -36,7 +55,8 @@ class Trace:
     """Measured and simulated motion of one recording, (n,) arrays in SI units.
 
     velocity_measured is differentiated position, shown only; force_residual lives on force_t.
-    phase_currents: (3, n) A or None; drive_input: (n,) or None.
+    phase_currents: (3, n) A or None; drive_input: (n,) or None. ahead: of driven recordings.
+    pole_pitch: m; a free run that is off by as much has lost step (None: the model has no poles).
     """
 
     recording: str
@@ -54,3 +74,5 @@ class Trace:
     phase_currents: Array | None = None
     drive_input: Array | None = None
     input_unit: str = "A"
+    ahead: AheadPieces | None = None
+    pole_pitch: float | None = None

@@ -1,14 +1,15 @@
-"""The three gap measures of a model on recordings, each beside the floor that measurement noise alone sets."""
+"""The three gap measures of a model on recordings, each beside the floor that measurement noise and repeats set."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.gap import RecordingGap, Trace
+from linid.diagnosis.gap import AheadPieces, RecordingGap, Trace
+from linid.diagnosis.repeats import aligned, repeats_of
 from linid.errors import UsageError
 from linid.identification.acceleration import Acceleration
 from linid.identification.ahead import Ahead
@@ -31,16 +32,23 @@ def model_of(result: FitResult) -> tuple[Model, Array]:
 
 
 def measure_gaps(
-    result: FitResult, recordings: Sequence[Recording], *, jobs: int = 1, seed: int = 1
+    result: FitResult,
+    recordings: Sequence[Recording],
+    *,
+    jobs: int = 1,
+    seed: int = 1,
+    among: Sequence[Recording] = (),
 ) -> tuple[tuple[RecordingGap, ...], tuple[Trace, ...]]:
     """Gap measures and traces of every recording under a fitted model.
 
     Free runs start from the measured state (free wheels: the start speed is refined on the recording, it is
     a nuisance and no property of the axis). Floors: the noise of encoder and currents, estimated from the
-    recording, is added once more to the model's own prediction in `_DRAWS` seeded draws.
+    recording, is added to it once more in `_DRAWS` seeded draws, and the change of the errors is the floor. Where
+    `among` (default: recordings) holds declared repeats, the floor is at least what of the error does not repeat.
     Raises UsageError or DataError where a recording lacks what the model needs.
     """
     model, vector = model_of(result)
+    pitch = next((abs(e.value) for e in result.derived if e.name == "pole_pitch"), None)
     gaps, traces = [], []
     for recording in recordings:
         if recording.axis != result.axis:
@@ -48,48 +56,98 @@ def measure_gaps(
                 recording.name, f"is a {recording.axis} axis, the model a {result.axis} one", "Use the axis's own model"
             )
         check_recordings([recording], Model("friction") if recording.kind == "free_wheel" else model)
-        gap, trace = _measure(model, vector, recording, result.substeps, jobs, seed)
+        task = _Task(model, vector, result.substeps, jobs)
+        repeats = repeats_of(recording, among or recordings)
+        gap, trace = _measure(task, recording, repeats, seed)
         gaps.append(gap)
-        traces.append(trace)
+        traces.append(replace(trace, pole_pitch=pitch))
     return tuple(gaps), tuple(traces)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A model with its parameters (1, VECTOR_SIZE), and how to run it."""
+
+    model: Model
+    vector: Array
+    substeps: int
+    jobs: int
+
+    def mass(self, recording: Recording) -> float:
+        """Moving mass with what was added, kg (rotary: kg m^2)."""
+        return float(self.vector[0, self.model.slot("mass")]) + recording.added_mass
+
+    def free_run(self, recording: Recording) -> tuple[Array, Array]:
+        """Position and velocity of the free run, (n,) each."""
+        free = FreeRun(self.model, (recording,), self.substeps, self.jobs)
+        wheel = recording.kind == "free_wheel"
+        offsets = polish_starts(free, self.vector) if wheel else np.zeros((1, free.nuisances))
+        y, v, _ = free.simulate(self.vector, offsets, velocity=True)
+        return y[0], v[0]
+
+    def ahead(self, recording: Recording) -> Ahead:
+        return Ahead(self.model, (recording,), self.substeps, self.jobs, project=False, skip_jumps=False)
+
+    def ahead_error(self, recording: Recording) -> Array:
+        """Errors of all windows at their horizon, (k,) m."""
+        part = self.ahead(recording)
+        return np.asarray((part.simulate(self.vector)[0] - part.measured)[part.segments.out_offsets[1:] - 1])
+
+    def balance(self, recording: Recording, half_widths: tuple[int, ...] = ()) -> Acceleration:
+        return Acceleration(self.model, (recording,), self.jobs, half_widths=half_widths)
+
+    def force(self, recording: Recording, balance: Acceleration) -> Array:
+        """Force that is missing in the balance, N."""
+        return np.asarray(self.mass(recording) * balance.residuals(self.vector, np.zeros((1, 0)))[0])
 
 
 def _rms(x: Array) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
-def _ahead_error(part: Ahead, predicted: Array) -> float:
-    """RMS error at the end of the horizon."""
-    last = part.segments.out_offsets[1:] - 1
-    return _rms((predicted[0] - part.measured)[last])
+def ahead_pieces(part: Ahead, recording: Recording, predicted: Array) -> AheadPieces:
+    """The windows of one recording for drawing: every second one, since they overlap by half.
+
+    part: the objective on this recording alone; predicted: (1, N) m, its windows one after the other.
+    """
+    length = int(part.segments.count[0])
+    shape = (-1, length)
+    error = (predicted[0] - part.measured).reshape(shape)
+    y = predicted[0].reshape(shape)
+    period = recording.duration / (recording.t.size - 1)
+    t = recording.t[part.flat].reshape(shape)
+
+    def stitched(block: Array) -> Array:
+        return np.pad(block[::2], ((0, 0), (0, 1)), constant_values=np.nan).ravel()[:-1]
+
+    v = np.gradient(y, period, axis=1, edge_order=2)
+    lines = [stitched(block) for block in (t, y, v, error)]
+    return AheadPieces((length - 1) * period, lines[0], lines[1], lines[2], lines[3], t[:, -1], error[:, -1])
 
 
-def _measure(
-    model: Model, vector: Array, recording: Recording, substeps: int, jobs: int, seed: int
-) -> tuple[RecordingGap, Trace]:
-    free = FreeRun(model, (recording,), substeps, jobs)
-    offsets = polish_starts(free, vector) if recording.kind == "free_wheel" else np.zeros((1, free.nuisances))
-    y_row, v_row, _ = free.simulate(vector, offsets, velocity=True)
-    y_simulated, v_simulated = y_row[0], v_row[0]
+def _measure(task: _Task, recording: Recording, repeats: Sequence[Recording], seed: int) -> tuple[RecordingGap, Trace]:
+    y_simulated, v_simulated = task.free_run(recording)
     spread = float(np.std(recording.y))
-    ahead = Ahead(model, (recording,), substeps, jobs, project=False, skip_jumps=False)
-    predicted = ahead.simulate(vector)
-    balance = Acceleration(model, (recording,), jobs)
-    mass = float(vector[0, model.slot("mass")]) + recording.added_mass
-    force = mass * balance.residuals(vector, np.zeros((1, 0)))[0]
-    driving = _total_force(model, vector, recording, balance, mass)
-    floors = _floors(model, vector, recording, substeps, jobs, seed, balance.half_widths, y_simulated)
+    ahead = task.ahead(recording)
+    pieces = ahead_pieces(ahead, recording, ahead.simulate(task.vector))
+    balance = task.balance(recording)
+    force = task.force(recording, balance)
+    floors = _noise_floors(task, recording, y_simulated, pieces.end_error, balance, force, seed)
+    scatters = [_scatter(task, *pair) for pair in (aligned(recording, other) for other in repeats) if pair is not None]
+    if scatters:
+        floors = np.maximum(floors, np.sqrt(np.mean(np.square(scatters), axis=0)))
     gap = RecordingGap(
         recording=recording.name,
         kind=recording.kind,
         split=recording.split,
         free_run=_rms(y_simulated - recording.y) / spread,
-        free_run_floor=floors[0] / spread,
-        ahead=_ahead_error(ahead, predicted),
-        ahead_floor=floors[1],
+        free_run_floor=float(floors[0]) / spread,
+        ahead=_rms(pieces.end_error),
+        ahead_floor=float(floors[1]),
         force=_rms(force),
-        force_share=_rms(force) / max(driving, 1e-300),
-        force_floor=floors[2],
+        force_share=_rms(force) / max(_total_force(task, recording, balance), 1e-300),
+        force_floor=float(floors[2]),
+        repeats=len(scatters),
     )
     dt = recording.duration / (recording.t.size - 1)
     trace = Trace(
@@ -101,69 +159,66 @@ def _measure(
         t=recording.t,
         y_measured=recording.y,
         y_simulated=y_simulated,
-        velocity_measured=np.gradient(recording.y, dt),
+        velocity_measured=np.gradient(recording.y, dt, edge_order=2),
         velocity_simulated=v_simulated,
         force_t=recording.t[balance.rows],
         force_residual=force,
         phase_currents=recording.phase_currents,
         drive_input=recording.drive_input,
         input_unit=recording.input_unit,
+        ahead=pieces if recording.kind != "free_wheel" else None,
     )
     return gap, trace
 
 
-def _total_force(model: Model, vector: Array, recording: Recording, balance: Acceleration, mass: float) -> float:
+def _total_force(task: _Task, recording: Recording, balance: Acceleration) -> float:
     """RMS of the total force: the motor's on driven runs, the inertial force on free wheels."""
+    mass = task.mass(recording)
     if recording.kind == "free_wheel":
         return mass * _rms(balance.target)
-    frictionless = vector.copy()
+    frictionless = task.vector.copy()
     frictionless[0, :7] = (1e-12, 1e-12, 1.0, 2.0, 1.0, 0.0, 0.0)
     return mass * _rms(balance.model_acceleration(frictionless)[0])
 
 
-def _noisy(recording: Recording, y: Array, generator: np.random.Generator) -> Recording:
-    """The recording with positions y plus encoder noise, and its inputs with their noise once more."""
-    y = y + noise_level(recording.y) * generator.standard_normal(y.size)
-    return replace(with_input_noise(recording, generator), y=y)
-
-
-def _floors(
-    model: Model,
-    vector: Array,
+def _noise_floors(
+    task: _Task,
     recording: Recording,
-    substeps: int,
-    jobs: int,
-    seed: int,
-    half_widths: tuple[int, ...],
     y_simulated: Array,
-) -> tuple[float, float, float]:
-    """RMS free-run error (m), ahead error (m) and force error (N) that measurement noise alone would cause.
+    ahead_error: Array,
+    balance: Acceleration,
+    force: Array,
+    seed: int,
+) -> Array:
+    """RMS free-run error (m), ahead error (m) and force error (N) that measurement noise alone would cause, (3,).
 
-    The model's own motion stands for the machine; where it diverged the measured motion does.
+    The errors of the recording hold its noise once; what they change when as much is added is the noise's share.
+    The measured motion is the base, because a model's own motion may rest or slip elsewhere than the machine did.
     """
     generator = np.random.default_rng(seed)
-    mass = float(vector[0, model.slot("mass")]) + recording.added_mass
-    clean = y_simulated if np.all(np.isfinite(y_simulated)) else recording.y
-    powered = recording.kind != "free_wheel"
-    own = replace(recording, y=clean)
-    base_force = Acceleration(model, (own,), jobs, half_widths=half_widths).residuals(vector, np.zeros((1, 0)))[0]
-    base_ahead = Ahead(model, (own,), substeps, jobs, project=False, skip_jumps=False)
-    base_error = (base_ahead.simulate(vector) - base_ahead.measured)[0]
-    last = base_ahead.segments.out_offsets[1:] - 1
+    run = y_simulated if np.all(np.isfinite(y_simulated)) else recording.y
     squares = np.zeros(3)
     for _ in range(_DRAWS):
-        noisy = _noisy(recording, clean, generator)
-        encoder = noisy.y - clean
-        if powered:
-            moved = FreeRun(model, (replace(noisy, y=recording.y),), substeps, jobs)
-            y_moved = moved.simulate(vector, np.zeros((1, moved.nuisances)))[0][0]
-            squares[0] += np.nanmean((y_moved - clean + encoder) ** 2)
-        else:
-            squares[0] += np.mean(encoder**2)
-        drawn = Ahead(model, (noisy,), substeps, jobs, project=False, skip_jumps=False)
-        error = (drawn.simulate(vector) - drawn.measured)[0]
-        squares[1] += np.mean((error - base_error)[last] ** 2)
-        force = Acceleration(model, (noisy,), jobs, half_widths=half_widths).residuals(vector, np.zeros((1, 0)))[0]
-        squares[2] += mass**2 * np.mean((force - base_force) ** 2)
-    floors = np.sqrt(squares / _DRAWS)
-    return float(floors[0]), float(floors[1]), float(floors[2])
+        encoder = noise_level(recording.y) * generator.standard_normal(recording.y.size)
+        noisy = replace(with_input_noise(recording, generator), y=recording.y + encoder)
+        # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.
+        moved = run if recording.kind == "free_wheel" else task.free_run(noisy)[0]
+        squares[0] += np.mean(np.nan_to_num(moved - run - encoder, nan=np.inf) ** 2)
+        squares[1] += np.mean((task.ahead_error(noisy) - ahead_error) ** 2)
+        squares[2] += np.mean((task.force(noisy, task.balance(noisy, balance.half_widths)) - force) ** 2)
+    return np.asarray(np.sqrt(squares / _DRAWS))
+
+
+def _scatter(task: _Task, one: Recording, other: Recording) -> Array:
+    """What of free-run error (m), ahead error (m) and force error (N) does not repeat, RMS, (3,).
+
+    one, other: aligned repeats. Their errors share what the model lacks, which is no floor; each has its own scatter,
+    hence the square root of two. Each repeat is run with its own start and inputs, so these may differ.
+    """
+    first = task.balance(one)
+    pairs = (
+        [task.free_run(r)[0] - r.y for r in (one, other)],
+        [task.ahead_error(r) for r in (one, other)],
+        [task.force(one, first), task.force(other, task.balance(other, first.half_widths))],
+    )
+    return np.asarray([_rms(a - b) / np.sqrt(2.0) for a, b in pairs])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,10 @@ Comment = str | list[str] | None
 
 
 class RecordingEntry(BaseModel):
-    """One line of `recordings:`. added_mass_kg on linear, added_inertia_kg_m2 on rotary axes; window in s."""
+    """One line of `recordings:`. added_mass_kg on linear, added_inertia_kg_m2 on rotary axes; window in s.
+
+    repeat_of: file of an earlier entry that was recorded under the same command.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -28,6 +32,7 @@ class RecordingEntry(BaseModel):
     added_mass_kg: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     added_inertia_kg_m2: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     window: tuple[float, float] | None = None
+    repeat_of: str | None = None
     channels: ChannelMapping | None = None
     comments: Comment = None
 
@@ -61,9 +66,10 @@ def read_campaign(path: str | Path) -> Campaign:
     _check_files(source, config, folder)
     _check_masses(source, config)
     names = _names(config)
+    repeats = _repeats(source, config, names)
     recordings = tuple(
-        _read(entry, config, folder, name, source, index)
-        for index, (entry, name) in enumerate(zip(config.recordings, names, strict=True))
+        replace(_read(entry, config, folder, name, source, index), repeat_of=first)
+        for index, (entry, name, first) in enumerate(zip(config.recordings, names, repeats, strict=True))
     )
     return Campaign(
         config.name or source.path.parent.resolve().name, config.axis, recordings, dict(config.known), source.path
@@ -73,8 +79,6 @@ def read_campaign(path: str | Path) -> Campaign:
 def _read(
     entry: RecordingEntry, config: CampaignFile, folder: Path, name: str, source: YamlFile, index: int
 ) -> Recording:
-    from dataclasses import replace
-
     channels = entry.channels.over(config.channels) if entry.channels else config.channels
     if channels is not None:
         try:
@@ -144,3 +148,22 @@ def _names(config: CampaignFile) -> list[str]:
             number += 1
         names.append(unique)
     return names
+
+
+def _repeats(source: YamlFile, config: CampaignFile, names: list[str]) -> list[str]:
+    """For each entry the name of the first recording of its command, empty where it repeats none."""
+    first: list[str] = []
+    for index, entry in enumerate(config.recordings):
+        if entry.repeat_of is None:
+            first.append("")
+            continue
+        place = source.place(("recordings", index, "repeat_of"))
+        before = [k for k in range(index) if config.recordings[k].file == entry.repeat_of]
+        if not before:
+            raise ConfigError(
+                place, f"repeat_of: no earlier entry has the file '{entry.repeat_of}'", "Name the first repeat."
+            )
+        if config.recordings[before[0]].kind != entry.kind:
+            raise ConfigError(place, "repeat_of: a recording of another kind", "Give both the same `kind:`.")
+        first.append(first[before[0]] or names[before[0]])
+    return first

@@ -22,7 +22,8 @@ class Recording:
     t: (n,) time in s, strictly increasing; y: (n,) position in m (rotary: rad);
     v: (n,) velocity as exported, m/s, only shown, never fitted;
     phase_currents: (3, n) A; drive_input: (n,) q-current in A or command in `input_unit`.
-    added_mass: known extra mass in kg (rotary: kg m^2). notes: what the reader corrected or noticed.
+    added_mass: known extra mass in kg (rotary: kg m^2). repeat_of: name of the first recording of the
+    same command. notes: what the reader corrected or noticed.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Recording:
     kind: Kind = "motor"
     split: Split = "fit"
     added_mass: float = 0.0
+    repeat_of: str = ""
     source: Path | None = None
     sha256: str = ""
     notes: tuple[str, ...] = field(default=())

@@ -14,8 +14,8 @@ Quantity = Literal["position", "velocity", "force"]
 
 # (largest magnitude in SI up to which the unit is used, factor from SI, label)
 _UNITS: dict[tuple[Quantity, str], tuple[tuple[float, float, str], ...]] = {
-    ("position", "linear"): ((1e-3, 1e6, "µm"), (2.0, 1e3, "mm"), (np.inf, 1.0, "m")),
-    ("position", "rotary"): ((1e-3, 1e6, "µrad"), (0.5, 1e3, "mrad"), (np.inf, 1.0, "rad")),
+    ("position", "linear"): ((1e-6, 1e9, "nm"), (1e-3, 1e6, "µm"), (2.0, 1e3, "mm"), (np.inf, 1.0, "m")),
+    ("position", "rotary"): ((1e-6, 1e9, "nrad"), (1e-3, 1e6, "µrad"), (0.5, 1e3, "mrad"), (np.inf, 1.0, "rad")),
     ("velocity", "linear"): ((0.1, 1e3, "mm/s"), (np.inf, 1.0, "m/s")),
     ("velocity", "rotary"): ((0.1, 1e3, "mrad/s"), (np.inf, 1.0, "rad/s")),
     ("force", "linear"): ((0.1, 1e3, "mN"), (np.inf, 1.0, "N")),
@@ -80,5 +80,5 @@ def envelope(t: Array, y: Array, bins: int = 1000) -> tuple[Array, Array]:
 
 
 def every(n: int, points: int) -> slice:
-    """The slice that keeps about `points` of n samples, evenly."""
-    return slice(None, None, max(1, -(-n // points)))
+    """The slice that keeps about `points` of the first n samples, evenly."""
+    return slice(None, n, max(1, -(-n // points)))

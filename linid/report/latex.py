@@ -39,7 +39,7 @@ def parameter_latex(result: FitResult) -> str:
 
 
 def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
-    """The gap table as a booktabs tabular; the noise floor stands in brackets."""
+    """The gap table as a booktabs tabular; the floor stands in brackets."""
     ahead, force = (r"\mu rad", r"N\,m") if axis == "rotary" else (r"\mu m", "N")
     lines = [
         r"\begin{tabular}{@{}lllrrrr@{}}",
@@ -50,7 +50,7 @@ def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
     ]
     for gap in gaps:
         cells = [latex_escape(text.replace("_", " ")) for text in (gap.kind, gap.split)]
-        cells = [latex_escape(gap.recording), *cells]
+        cells = [latex_escape(gap.recording + ("*" if gap.repeats else "")), *cells]
         cells += [
             _with_floor(100 * gap.free_run, 100 * gap.free_run_floor),
             _with_floor(1e6 * gap.ahead, 1e6 * gap.ahead_floor),
@@ -58,8 +58,19 @@ def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
             _measure(100 * gap.force_share, 3),
         ]
         lines.append(" & ".join(cells) + r" \\")
-    lines += [r"\bottomrule", _note(7, "In brackets: the noise floor.")]
+    lines += [r"\bottomrule", _note(7, latex_escape(f"In brackets: the floor. {floor_note(gaps)}"))]
     return _PREAMBLE + "\n".join([*lines, r"\end{tabular}"]) + "\n"
+
+
+def floor_note(gaps: Sequence[RecordingGap]) -> str:
+    """What the floors hold, in a sentence."""
+    noise = "noise of encoder and current sensors"
+    repeated = sum(gap.repeats > 0 for gap in gaps)
+    if not repeated:
+        return f"Floor: {noise} alone; no repeated recordings, so the machine's own scatter is not in it."
+    if repeated == len(gaps):
+        return f"Floor: {noise}, and scatter between repeats."
+    return f"Floor: {noise}; with * also the scatter between repeats."
 
 
 def estimate_math(rounded: Rounded) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -18,12 +19,14 @@ MEASURED = "#0072B2"
 MEASURED_LIGHT = "#7FB8D8"
 MODEL = "#111111"
 ERROR = "#D55E00"
+ERROR_LIGHT = "#F2B48A"
 ACCENT = "#009E73"
 SHADE = "#E7E3DC"
 MUTED = "#777777"
 PHASES = ("#0072B2", "#E69F00", "#009E73")
 WIDTH_MM = 160.0
 _INCH = 25.4
+_CAPTION_COLUMNS = 122  # characters of small print on a figure of full width
 
 _RC: Any = {
     "figure.facecolor": "white",
@@ -100,8 +103,9 @@ def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png",
 
 
 def caption(figure: Figure, text: str) -> None:
-    """A line of small print below the axes."""
-    figure.supxlabel(text, x=0.01, ha="left", fontsize=7, color="#444444")
+    """Small print below the axes, wrapped to the figure's width."""
+    columns = int(figure.get_size_inches()[0] * _INCH / WIDTH_MM * _CAPTION_COLUMNS)
+    figure.supxlabel("\n".join(textwrap.wrap(text, columns)), x=0.01, ha="left", fontsize=7, color="#444444")
 
 
 def _metadata(extension: str) -> dict[str, None]:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linid.report.files import write_atomic
-from linid.report.latex import gap_latex, parameter_latex
+from linid.report.latex import floor_note, gap_latex, parameter_latex
 from linid.report.numbers import (
     Rounded,
     estimate_text,
     format_number,
     interval_text,
-    plain,
     round_estimate,
 )
 
@@ -42,7 +42,7 @@ __all__ = [
 PARAMETER_COLUMNS = ("name", "symbol", "value", "std", "low", "high", "unit", "status", "note")
 GAP_COLUMNS = (
     "recording", "kind", "split", "free_run", "free_run_floor", "ahead", "ahead_floor",
-    "force", "force_floor", "force_share", "unit_ahead", "unit_force",
+    "force", "force_floor", "force_share", "repeats", "unit_ahead", "unit_force",
 )  # fmt: skip
 
 
@@ -98,9 +98,12 @@ def parameter_table_console(result: FitResult) -> Table:
 
 def identifiability_notes(result: FitResult) -> list[str]:
     """Sentences on what the data cannot tell apart, and the fit's warnings."""
+    advised: dict[str, list[str]] = {}
+    for first, second, correlation, advice in result.pairs:
+        advised.setdefault(advice, []).append(f"{first} and {second} ({correlation:+.3f})")
     pairs = [
-        f"{first} and {second} cannot be told apart (correlation {correlation:+.3f}). {advice}".strip()
-        for first, second, correlation, advice in result.pairs
+        f"Cannot be told apart (correlation): {', '.join(names)}.{f' Remedy: {advice}' if advice else ''}"
+        for advice, names in advised.items()
     ]
     notes = pairs + [f"Warning: {warning}" for warning in result.warnings]
     if not result.converged:
@@ -109,33 +112,37 @@ def identifiability_notes(result: FitResult) -> list[str]:
 
 
 def gap_table_console(gaps: Sequence[RecordingGap], axis: str = "linear") -> Table:
-    """The three measures of each recording, each beside its noise floor. 80 columns do."""
+    """The three measures of each recording, each beside its floor, by split; 80 columns do."""
     from rich.text import Text
 
     ahead_unit, force_unit = gap_units(axis)
-    table = _table("Gap between simulation and machine, each measure beside its noise floor")
+    table = _table("Gap between simulation and machine, each measure beside its floor")
     table.padding = (0, 0)  # the box's own blank between columns is enough; nine columns are many
-    table.add_column("Recording", overflow="fold", min_width=12)
+    table.add_column("Recording", overflow="fold", min_width=16)
     table.add_column("Kind", no_wrap=True)
-    table.add_column("Split", no_wrap=True)
     for title in (
         *("Free\nrun\n%", "\n\nfloor"),
         *(f"0.1 s\nahead\n{ahead_unit}", "\n\nfloor"),
         *(f"Force\nerror\n{force_unit}", "\n\nfloor"),
-        "Force\nerror\n%",
+        "\n\n%",
     ):
         table.add_column(title, justify="right", no_wrap=True)
+    split = ""
     for gap in gaps:
+        if gap.split != split:
+            table.add_section()
+            table.add_row(Text({"fit": "fitted", "held_out": "held out"}.get(gap.split, gap.split), style="bold"))
+            split = gap.split
         cells = (
-            gap.recording,
+            gap.recording + ("*" if gap.repeats else ""),
             gap.kind.replace("_", " "),
-            gap.split.replace("_", " "),
             *(_measure(100 * gap.free_run, 3), _measure(100 * gap.free_run_floor, 2)),
             *(_measure(1e6 * gap.ahead, 3), _measure(1e6 * gap.ahead_floor, 2)),
             *(_measure(gap.force, 3), _measure(gap.force_floor, 2)),
             _measure(100 * gap.force_share, 3),
         )
         table.add_row(*(Text(cell) for cell in cells))
+    _caption(table, [floor_note(gaps)])
     return table
 
 
@@ -172,10 +179,10 @@ def table_text(table: Table, width: int = 80) -> str:
 
 
 def write_parameter_csv(result: FitResult, path: Path) -> Path:
-    """Write all parameters, then the derived quantities (status `derived`), with the digits they support.
+    """Write all parameters, then the derived quantities (status `derived`), in full precision.
 
-    Columns: name, symbol, value, std, low, high, unit, status, note. Numbers read back with `float`; empty where
-    there is none. The value of what is not identifiable is its order of magnitude. Full precision is in the MODEL.
+    Columns: name, symbol, value, std, low, high, unit, status, note. Numbers read back with `float` to the same bits;
+    empty where there is none. How many digits mean something is for the std to say (the LaTeX table rounds by it).
     """
     rows = [_csv_row(e, e.status) for e in result.estimates]
     rows += [_csv_row(e, "derived" if e.status == "fitted" else e.status) for e in result.derived]
@@ -183,12 +190,12 @@ def write_parameter_csv(result: FitResult, path: Path) -> Path:
 
 
 def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear") -> Path:
-    """Write the gap measures in SI units (shares as fractions, not per cent), four significant digits."""
+    """Write the gap measures in SI units (shares as fractions, not per cent), in full precision."""
     si_ahead, si_force = ("rad", "N m") if axis == "rotary" else ("m", "N")
     rows = []
     for gap in gaps:
-        numbers = [format_number(getattr(gap, column), 4) for column in GAP_COLUMNS[3:10]]
-        rows.append([gap.recording, gap.kind, gap.split, *numbers, si_ahead, si_force])
+        numbers = [_exact(getattr(gap, column)) for column in GAP_COLUMNS[3:10]]
+        rows.append([gap.recording, gap.kind, gap.split, *numbers, str(gap.repeats), si_ahead, si_force])
     return _write_csv(path, GAP_COLUMNS, rows)
 
 
@@ -234,9 +241,12 @@ def _unit(unit: str) -> str:
 
 
 def _csv_row(estimate: Estimate, status: str) -> list[str]:
-    value = rounded(estimate)
-    numbers = [plain(number) for number in (value.value, value.std, value.low, value.high)]
+    numbers = [_exact(number) for number in (estimate.value, estimate.std, estimate.low, estimate.high)]
     return [estimate.name, estimate.symbol, *numbers, estimate.unit, status, estimate.note]
+
+
+def _exact(number: float) -> str:
+    return "" if math.isnan(number) else repr(float(number))
 
 
 def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:

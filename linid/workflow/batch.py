@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from linid.report.tables import BatchRow, batch_table_console
+from linid.stop_signals import exit_code_of
 from linid.workflow.batch_file import JobSpec, read_batch
 from linid.workflow.batch_job import JobReport, run_job
 from linid.workflow.outcome import Outcome
@@ -53,8 +54,8 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
         outcome = _outcome(folder.path, reports)
         _write_summary(folder.path, reports)
         if scheduler.interrupted:
-            folder.end("interrupted", 130)
-            raise Interrupted(folder.path)
+            folder.end("interrupted", scheduler.interrupted)
+            raise Interrupted(folder.path, scheduler.interrupted)
         folder.end("done" if outcome.exit_code == 0 else "failed", outcome.exit_code)
     return outcome
 
@@ -97,7 +98,7 @@ class Scheduler:
         self.reporter = reporter
         self.reports: dict[str, JobReport] = {}
         self.running: list[_Running] = []
-        self.interrupted = False
+        self.interrupted = 0  # the exit code that the signal asks for
 
     def run(self) -> list[JobReport]:
         """All reports, in the order of the file."""
@@ -106,8 +107,8 @@ class Scheduler:
                 self._skip()
                 self._start()
                 self._collect()
-        except KeyboardInterrupt:
-            self.interrupted = True
+        except KeyboardInterrupt as stop:
+            self.interrupted = exit_code_of(stop)
             self._interrupt()
         for spec in self.waiting:
             self.reports[spec.label] = JobReport(spec.label, "not_started", 130, 0.0, "interrupted before it began")

@@ -54,7 +54,8 @@ def run_job(spec: JobSpec, folder: Path, resume: bool, threads: int, answer: Con
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "traceback.txt").write_text(traceback.format_exc(), encoding="utf-8")
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
         sys.stderr = sys.__stderr__
         _keep_log(folder)
     answer.send(JobReport(spec.label, status, code, time.monotonic() - began, text, folder.exists()))
@@ -100,13 +101,15 @@ def _generate(spec: JobSpec, folder: Path, resume: bool, reporter: Reporter) -> 
 
 
 def _interrupt_once() -> None:
-    """The first Ctrl-C interrupts; the terminal and the parent may both send one, the second must not disturb."""
+    """The first Ctrl-C or SIGTERM interrupts; group and parent may both send one, the second must not disturb."""
 
     def stop(number: int, frame: Any) -> None:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGINT, stop)
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, stop)
 
 
 def _keep_log(folder: Path) -> None:

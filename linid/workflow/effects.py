@@ -57,7 +57,9 @@ def _one(effect: Effect) -> Any:
     table.add_row("effect", effect.name)
     table.add_row("physics", effect.physics)
     for p in effect.parameters:
-        table.add_row("parameter", f"{p.name} ({p.symbol}, {p.unit}): {p.meaning}; searched {p.lower:g} to {p.upper:g}")
+        table.add_row(
+            "parameter", f"{p.name} ({p.symbol}, {p.unit}): {p.meaning}; searched {p.lower:g} to {p.upper:g} {p.unit}"
+        )
     table.add_row("shown by", effect.exposed_by)
     table.add_row("confused with", ", ".join(effect.confused_with) or "-")
     return table

@@ -24,7 +24,7 @@ COMMAND = "fit-friction"
 def fit_friction(request: Request, reporter: Reporter) -> Outcome:
     """Identify friction from the `fit` recordings and measure the gap of all; see the command's help.
 
-    Raises LinidError for what the user can mend, Interrupted after Ctrl-C (the state is saved).
+    Raises LinidError for what the user can mend, Interrupted after Ctrl-C or SIGTERM (the state is saved).
     """
     inputs = read_inputs(request.files, request.settings)
     announce(inputs, reporter)

@@ -25,7 +25,7 @@ def fit_motor(request: Request, reporter: Reporter, *, model: ModelKind, frictio
     """Identify a motor model and the friction with it from the `fit` recordings; see the command's help.
 
     friction: MODEL of an earlier friction fit; None: the free wheels among the recordings are fitted first.
-    Raises LinidError for what the user can mend, Interrupted after Ctrl-C (the state is saved).
+    Raises LinidError for what the user can mend, Interrupted after Ctrl-C or SIGTERM (the state is saved).
     """
     from linid.identification.model_file import load_model, model_to_text
 

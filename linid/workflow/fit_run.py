@@ -50,15 +50,19 @@ def measure(
     jobs: int,
     seed: int,
     strict: bool = False,
+    among: Sequence[Recording] = (),
 ) -> tuple[tuple[RecordingGap, ...], tuple[Trace, ...]]:
-    """Gaps and traces; a recording that cannot be measured is warned about and left out (strict: raised)."""
+    """Gaps and traces; a recording that cannot be measured is warned about and left out (strict: raised).
+
+    among: where repeats of a recording are looked for (default: recordings).
+    """
     from linid.diagnosis.measures import measure_gaps
 
     gaps: list[RecordingGap] = []
     traces: list[Trace] = []
     for done, recording in enumerate(recordings, 1):
         try:
-            gap, trace = measure_gaps(result, [recording], jobs=jobs, seed=seed)
+            gap, trace = measure_gaps(result, [recording], jobs=jobs, seed=seed, among=among or recordings)
         except LinidError as error:
             if strict:
                 raise
@@ -98,7 +102,7 @@ def fit_outcome(folder: RunFolder, result: FitResult, gaps: Sequence[RecordingGa
         "evaluations": result.evaluations,
     }  # fmt: skip
     tables = (parameter_table_console(result), gap_table_console(gaps, result.axis))
-    return Outcome(folder.command, folder.path, code, gap_figure_text(gaps), tables, summary)
+    return Outcome(folder.command, folder.path, code, gap_figure_text(gaps, result.axis), tables, summary)
 
 
 def finished_before(folder: RunFolder) -> Outcome:

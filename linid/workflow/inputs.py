@@ -93,7 +93,7 @@ def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:
     """Name and hash of every recording as it enters a fit (after cutting and resampling)."""
     rows = []
     for r in recordings:
-        digest = hashlib.sha256(f"{r.axis} {r.kind} {r.split} {r.added_mass!r} {r.input_unit}".encode())
+        digest = hashlib.sha256(f"{r.axis} {r.kind} {r.split} {r.added_mass!r} {r.input_unit} {r.repeat_of}".encode())
         for array in (r.t, r.y, r.phase_currents, r.drive_input):
             digest.update(b"-" if array is None else array.tobytes())
         rows.append([r.name, digest.hexdigest()])

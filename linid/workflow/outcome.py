@@ -30,16 +30,23 @@ class Outcome:
         return "done" if self.exit_code == DONE else "not_converged"
 
 
-def gap_figure_text(gaps: Sequence[RecordingGap]) -> str:
-    """The gap in one line: median force error of the held-out recordings, or of the fitted ones."""
+def gap_figure_text(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
+    """The gap in one line: medians over the held-out recordings, or the fitted ones.
+
+    Driven recordings, where there are any, speak by their error 0.1 s ahead: their free runs lose step.
+    """
     from statistics import median
 
     held_out = [g for g in gaps if g.split == "held_out"]
     chosen = held_out or list(gaps)
     if not chosen:
         return ""
+    driven = [g for g in chosen if g.kind != "free_wheel"]
     which = "held out" if held_out else "fitted"
-    return (
-        f"{which}, median of {len(chosen)}: free run {100 * median(g.free_run for g in chosen):.2g} %, "
-        f"force {100 * median(g.force_share for g in chosen):.2g} %"
-    )
+    if driven:
+        chosen = driven
+        unit = "µrad" if axis == "rotary" else "µm"
+        text = f"0.1 s ahead {1e6 * median(g.ahead for g in chosen):.3g} {unit}"
+    else:
+        text = f"free run {100 * median(g.free_run for g in chosen):.2g} %"
+    return f"{which}, median of {len(chosen)}: {text}, force {100 * median(g.force_share for g in chosen):.2g} %"

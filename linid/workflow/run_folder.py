@@ -20,6 +20,7 @@ from typing import Any
 
 from linid.errors import ConfigError, LinidError, UsageError
 from linid.report.files import write_atomic
+from linid.stop_signals import INTERRUPTED, exit_code_of
 
 RUN_FILE = "run.json"
 CONFIG_FILE = "config.yaml"
@@ -233,21 +234,23 @@ def clear_run(path: Path) -> None:
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; its state is saved in `folder`."""
+    """Ctrl-C (exit code 130) or SIGTERM (143) during a run; its state is saved in `folder`."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, exit_code: int = INTERRUPTED) -> None:
         self.folder = folder
+        self.exit_code = exit_code
         super().__init__(str(folder))
 
 
 @contextmanager
 def recorded(folder: RunFolder) -> Iterator[None]:
-    """Note in run.json how a run that does not finish ended; Ctrl-C becomes Interrupted."""
+    """Note in run.json how a run that does not finish ended; Ctrl-C and SIGTERM become Interrupted."""
     try:
         yield
-    except KeyboardInterrupt:
-        folder.end("interrupted", 130)
-        raise Interrupted(folder.path) from None
+    except KeyboardInterrupt as stop:
+        code = exit_code_of(stop)
+        folder.end("interrupted", code)
+        raise Interrupted(folder.path, code) from None
     except LinidError as error:
         folder.end("failed", error.exit_code, error=str(error))
         raise

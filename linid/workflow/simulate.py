@@ -44,6 +44,7 @@ def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartS
     Raises ConfigError for the model, DataError or UsageError for the recordings.
     """
     from linid.identification.model_file import load_model, model_to_text
+    from linid.report.figures.ahead import free_run_end
     from linid.report.files import file_stems
 
     start = start or StartState()
@@ -71,7 +72,11 @@ def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartS
             if request.settings.figures:
                 _figure(shown, folder.path / "figures" / f"simulation_{stem}", request.settings.figure_formats)
             rms = math.sqrt(float(((shown.y_simulated - shown.y_measured) ** 2).mean()))
-            rows.append({"recording": recording.name, "file": str(path), "rms_error": results.finite(rms)})
+            end = free_run_end(shown)
+            left = None if end is None else float(shown.t[end])
+            rows.append(
+                {"recording": recording.name, "file": str(path), "rms_error": results.finite(rms), "left_at": left}
+            )
         folder.end("done", DONE)
     summary = {
         "command": COMMAND,
@@ -121,14 +126,20 @@ def _table(rows: list[dict[str, object]], axis: str) -> object:
     from rich import box
     from rich.table import Table
 
-    unit, factor = ("µrad", 1e6) if axis == "rotary" else ("µm", 1e6)
+    from linid.report.display import display_unit
+    from linid.report.numbers import format_number
+
     table = Table(title="Free runs", title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
     table.add_column("Recording", overflow="fold")
-    table.add_column(f"RMS error {unit}", justify="right")
+    table.add_column("RMS error", justify="right")
+    table.add_column("With the machine", justify="right")
     table.add_column("File", overflow="fold")
     for row in rows:
-        rms = row["rms_error"]
-        table.add_row(
-            str(row["recording"]), "diverged" if rms is None else f"{factor * float(str(rms)):.3g}", str(row["file"])
-        )
+        rms, left = row["rms_error"], row["left_at"]
+        error = "diverged"
+        if isinstance(rms, float):
+            display = display_unit("position", axis, rms)
+            error = f"{format_number(rms * display.factor)} {display.unit}"
+        until = f"until {left:.3g} s" if isinstance(left, float) else "to the end"
+        table.add_row(str(row["recording"]), error, until, str(row["file"]))
     return table

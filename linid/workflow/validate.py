@@ -54,7 +54,9 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
         return _outcome(folder.path, results.read_gaps(folder.path), result.axis)
     with recorded(folder), reporter:
         seed = request.settings.seed
-        gaps, traces = measure(result, chosen, reporter, jobs=request.jobs, seed=seed, strict=True)
+        gaps, traces = measure(
+            result, chosen, reporter, jobs=request.jobs, seed=seed, strict=True, among=inputs.recordings
+        )
         results.write_gaps(gaps, folder.path, result.axis)
         if request.settings.figures:
             from linid.report.figures.write import write_validation_figures
@@ -93,4 +95,4 @@ def _outcome(folder: Path, gaps: Sequence[RecordingGap], axis: str) -> Outcome:
         "gaps": results.gap_rows(gaps),
         "exit_code": DONE,
     }
-    return Outcome(COMMAND, folder, DONE, gap_figure_text(gaps), (gap_table_console(gaps, axis),), summary)
+    return Outcome(COMMAND, folder, DONE, gap_figure_text(gaps, axis), (gap_table_console(gaps, axis),), summary)

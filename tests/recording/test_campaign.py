@@ -111,3 +111,12 @@ def test_bad_recording_is_a_data_error(tmp_path: Path) -> None:
     write(tmp_path, b"", name="c.csv")
     with pytest.raises(DataError, match=r"c\.csv: the file is empty"):
         read_campaign(path)
+
+
+def test_repeats_name_the_first_recording_of_their_command(tmp_path: Path) -> None:
+    rows = "{file: a.csv, window: [0.0, 0.1]}, {file: b.csv, repeat_of: a.csv}, {file: a.csv, repeat_of: b.csv}"
+    read = read_campaign(campaign(tmp_path, f"recordings: [{rows}]"))
+    assert [r.repeat_of for r in read.recordings] == ["", "a", "a"]
+    error_of(tmp_path, "recordings: [{file: a.csv, repeat_of: b.csv}, {file: b.csv}]", "repeat_of", "no earlier entry")
+    mixed = "{file: a.csv, kind: motor}, {file: b.csv, kind: free_wheel, repeat_of: a.csv}"
+    error_of(tmp_path, f"recordings: [{mixed}]", "repeat_of", "another kind")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from linid.diagnosis.gap import RecordingGap, Trace
+from linid.diagnosis.gap import AheadPieces, RecordingGap, Trace
 from linid.identification.result import Estimate, FitResult, Generation
 
 NAN = float("nan")
@@ -109,3 +109,13 @@ def move(name: str = "moves_3", n: int = 4500, **changes: Any) -> Trace:
     phase = 222.0 * y
     currents = np.array([1.2 * np.cos(2 * np.pi * t / t[-1]) * np.sin(phase + s * 2.094) for s in (-1, 0, 1)])
     return trace(name, t, y + noise, simulated, **{"phase_currents": currents, **changes})
+
+
+def pieces(one: Trace, length: int = 100, drift: float = 5e-5) -> AheadPieces:
+    """Predictions that leave the measured motion quadratically, by `drift` at the horizon; windows overlap by half."""
+    starts = range(0, len(one.t) - length, length // 2)
+    rows = np.array([np.arange(k, k + length + 1) for k in starts])
+    error = np.broadcast_to(drift * np.linspace(0.0, 1.0, length + 1) ** 2, rows.shape)
+    drawn = [one.t[rows], one.y_measured[rows] + error, one.velocity_measured[rows], error]
+    stitched = [np.pad(part[::2], ((0, 0), (0, 1)), constant_values=np.nan).ravel()[:-1] for part in drawn]
+    return AheadPieces(length * 1e-3, *stitched, end_t=one.t[rows][:, -1], end_error=error[:, -1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,9 @@ from linid.report.figures.comparison import comparison_figure
 from linid.report.figures.currents import currents_figure, liveliest
 from linid.report.figures.free_wheel import free_wheel_displacement_figure, free_wheel_velocity_figure
 from linid.report.figures.overview import overview_figure
-from linid.report.style import ERROR, MEASURED, MODEL
+from linid.report.style import ACCENT, ERROR, MEASURED, MODEL
 
-from .samples import coast, move, trace
+from .samples import coast, move, pieces, trace
 
 
 def lines(axes: Any, colour: str) -> list[Any]:
@@ -71,6 +72,48 @@ def test_comparison_draws_the_data() -> None:
     np.testing.assert_allclose(lines(error, ERROR)[0].get_ydata(), (one.y_simulated - one.y_measured) * 1e6)
     size = np.sqrt(np.mean((one.y_simulated - one.y_measured) ** 2)) * 1e6
     assert error.get_title(loc="right") == f"model minus measured, RMS error {size:.3g} µm"
+
+
+def driven(**changes: Any) -> Any:
+    """A move with its restarted predictions, whose free run slips by two pole pitches from the middle on."""
+    one = move(n=2000)
+    slipped = one.y_simulated + np.where(one.t > 1.0, 0.048, 0.0)
+    return replace(one, **{"ahead": pieces(one), "pole_pitch": 0.024, "y_simulated": slipped, **changes})
+
+
+def test_driven_recordings_show_restarted_predictions_and_the_free_run_while_in_step() -> None:
+    one = driven()
+    figure = comparison_figure(one)
+    assert_sound(figure)
+    assert_no_overlap(figure)
+    top, _, bottom = figure.axes
+    np.testing.assert_allclose(lines(top, MODEL)[0].get_ydata(), one.ahead.y * 1e3)
+    (free,) = lines(top, ACCENT)
+    assert free.get_xdata()[-1] == pytest.approx(1.0)  # t > 1 s has lost step
+    ends = next(line for line in bottom.lines if line.get_marker() == "o")
+    np.testing.assert_allclose(ends.get_ydata(), 50.0)
+    assert bottom.get_ylabel() == "error (µm)"
+    assert bottom.get_title(loc="right") == "model minus measured; points: 0.1 s ahead, RMS 50 µm"
+    assert "lost step at 1 s" in figure._supxlabel.get_text()
+
+
+def test_free_run_that_keeps_step_is_drawn_to_the_end() -> None:
+    one = driven(y_simulated=move(n=2000).y_simulated)
+    figure = comparison_figure(one)
+    assert "keeps step to the end" in figure._supxlabel.get_text()
+    assert len(lines(figure.axes[0], ACCENT)[0].get_xdata()) == 2000
+    drifting = driven(pole_pitch=None, y_simulated=one.y_measured + 0.2 * one.t)  # a quarter of 0.4 m at 0.5 s
+    assert "left the measured motion at 0.5" in comparison_figure(drifting)._supxlabel.get_text()
+
+
+def test_overview_gives_each_recording_the_unit_of_its_error() -> None:
+    wheel = coast(n=2000)
+    quiet = replace(wheel, y_simulated=wheel.y_measured + 2e-7)
+    figure = overview_figure([quiet, driven()])
+    assert_sound(figure)
+    assert [figure.axes[k].get_ylabel() for k in (1, 3)] == ["error (nm)", "error (µm)"]
+    notes = [text.get_text() for text in figure.axes[2].texts]
+    assert "0.1 s ahead, RMS 50 µm" in notes
 
 
 def test_long_recordings_are_decimated_but_keep_their_peak() -> None:

@@ -39,7 +39,7 @@ def test_parameter_table_fits_and_shows_every_parameter(width: int) -> None:
         assert one.symbol in row
     assert "1.720 ± 0.021" in text and "[1.679, 1.762]" in text
     assert "1.7204" not in text
-    assert "pole_pitch" in text and "cannot be told apart (correlation -0.994)" in " ".join(text.split())
+    assert "pole_pitch" in text and "force_constant and winding_displacement (-0.994)" in " ".join(text.split())
     assert re.search(r"bristle_stiffness +sigma_0 +not identifiable, ", text)
     assert "~1e4" in text and "31234" not in text
 
@@ -67,13 +67,12 @@ def test_parameter_csv(tmp_path: Path) -> None:
         rows = {row["name"]: row for row in csv.DictReader(stream)}
     assert path.read_text().splitlines()[0] == ",".join(PARAMETER_COLUMNS)
     assert list(rows) == [e.name for e in ESTIMATES] + ["pole_pitch"]
-    force = rows["coulomb_force"]
-    assert (force["value"], force["std"], force["low"], force["high"]) == ("1.720", "0.021", "1.679", "1.762")
-    assert (rows["bristle_stiffness"]["value"], rows["bristle_stiffness"]["std"]) == ("1e4", "")
+    assert rows["bristle_stiffness"]["std"] == ""
     assert rows["pole_pitch"]["status"] == "derived"
-    for one in ESTIMATES:
+    for one in ESTIMATES:  # to the last bit: rounding is for people, not for files
+        assert float(rows[one.name]["value"]) == one.value
         if one.status == "fitted":
-            assert abs(float(rows[one.name]["value"]) - one.value) <= 0.2 * one.std
+            assert tuple(float(rows[one.name][end]) for end in ("std", "low", "high")) == (one.std, one.low, one.high)
     assert list(tmp_path.iterdir()) == [path]  # no temporary file left
 
 
@@ -93,8 +92,7 @@ def test_gap_csv_is_in_si(tmp_path: Path) -> None:
     with path.open(newline="") as stream:
         (row,) = csv.DictReader(stream)
     assert tuple(row) == GAP_COLUMNS
-    assert float(row["ahead"]) == pytest.approx(12.3e-6)
-    assert float(row["force_share"]) == pytest.approx(0.0213)
+    assert float(row["ahead"]) == gap().ahead and float(row["force_share"]) == gap().force_share
     assert (row["unit_ahead"], row["unit_force"]) == ("rad", "N m")
 
 

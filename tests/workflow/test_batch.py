@@ -80,17 +80,21 @@ def test_a_job_whose_process_dies_is_reported(tmp_path: Path) -> None:
     assert (tmp_path / "o" / "alive" / "parameters.json").exists()
 
 
-@pytest.mark.parametrize("group", [False, True], ids=["parent only", "whole group"])
-def test_an_interrupted_batch_goes_on(tmp_path: Path, group: bool) -> None:
+@pytest.mark.parametrize(
+    ("blow", "group"),
+    [(signal.SIGINT, False), (signal.SIGINT, True), (signal.SIGTERM, True)],
+    ids=["Ctrl-C, parent only", "Ctrl-C, whole group", "kill, whole group"],
+)
+def test_an_interrupted_batch_goes_on(tmp_path: Path, blow: signal.Signals, group: bool) -> None:
     campaign(tmp_path)
     slow = ", settings: {generations: 60, patience: 1000, population: 24}"
     path = write(tmp_path, friction("slow", more=slow) + friction("later"))
     process = start("batch", path, "--out", tmp_path / "o", cwd=tmp_path)
     wait_for(tmp_path / "o" / "slow" / "checkpoint.json")
     for pid in [process.pid, *(children(process.pid) if group else [])]:
-        os.kill(pid, signal.SIGINT)
+        os.kill(pid, blow)
     _, said = process.communicate(timeout=300)
-    assert process.returncode == 130 and "--resume" in said and "Traceback" not in said
+    assert process.returncode == 128 + blow and "--resume" in said and "Traceback" not in said
     assert not (tmp_path / "o" / "later").exists()
     assert linid("batch", path, "--out", tmp_path / "o", "--resume").exit_code in (0, 5)
     assert linid("batch", path, "--out", tmp_path / "whole").exit_code in (0, 5)

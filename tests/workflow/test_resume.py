@@ -1,4 +1,4 @@
-"""A run cut short by kill -9 or Ctrl-C goes on to the bytes of an undisturbed one; wrong ones are refused."""
+"""A run cut short by kill -9, kill or Ctrl-C goes on to the bytes of an undisturbed one; wrong ones are refused."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def undisturbed(
     return folder, options
 
 
-@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT], ids=["kill -9", "Ctrl-C"])
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM], ids=["kill -9", "Ctrl-C", "kill"])
 def test_resumed_fit_is_the_undisturbed_one(
     undisturbed: tuple[Path, tuple[str, ...]], tmp_path: Path, blow: signal.Signals
 ) -> None:
@@ -60,10 +60,11 @@ def test_resumed_fit_is_the_undisturbed_one(
     assert not (tmp_path / "out" / "parameters.json").exists(), "the search ended before it could be cut short"
     reached = generation(tmp_path / "out" / "checkpoint.json")
     assert 1 <= reached < 60
-    if blow == signal.SIGINT:
-        assert process.returncode == 130
+    if blow != signal.SIGKILL:
+        assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[blow]
         assert "--resume" in said and "Traceback" not in said
-        assert json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))["status"] == "interrupted"
+        record = json.loads((tmp_path / "out" / "run.json").read_text(encoding="utf-8"))
+        assert (record["status"], record["exit_code"]) == ("interrupted", process.returncode)
     result = linid(*arguments, "--resume", "--jobs", 2)
     assert result.exit_code in (0, 5), result.stderr
     assert f"going on from generation {reached}" in result.stderr

@@ -40,7 +40,7 @@ def coast_down_figure(
         bottom.plot(*envelope(t, v * velocity.factor), color=MEASURED, linewidth=0.8)
         bottom.axhline(0.0, color="#777777", linewidth=0.5, zorder=1)
         top.set_title(f"{shorten(recording.name, 24)}: coast-down from {t_start:.3f} to {t_end:.3f} s")
-        legend_above(top)
+        legend_above(bottom)
         top.set_ylabel(f"position ({position.unit})")
         bottom.set_ylabel(f"differentiated\nvelocity ({velocity.unit})")
         bottom.set_xlabel(TIME_LABEL)

@@ -111,7 +111,7 @@ def rms_text(trace: Trace) -> str:
 
 def legend_above(axes: Any, columns: int = 4, **more: Any) -> None:
     """A legend on the line of the title, where no data can be."""
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2, **more)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=columns, borderaxespad=0.2, **more)
 
 
 def shorten(name: str, longest: int) -> str:

@@ -1,8 +1,9 @@
-"""How the search went: best and median cost over evaluations, with its stages."""
+"""How the search went: best and median cost over evaluations, one panel per stage."""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -10,55 +11,73 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.report.figures.common import legend_above
-from linid.report.style import MEASURED_LIGHT, MODEL, MUTED, caption, new_figure, style
+from linid.report.numbers import format_number
+from linid.report.style import MEASURED_LIGHT, MODEL, caption, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from linid.identification.result import FitResult
+    from linid.identification.result import FitResult, Generation
 
 _MARKER_LIMIT = 40
+_NARROWEST = 0.22  # of the widest panel: room for a title and two ticks
 
 
 def convergence_figure(result: FitResult) -> Figure:
-    """Best and median cost (dimensionless, logarithmic) against evaluations; stage changes marked, stop reasons below.
+    """Best and median cost (dimensionless) against evaluations; a panel with its own scale per stage, as costs of
+    different stages belong to different objectives; stop reasons below.
 
     Raises DataError if the result carries no history.
     """
     if not result.history:
         raise DataError("convergence figure", "the fit has no history", "Draw it only for a fit that searched.")
+    stages = [(stage, list(group)) for stage, group in groupby(result.history, key=lambda line: line.stage)]
+    spans = np.array([max(lines[-1].evaluations - lines[0].evaluations, 1) for _, lines in stages], dtype=float)
+    widths = np.maximum(spans / spans.max(), _NARROWEST)
     with style():
-        figure = new_figure(80.0)
-        axes: Any = figure.subplots()
-        start, total = 0, float(result.history[-1].evaluations)
-        for index, (stage, group) in enumerate(groupby(result.history, key=lambda line: line.stage)):
-            lines = list(group)
-            x = np.array([line.evaluations for line in lines], dtype=float)
-            best = _positive([line.best for line in lines])
-            median = _positive([line.median for line in lines])
-            marker = "." if len(lines) < _MARKER_LIMIT else ""
-            first = index == 0
-            axes.plot(x, median, color=MEASURED_LIGHT, marker=marker, label="median" if first else None)
-            axes.plot(x, best, color=MODEL, marker=marker, label="best" if first else None)
-            edge = float(x[0]) if first else float(start)
-            if not first:
-                axes.axvline(edge, color=MUTED, linewidth=0.6, linestyle="--")
-            late = edge > 0.85 * total
-            axes.annotate(
-                stage, (edge, 1.0 - 0.08 * index), xycoords=axes.get_xaxis_transform(), xytext=(-3 if late else 3, -2),
-                textcoords="offset points", ha="right" if late else "left", va="top", fontsize=7.5, color="#444444",
-                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8},
-            )  # fmt: skip
-            start = int(x[-1])
-        axes.set_yscale("log")
-        axes.set_xlabel("evaluations of the objective (1)")
-        axes.set_ylabel("cost (1)")
-        axes.set_title(f"Convergence of the {result.model} model, seed {result.seed}")
-        legend_above(axes)
-        ended = "Converged: " if result.converged else "Did not converge: "
-        text = ended + ("; ".join(result.stop_reasons) or "no stop reason given")
-        caption(figure, "\n".join(textwrap.wrap(text, 125)))
+        figure = new_figure(80.0, f"Convergence of the {result.model} model, seed {result.seed}")
+        panels: Any = figure.subplots(1, len(stages), squeeze=False, width_ratios=widths)[0]
+        for axes, (stage, lines) in zip(panels, stages, strict=True):
+            _panel(axes, lines)
+            axes.set_title(textwrap.fill(stage, 12), fontweight="normal")
+        panels[0].set_ylabel("cost (1)")
+        widest = panels[int(np.argmax(widths))]
+        widest.set_xlabel("evaluations of the objective (1)")
+        legend_above(widest)
+        caption(figure, _remark(result, len(stages)))
     return figure
+
+
+def _panel(axes: Any, lines: Sequence[Generation]) -> None:
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+
+    x = np.array([line.evaluations for line in lines], dtype=float)
+    best, median = _positive([line.best for line in lines]), _positive([line.median for line in lines])
+    marker = "." if len(lines) < _MARKER_LIMIT else ""
+    axes.plot(x, median, color=MEASURED_LIGHT, marker=marker, label="median")
+    axes.plot(x, best, color=MODEL, marker=marker, label="best")
+    axes.xaxis.set_major_locator(MaxNLocator(2 if len(lines) < _MARKER_LIMIT else 5, integer=True))
+    shown = np.concatenate([best, median])
+    shown = shown[np.isfinite(shown)]
+    if shown.size and shown.max() > 10.0 * shown.min():
+        axes.set_yscale("log")
+        axes.yaxis.set_minor_formatter(NullFormatter())
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(4))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: format_number(value, 4)))
+    if len(lines) == 1 or (shown.size and np.ptp(shown) < 1e-3 * shown.max()):
+        axes.margins(x=0.4)
+        if shown.size:  # else rounding would fill the panel
+            axes.set_ylim(0.98 * shown.min(), 1.02 * shown.max())
+
+
+def _remark(result: FitResult, stages: int) -> str:
+    text = ("Converged: " if result.converged else "Did not converge: ") + (
+        "; ".join(result.stop_reasons) or "no stop reason given"
+    )
+    if stages > 1:
+        text += ". Each stage has its own objective: costs of different panels are not comparable."
+    return text
 
 
 def _positive(values: list[float]) -> Any:

@@ -23,6 +23,8 @@ _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1)), (0, (1, 3)))
 _POINTS = 45
 _LEGEND_LINE = 0.1  # of the axes' height
+_STOPPED = 2e-3  # of the travel: what is left to go when a free wheel counts as stopped
+_BEYOND_STOP = 1.4  # how far past the stop is drawn
 _LEGEND_LINES = 3  # more would take the curves' room
 
 
@@ -39,6 +41,14 @@ def free_wheel_velocity_figure(traces: Sequence[Trace]) -> Figure:
 def direction(trace: Trace) -> float:
     """+1 or -1: which way the recording travels."""
     return -1.0 if trace.y_measured[-1] < trace.y_measured[0] else 1.0
+
+
+def _end_of_interest(trace: Trace) -> float:
+    """Time since release that is worth drawing, s: until the stop and a share beyond."""
+    away = np.abs(trace.y_measured - trace.y_measured[-1]) > _STOPPED * np.ptp(trace.y_measured)
+    t = trace.t - trace.t[0]
+    stop = float(t[np.flatnonzero(away)[-1]]) if away.any() else float(t[-1])
+    return min(_BEYOND_STOP * stop, float(t[-1])) or 1.0
 
 
 def _lines(trace: Trace, quantity: str) -> tuple[Array, Array]:
@@ -84,7 +94,9 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
             first[0].set_ylim(low, high + (high - low) * share / (1.0 - share))
         figure.align_ylabels()
         source = "differentiated position" if quantity == "velocity" else "measured"
-        caption(figure, f"Points: {source}, down-sampled. Line: model. Error: model minus measured.")
+        caption(
+            figure, f"Points: {source}, down-sampled. Line: model. Error: model minus measured. Long rests are cut."
+        )
     return figure
 
 
@@ -103,14 +115,17 @@ def _panel(
 ) -> None:
     main, error = units
     bottom.axhline(0.0, color=MUTED, linewidth=0.5, zorder=1)
+    end = max(_end_of_interest(trace) for trace in group)
+    top.set_xlim(-0.03 * end, end)
     for index, trace in enumerate(group):
         measured, simulated = _lines(trace, quantity)
         t = trace.t - trace.t[0]
-        few = every(len(t), _POINTS)
+        few = every(int(np.searchsorted(t, end)) + 1, _POINTS)
         top.plot(t, simulated * main.factor, color=MODEL, linewidth=0.9, zorder=2)
         top.plot(
             t[few], measured[few] * main.factor, linestyle="none", color=MEASURED, zorder=3,
-            marker=_MARKERS[index % len(_MARKERS)], markeredgewidth=0.0, label=trace.recording,
+            marker=_MARKERS[index % len(_MARKERS)], markeredgewidth=0.6,
+            markerfacecolor=MEASURED if index % 2 == 0 else "white", label=trace.recording,
         )  # fmt: skip
         bottom.plot(
             t, (simulated - measured) * error.factor, color=ERROR, linewidth=0.8, zorder=2,

@@ -104,7 +104,7 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
             low, high = axes.get_ylim()
             axes.set_ylim(min(0.0, low), high)
             axes.set_ylabel(f"friction ({force_unit(result)})")
-        whole.legend(loc="lower right")
+        whole.legend(loc="upper left")
         caption(figure, _remark(result, covered))
     return figure
 

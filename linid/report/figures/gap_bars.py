@@ -1,4 +1,4 @@
-"""The three gap measures of every recording above their noise floors."""
+"""The three gap measures of every recording beside their floors."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from linid.errors import DataError
 from linid.report.figures.common import shorten
+from linid.report.latex import floor_note
 from linid.report.numbers import format_number
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, new_figure, style
 from linid.report.tables import gap_units
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
-    """Per recording a bar from the noise floor (tick) to the measure (dot), logarithmic; held-out recordings filled."""
+    """Per recording a bar from the floor (tick) to the measure (dot), logarithmic; held-out recordings filled."""
     if not gaps:
         raise DataError("gap figure", "there is no recording to draw", "Give the gap of at least one recording.")
     ahead, force = gap_units(axis)
@@ -40,9 +41,9 @@ def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
             _panel(axes, np.array(values, dtype=float), np.array(floors, dtype=float), held_out)
             axes.set_xlabel(label)
         first = row_of_axes[0]
-        first.set_yticks(range(len(gaps)), [shorten(g.recording, 28) for g in gaps])
+        first.set_yticks(range(len(gaps)), [shorten(g.recording, 28) + ("*" if g.repeats else "") for g in gaps])
         first.set_ylim(len(gaps) - 0.4, -0.6)
-        caption(figure, "Filled dot: held out. Hollow dot: fitted. Tick: noise floor of encoder and current sensors.")
+        caption(figure, f"Filled dot: held out. Hollow dot: fitted. Tick: floor. {floor_note(gaps)}")
     return figure
 
 
@@ -64,8 +65,9 @@ def _panel(axes: Any, values: Array, floors: Array, held_out: list[bool]) -> Non
             axes.plot([tick], [row], marker="|", markersize=7, markeredgewidth=1.2, color=MUTED, zorder=3)
         face = MEASURED if filled else "white"
         axes.plot([end], [row], marker="o", markersize=4, color=MEASURED, markerfacecolor=face, zorder=4)
+        right = max(end, float(floor)) if np.isfinite(floor) else end
         axes.annotate(
-            format_number(float(value)), (end, row), xytext=(5, 0), textcoords="offset points", va="center",
+            format_number(float(value)), (right, row), xytext=(5, 0), textcoords="offset points", va="center",
             fontsize=6.5,
         )  # fmt: skip
     axes.grid(False, axis="y")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import DataError
+from linid.report.figures.ahead import ahead_display, ahead_text, draw_ahead, draw_ahead_error
 from linid.report.figures.common import (
     TIME_LABEL,
     breakdown,
@@ -49,7 +50,7 @@ class _Grid:
         row, column = divmod(index, self.columns)
         cell = (WIDTH_MM - _LEFT - _RIGHT) / self.columns
         labels = 13.0 if self.strips else 9.5
-        left, width = _LEFT + column * cell + labels, cell - labels - 1.0
+        left, width = _LEFT + column * cell + labels, cell - labels - 2.5
         bottom = _BOTTOM + (self.rows - 1 - row) * self.row_height
         stack = [(26.0, 27.0), (9.0, 13.5)] if self.strips else [(8.0, 18.0)]
         return [
@@ -60,12 +61,13 @@ class _Grid:
 def overview_figure(traces: Sequence[Trace], title: str = "Measured (blue) and simulated (black) position") -> Figure:
     """Small multiples of measured and simulated position; up to nine recordings also show the error below.
 
+    Driven recordings show the prediction restarted from the measured state, free wheels the free run.
     Raises DataError if there is no trace.
     """
     if not traces:
         raise DataError("overview figure", "there is no recording to draw", "Give at least one trace.")
     traces = list(traces)
-    units = position_display(traces), error_display(traces)
+    position = position_display(traces)
     columns = next(columns for limit, columns in ((1, 1), (4, 2), (9, 3), (10**9, 4)) if len(traces) <= limit)
     grid = _Grid(-(-len(traces) // columns), columns, len(traces) <= _WITH_ERROR)
     with style():
@@ -75,13 +77,12 @@ def overview_figure(traces: Sequence[Trace], title: str = "Measured (blue) and s
         for index, trace in enumerate(traces):
             panels = [figure.add_axes(box) for box in grid.boxes(index)]
             edge = index % columns == 0
-            _position(panels[0], trace, units[0].factor, columns)
-            panels[0].set_ylabel(f"position ({units[0].unit})" if edge else "")
+            _position(panels[0], trace, position.factor, columns)
+            panels[0].set_ylabel(f"position ({position.unit})" if edge else "")
             if grid.strips:
                 panels[1].sharex(panels[0])
                 panels[0].tick_params(labelbottom=False)
-                draw_error(panels[1], trace.t, trace.y_measured, trace.y_simulated, units[1].factor)
-                panels[1].set_ylabel(f"error ({units[1].unit})" if edge else "")
+                panels[1].set_ylabel(f"error ({_error(panels[1], trace)})")
             last = index + columns >= len(traces)
             panels[-1].set_xlabel(TIME_LABEL if grid.strips or last else "")
             for axes in panels:
@@ -92,12 +93,28 @@ def overview_figure(traces: Sequence[Trace], title: str = "Measured (blue) and s
     return figure
 
 
+def _error(axes: Any, trace: Trace) -> str:
+    """Draw the error of a recording in its own unit, which is returned."""
+    if trace.ahead is not None:
+        display = ahead_display(trace.ahead, trace.axis)
+        draw_ahead_error(axes, trace.ahead, display.factor)
+        return display.unit
+    display = error_display([trace])
+    draw_error(axes, trace.t, trace.y_measured, trace.y_simulated, display.factor)
+    return display.unit
+
+
 def _position(axes: Any, trace: Trace, factor: float, columns: int) -> None:
-    draw_pair(axes, trace.t, trace.y_measured, trace.y_simulated, factor)
-    failure = breakdown(trace)
-    if failure is not None:
-        axes.axvline(failure[0], color=ERROR, linewidth=0.8, linestyle=":")
-    note = rms_text(trace) if failure is None else failure[1]
+    failure = None
+    if trace.ahead is not None:
+        draw_ahead(axes, trace, trace.ahead, factor, free_run=False)
+        note = ahead_text(trace.ahead, trace.axis)
+    else:
+        draw_pair(axes, trace.t, trace.y_measured, trace.y_simulated, factor)
+        failure = breakdown(trace)
+        if failure is not None:
+            axes.axvline(failure[0], color=ERROR, linewidth=0.8, linestyle=":")
+        note = rms_text(trace) if failure is None else failure[1]
     name = shorten(trace.recording, {1: 80, 2: 42, 3: 25}.get(columns, 19))
     colour = "#444444" if failure is None else ERROR
     axes.annotate(

@@ -1,0 +1,122 @@
+"""The gap measures against closed forms: a known force that the model lacks, and known noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.diagnosis.gap import RecordingGap
+from linid.diagnosis.measures import measure_gaps
+from linid.errors import UsageError
+from linid.identification.acceleration import Acceleration, bump
+from linid.identification.ahead import HORIZON
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+
+from .machine import MASS, K, Noise, current, drift, recording, result
+
+NOISE = Noise(encoder=2e-7, current=2e-3)
+
+
+def gap_of(one: Recording, *others: Recording, seed: int = 1) -> RecordingGap:
+    return measure_gaps(result(), [one], seed=seed, among=(one, *others))[0][0]
+
+
+def test_no_gap_where_the_model_is_the_machine() -> None:
+    gap = gap_of(recording())
+    assert gap.free_run < 1e-6 and gap.ahead < 1e-8 and gap.force < 1e-4
+
+
+@pytest.mark.parametrize("extra", [0.02, -0.3])
+def test_a_missing_constant_force_has_its_analytic_gap(extra: float) -> None:
+    one = recording(extra=extra)
+    gap = gap_of(one)
+    assert gap.force == pytest.approx(abs(extra), rel=1e-3)
+    assert gap.force_share == pytest.approx(abs(extra) / np.sqrt(np.mean((K * current(one.t)) ** 2)), rel=2e-3)
+    assert gap.ahead == pytest.approx(abs(float(drift(HORIZON, extra))), rel=1e-3)
+    free = np.sqrt(np.mean(drift(one.t, extra) ** 2)) / np.std(one.y)
+    assert gap.free_run == pytest.approx(float(free), rel=1e-3)
+
+
+def test_the_force_of_an_added_mass_counts() -> None:
+    """Force is mass times missing acceleration, with the mass that was added."""
+    one = recording(extra=0.1)
+    heavier = gap_of(replace(one, added_mass=1.0))
+    # the heavier model lacks 0.1 N and 1 kg times the measured acceleration
+    acceleration = np.gradient(np.gradient(one.y, 1e-3), 1e-3)[20:-20]
+    assert heavier.force == pytest.approx(float(np.sqrt(np.mean((0.1 + 1.0 * acceleration) ** 2))), rel=0.02)
+
+
+def test_free_run_is_the_rms_error_over_the_standard_deviation() -> None:
+    one = recording(extra=0.1, noise=NOISE)
+    (gap,), (trace,) = measure_gaps(result(), [one])
+    assert gap.free_run == pytest.approx(float(np.sqrt(np.mean((trace.y_simulated - one.y) ** 2)) / np.std(one.y)))
+    assert trace.y_simulated[0] == pytest.approx(one.y[0], abs=5 * NOISE.encoder)
+
+
+def test_pieces_are_restarted_and_end_at_the_horizon() -> None:
+    one = recording(extra=0.1)
+    (gap,), (trace,) = measure_gaps(result(), [one])
+    pieces = trace.ahead
+    assert pieces is not None and pieces.horizon == pytest.approx(HORIZON)
+    assert gap.ahead == pytest.approx(float(np.sqrt(np.mean(pieces.end_error**2))))
+    # every piece leaves the measured motion along the same closed form (model minus machine)
+    blocks = np.split(np.arange(pieces.t.size), np.flatnonzero(np.isnan(pieces.t)))
+    for rows in blocks[:5]:
+        good = rows[np.isfinite(pieces.t[rows])]
+        since = pieces.t[good] - pieces.t[good[0]]
+        np.testing.assert_allclose(pieces.error[good], -drift(since, 0.1), atol=2e-8)
+        np.testing.assert_allclose(pieces.y[good], np.interp(pieces.t[good], one.t, one.y) + pieces.error[good])
+    assert np.nanmax(np.diff(pieces.end_t)) == pytest.approx(HORIZON / 2)
+
+
+@pytest.mark.parametrize("noise", [NOISE, Noise(encoder=5e-6), Noise(encoder=1e-7, current=1e-2)])
+def test_a_recording_of_the_model_with_noise_lies_at_its_floor(noise: Noise) -> None:
+    gap = gap_of(recording(noise=noise, seed=3))
+    assert gap.ahead == pytest.approx(gap.ahead_floor, rel=0.25)
+    assert gap.force == pytest.approx(gap.force_floor, rel=0.15)
+    assert gap.free_run < 3.0 * gap.free_run_floor  # one draw of a random walk: only its order is certain
+
+
+def test_the_floor_is_the_spread_of_repeated_noise() -> None:
+    """Against forty recordings of the noise-free machine with fresh noise of the same size."""
+    measured = [gap_of(recording(noise=NOISE, seed=100 + k)) for k in range(40)]
+    floors = measured[:6]
+    for name, tolerance in (("free_run", 0.35), ("ahead", 0.1), ("force", 0.1)):
+        spread = np.sqrt(np.mean([getattr(gap, name) ** 2 for gap in measured]))
+        floor = np.sqrt(np.mean([getattr(gap, f"{name}_floor") ** 2 for gap in floors]))
+        assert floor == pytest.approx(spread, rel=tolerance), name
+
+
+def test_the_force_floor_of_encoder_noise_is_that_of_a_linear_filter() -> None:
+    """The weak form is linear in position: white noise passes as m std |kernel''|."""
+    noise = Noise(encoder=5e-6)
+    one = recording(noise=noise, seed=4, duration=6.0)
+    gap = gap_of(one)
+    (half,) = Acceleration(Model("force"), (one,), 1).half_widths
+    kernel = np.convolve(bump(half), [1.0, -2.0, 1.0]) / 1e-6
+    assert gap.force_floor == pytest.approx(MASS * noise.encoder * float(np.linalg.norm(kernel)), rel=0.1)
+
+
+def test_the_floor_follows_the_seed_alone() -> None:
+    one = recording(noise=NOISE)
+    assert gap_of(one) == gap_of(one)
+    assert gap_of(one).ahead_floor != gap_of(one, seed=2).ahead_floor
+
+
+def test_another_kind_of_axis_is_refused() -> None:
+    with pytest.raises(UsageError, match="rotary"):
+        measure_gaps(result(), [replace(recording(), axis="rotary")])
+
+
+def test_a_free_wheel_is_measured_with_its_start_speed_refined() -> None:
+    """A coast-down in closed form; its floor is the encoder's noise."""
+    t = np.arange(200) * 1e-3
+    v0, tau, brake = 0.6, MASS / 8.0, 1.5 / 8.0
+    y = -brake * t + (v0 + brake) * tau * (1 - np.exp(-t / tau))
+    y = y + 1e-6 * np.random.default_rng(0).standard_normal(t.size)
+    gap = gap_of(Recording("push", t, y, kind="free_wheel"))
+    assert gap.free_run_floor == pytest.approx(1e-6 / np.std(y), rel=0.15)
+    assert gap.free_run == pytest.approx(gap.free_run_floor, rel=0.15)
