@@ -41,9 +41,13 @@ def profile_likelihood(
     full = Linearisation(problem, Cost(problem))
     full.reweight(np.concatenate([fit.genes, fit.offsets]))
     least = float(fit.residuals @ fit.residuals)
-    naive = float(np.linalg.pinv(fit.jacobian.T @ fit.jacobian)[column, column])
+    # 1/naive variance is what the column keeps when all others are regressed out.
+    others = np.delete(fit.jacobian, column, axis=1)
+    others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
+    own = fit.jacobian[:, column]
+    left = own - others @ np.linalg.lstsq(others, own, rcond=1e-10)[0]
     deviation = float(np.sqrt(uncertainty.gene_covariance[column, column]))
-    scale = naive / deviation**2
+    scale = 1.0 / (float(left @ left) * deviation**2)
     free = np.delete(np.arange(p), column)
     centre = float(fit.genes[column])
     points = {centre: 0.0}
