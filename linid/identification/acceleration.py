@@ -105,16 +105,22 @@ class Acceleration:
         self.floor = 1e-9
 
     def model_acceleration(self, params: Array) -> Array:
-        """Smoothed model acceleration at the rows, (C, N) m/s^2."""
+        """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2."""
         from scipy.ndimage import convolve1d
 
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        a, _ = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
-        offsets = self.simulator.inputs.sample_offsets
+        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
+        a = along.acceleration
+        inputs = self.simulator.inputs
+        offsets = inputs.sample_offsets
         for index, kernel in enumerate(self.kernels):
             part = slice(offsets[index], offsets[index + 1])
             a[:, part] = convolve1d(a[:, part], kernel, axis=1)
+            if along.reading_error is not None:  # its second difference belongs to the measured acceleration
+                second = np.diff(along.reading_error[:, part], 2, axis=1) / inputs.dts[index] ** 2
+                second = np.pad(second, ((0, 0), (1, 1)))
+                a[:, part] += convolve1d(second, bump(self.half_widths[index]), axis=1)
         return np.asarray(a[:, self.rows])
 
     def residuals(self, params: Array, offsets: Array) -> Array:

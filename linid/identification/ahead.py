@@ -86,11 +86,9 @@ class Ahead:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        _, w = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
-        starts = np.empty((params.shape[0], self.flat_first.size, 3))
-        starts[:, :, 0] = motion.y[self.flat_first]
-        starts[:, :, 1] = motion.v[self.flat_first]
-        starts[:, :, 2] = w[:, self.flat_first]
+        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
+        dts = self.simulator.inputs.dts[self.segments.recording]
+        starts = along.starts(self.flat_first, motion.y, motion.v, dts)
         return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])
 
     def residuals(self, params: Array, offsets: Array) -> Array:

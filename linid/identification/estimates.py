@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from linid.identification.genes import SearchSpace
 from linid.identification.identifiability import advice, is_useless
 from linid.identification.result import Estimate, Status
 from linid.identification.uncertainty import Uncertainty
+from linid.physics.effects.registry import find_effect
 
 Array = NDArray[np.float64]
 _NORMAL = 1.959964
@@ -31,12 +33,15 @@ def make_estimates(
     correlation = covariance / np.maximum(np.outer(deviations, deviations), 1e-300)
     gene_std = np.sqrt(np.maximum(np.diag(uncertainty.gene_covariance), 0.0))
     names = space.names
+    structural = {name for effect in space.model.effects for name in find_effect(effect).structural}
     estimates = []
     for parameter in space.model.parameters:
         value = float(vector[space.model.slot(parameter.name)])
         unit = _unit(parameter.unit_on(axis), parameter.name, input_unit, per_mass)
         if parameter.name not in names:
             note = "per kilogram: no mass is known" if per_mass and parameter.name == "mass" else "given"
+            if parameter.name in structural:
+                note = "set by the recordings"
             if not space.stribeck and parameter.name in ("static_force", "stribeck_velocity"):
                 note = "F_S is tied to F_C: no Stribeck effect is modelled"
             if parameter.name == "stribeck_exponent" and value == parameter.default:
@@ -85,8 +90,8 @@ def is_useless_ratio(relative_std: float) -> bool:
 
 
 def _unit(unit: str, name: str, input_unit: str, per_mass: bool) -> str:
-    if name == "force_constant" and input_unit != "A":
-        unit = unit.replace("/A", f"/{input_unit}")
+    if input_unit != "A":
+        unit = re.sub(r"\bA\b", input_unit, unit)
     if per_mass and "N" in unit.split("/")[0].split():
         return f"{unit}/kg"
     return unit

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from linid.identification import seed as guess
 from linid.identification.acceleration import Acceleration
+from linid.identification.effect_guess import effect_guess
 from linid.identification.genes import SearchSpace
 from linid.identification.polish import polish
 from linid.identification.problem import Cost, Problem
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
+from linid.identification.space import build_space
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -49,6 +51,30 @@ def first_values(
         densities = tuple(d / scale for d in densities)
         values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "shift")}}
     return {**values, **known}, densities
+
+
+def guess_effects(
+    model: Model,
+    recordings: Sequence[Recording],
+    first: dict[str, float],
+    fixed: dict[str, float],
+    densities: tuple[float, ...],
+    settings: FitSettings,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """First values of the effects' parameters and those of them that are structural; see `effect_guess`."""
+    base = Model(model.kind)
+    own = {p.name for p in base.parameters}
+    space = build_space(
+        base,
+        recordings,
+        first,
+        {name: value for name, value in fixed.items() if name in own},
+        {name: pair for name, pair in settings.bounds.items() if name in own},
+        settings.free_exponent,
+        densities,
+        settings.stribeck,
+    )
+    return effect_guess(space, model.effects, recordings, first, fixed, settings.jobs)
 
 
 def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, float]:

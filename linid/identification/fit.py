@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.estimates import make_estimates
-from linid.identification.first_values import first_values, mass_known, seed_candidates
+from linid.identification.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.free_run import FreeRun
 from linid.identification.genetic import SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
@@ -64,6 +64,10 @@ def fit(
                 "(give --mass, or record free wheels with a known added mass)"
             )
     first, densities = first_values(model, recordings, fixed, start)
+    if model.effects:
+        effects_first, structural = guess_effects(model, recordings, first, fixed, densities, settings)
+        first = {**first, **effects_first, **fixed}
+        fixed = {**structural, **fixed}
     space = build_space(
         model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck
     )

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from linid.identification.genes import SearchSpace
 from linid.identification.problem import Cost
 from linid.identification.result import Estimate
+from linid.physics.effects.registry import EFFECTS
 
 Array = NDArray[np.float64]
 
@@ -34,12 +35,14 @@ ADVICE = {
     "nome": "feed one phase alone: the third field harmonic is invisible while the currents sum to zero",
     "guideway_density": "record moves over more pole pitches",
     "shift": "record moves over more pole pitches",
-    "constant_force": "record slow moves in both directions",
 }
 
 
 def advice(name: str) -> str:
     """The recording that would make parameter `name` identifiable."""
+    for effect in EFFECTS:
+        if any(parameter.name == name for parameter in effect.parameters):
+            return f"record {effect.exposed_by}"
     return ADVICE.get(name, "record a motion that excites it")
 
 

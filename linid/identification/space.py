@@ -10,6 +10,8 @@ import numpy as np
 from linid.errors import UsageError
 from linid.identification.genes import Gene, SearchSpace
 from linid.identification.motion import measure_motion
+from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
@@ -40,7 +42,7 @@ def build_space(
     noise = max(float(np.min(motion.position_noise)), 1e-12)
     travel = max(float(np.ptp(r.y)) for r in recordings)
     speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
-    inertia = first.get("mass", 1.0) * _typical_acceleration(recordings)
+    inertia = first.get("mass", 1.0) * typical_acceleration(recordings)
     force = max(abs(first.get("coulomb_force", 0.0)), 1e-3 * inertia, 1e-15)
     box = {
         "coulomb_force": (force / 30.0, force * 10.0),
@@ -49,7 +51,6 @@ def build_space(
         "bristle_stiffness": (force / (0.03 * travel), force / (0.03 * noise)),
         "bristle_damping": (3e-3, 30.0),
         "viscous_friction": (1e-4 * force / speed, 30.0 * force / speed),
-        "constant_force": (-10.0 * force, 10.0 * force),
     }
     for name in ("mass", "force_constant"):
         if name in first:
@@ -59,6 +60,7 @@ def build_space(
     if "shift" in first:
         half = math.pi if model.kind == "sine" else 0.5 * math.pi
         box["shift"] = (first["shift"] - half, first["shift"] + half)
+    box |= _effect_box(model, recordings, first, fixed)
     genes = []
     held = dict(fixed)
     for parameter in model.parameters:
@@ -73,6 +75,26 @@ def build_space(
     return SearchSpace(model, tuple(genes), held, stribeck)
 
 
+def _effect_box(
+    model: Model, recordings: Sequence[Recording], first: dict[str, float], fixed: dict[str, float]
+) -> dict[str, tuple[float, float]]:
+    """Ranges of the effects' parameters: amplitudes by the size of the axis, periods near their first value."""
+    if not model.effects:
+        return {}
+    values = {"mass": 1.0, **first, **fixed}
+    outlook = look_out(model, recordings, values)
+    force = force_scale(recordings, values)
+    box = {}
+    for name in model.effects:
+        effect = find_effect(name)
+        for parameter in effect.parameters_of(model.kind):
+            if parameter.name in effect.amplitudes:
+                box[parameter.name] = amplitude_range(parameter, outlook, force, values["mass"])
+            elif parameter.reach > 0.0 and parameter.name in first:
+                box[parameter.name] = (first[parameter.name] / parameter.reach, first[parameter.name] * parameter.reach)
+    return box
+
+
 def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dict[str, tuple[float, float]]) -> Gene:
     lower, upper = box.get(parameter.name, (parameter.lower, parameter.upper))
     if parameter.name in bounds and parameter.name not in ("static_force", "bristle_damping"):
@@ -84,15 +106,3 @@ def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dic
             "Give the lower bound first" + (", and above zero" if parameter.log else ""),
         )
     return Gene(parameter.name, lower, upper, parameter.log)
-
-
-def _typical_acceleration(recordings: Sequence[Recording]) -> float:
-    """Upper decile of the acceleration in m/s^2 (rotary: rad/s^2)."""
-    from scipy.signal import savgol_filter
-
-    tops = []
-    for recording in recordings:
-        width = min(41, (recording.y.size - 1) // 2 * 2 - 1)
-        dt = recording.duration / (recording.y.size - 1)
-        tops.append(float(np.quantile(np.abs(savgol_filter(recording.y, width, 3, deriv=2, delta=dt)), 0.9)))
-    return max(tops)

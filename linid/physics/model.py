@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from linid.errors import UsageError
 from linid.physics import friction, motors
+from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import EFFECTS, active_mask, find_effect
 from linid.physics.parameter import Parameter
 
@@ -30,6 +31,14 @@ def _effect_slots() -> dict[str, int]:
 
 EFFECT_SLOTS = _effect_slots()
 VECTOR_SIZE = EFFECT_START + len(EFFECT_SLOTS)
+
+# While a simulation with effects runs, its copy of the vector also holds the number of the recording, the campaign's
+# running time at t = 0, the hidden states, and the hidden states at the start of the step.
+RECORD = VECTOR_SIZE
+ELAPSED = VECTOR_SIZE + 1
+STATE_START = VECTOR_SIZE + 2
+STATEFUL: tuple[Effect, ...] = tuple(effect for effect in EFFECTS if effect.advance is not None)
+STATE_SIZE = 2 * len(STATEFUL)
 
 
 @dataclass(frozen=True)
@@ -54,8 +63,15 @@ class Model:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters of friction, motor and active effects, in table order."""
-        active = tuple(p for name in self.effects for p in find_effect(name).parameters)
+        active = tuple(p for name in self.effects for p in find_effect(name).parameters_of(self.kind))
         return motors.PARAMETERS[self.kind] + friction.PARAMETERS + active
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """Places of the active effects' hidden states among all hidden states."""
+        return tuple(
+            place for k, effect in enumerate(STATEFUL) if effect.name in self.effects for place in (2 * k, 2 * k + 1)
+        )
 
     def slot(self, name: str) -> int:
         """Where parameter `name` stands in the flat vector; KeyError if the model has none."""

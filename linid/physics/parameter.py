@@ -24,7 +24,8 @@ class Parameter:
     """One physical quantity to be identified.
 
     lower, upper: search bounds in SI units; log: search on a logarithmic scale (positive scale
-    parameters); default: value when it is neither fitted nor given.
+    parameters); default: value when it is neither fitted nor given; reach: search only within this
+    factor of the first value (0: the whole range), for what has many local optima, such as a period.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Parameter:
     default: float
     log: bool = False
     meaning: str = ""
+    reach: float = 0.0
 
     def unit_on(self, axis: str) -> str:
         """The unit on a `linear` or `rotary` axis."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from linid.recording.recording import Array, Axis, Campaign, Kind, Recording, Split
+from linid.recording.recording import Array, Axis, Campaign, Kind, Recording, Split, in_order
 
 if TYPE_CHECKING:
     from linid.recording.campaign import is_campaign, read_campaign
@@ -38,6 +38,7 @@ __all__ = [
     "check_long_enough",
     "cubic_spline_coefficients",
     "find_coast_down",
+    "in_order",
     "inspect_file",
     "is_campaign",
     "read_campaign",

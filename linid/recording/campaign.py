@@ -13,7 +13,7 @@ from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
 from linid.recording.mapping import ChannelMapping
 from linid.recording.read import read_recording
-from linid.recording.recording import Axis, Campaign, Kind, Recording, Split
+from linid.recording.recording import Axis, Campaign, Kind, Recording, Split, in_order
 
 Comment = str | list[str] | None
 
@@ -72,7 +72,11 @@ def read_campaign(path: str | Path) -> Campaign:
         for index, (entry, name, first) in enumerate(zip(config.recordings, names, repeats, strict=True))
     )
     return Campaign(
-        config.name or source.path.parent.resolve().name, config.axis, recordings, dict(config.known), source.path
+        config.name or source.path.parent.resolve().name,
+        config.axis,
+        in_order(recordings),
+        dict(config.known),
+        source.path,
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -22,8 +23,10 @@ class Recording:
     t: (n,) time in s, strictly increasing; y: (n,) position in m (rotary: rad);
     v: (n,) velocity as exported, m/s, only shown, never fitted;
     phase_currents: (3, n) A; drive_input: (n,) q-current in A or command in `input_unit`.
-    added_mass: known extra mass in kg (rotary: kg m^2). repeat_of: name of the first recording of the
-    same command. notes: what the reader corrected or noticed.
+    added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
+    elapsed: running time of the campaign in s when this recording's clock shows 0; repeat_of: name of the first
+    recording of the same command.
+    notes: what the reader corrected or noticed.
     """
 
     name: str
@@ -38,6 +41,8 @@ class Recording:
     split: Split = "fit"
     added_mass: float = 0.0
     repeat_of: str = ""
+    number: int = 0
+    elapsed: float = 0.0
     source: Path | None = None
     sha256: str = ""
     notes: tuple[str, ...] = field(default=())
@@ -56,6 +61,16 @@ class Recording:
     def duration(self) -> float:
         """Time from the first to the last sample in s."""
         return float(self.t[-1] - self.t[0])
+
+
+def in_order(recordings: Iterable[Recording]) -> tuple[Recording, ...]:
+    """The recordings numbered in the order given, each with the running time of those before it."""
+    out: list[Recording] = []
+    before = 0.0
+    for number, recording in enumerate(recordings, start=1):
+        out.append(replace(recording, number=number, elapsed=before - float(recording.t[0])))
+        before += recording.duration
+    return tuple(out)
 
 
 @dataclass(frozen=True)

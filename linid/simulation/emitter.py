@@ -15,13 +15,16 @@ import tempfile
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numba
 
 from linid.physics import friction, motors, theta
+from linid.physics.effects.effect import TERM_ARGUMENTS, Effect
 from linid.physics.effects.registry import EFFECTS
-from linid.physics.model import EFFECT_SLOTS, Model
+from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_SIZE, STATE_START, STATEFUL, Model
 
+_PARTS = ("terms", "kernel", "along")
 _MOTOR_TEXT = {
     motors.FORCE: "force = p[8] * i_1",
     motors.SINE: "force = phase_force(y, i_1, i_2, i_3, wavenumber, phase, table, harmonics)",
@@ -41,42 +44,150 @@ def cache_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "linid"
 
 
-def _forces(model: Model | None) -> list[str]:
-    """The lines of `external_force`: all motors and effects behind guards, or only those of `model`."""
+def _call(index: int, effect: Effect, name: str) -> str:
+    """The call of one term with its parameters and hidden states taken from `p`."""
+    first = ", ".join(argument for argument in TERM_ARGUMENTS[name] if argument not in ("s_1", "s_2"))
+    pieces = [first] if first else []
+    if "s_1" in TERM_ARGUMENTS[name]:
+        place = "STATE_START" + (" + STATE_SIZE" if name == "advance" else "")
+        at = 2 * STATEFUL.index(effect) if effect in STATEFUL else -1
+        pieces += [f"p[{place} + {at + k}]" if at >= 0 else "0.0" for k in (0, 1)]
+    pieces += [f"p[{EFFECT_SLOTS[parameter.name]}]" for parameter in effect.parameters]
+    return f"effect_{index}_{name}({', '.join(pieces)})"
+
+
+def _statement(effect: Effect, name: str, call: str) -> str:
+    """What the kernel does with the value of a term."""
+    if name in ("initial", "advance"):
+        at = 2 * STATEFUL.index(effect)
+        return f"p[STATE_START + {at}], p[STATE_START + {at + 1}] = {call}"
+    template = {
+        "delay": "delay += {}",
+        "drive": "i_1, i_2, i_3 = {}",
+        "field": "field = {}",
+        "thrust": "factor *= {}",
+        "force": "force += {}",
+        "friction": "factor *= {}",
+        "level": "factor *= {}",
+        "mass": "mass += {}",
+        "sensor": "error += {}",
+    }[name]
+    return template.format(call)
+
+
+def _lines(name: str, model: Model | None) -> list[str]:
+    """The lines of one term: all effects behind guards, or only those of `model`."""
     lines: list[str] = []
-    if model is None:
-        for code, text in _MOTOR_TEXT.items():
-            lines += [f"if powered and motor == {code}:", f"    {text}"]
-    elif model.motor in _MOTOR_TEXT:
-        lines += ["if powered:", f"    {_MOTOR_TEXT[model.motor]}"]
     for index, effect in enumerate(EFFECTS):
-        arguments = ", ".join(f"p[{EFFECT_SLOTS[parameter.name]}]" for parameter in effect.parameters)
-        call = f"force += effect_{index}(t, y, v, {arguments})"
+        if name not in effect.terms:
+            continue
+        call = _call(index, effect, name)
+        if name == "field":
+            call = call.replace("(t, y,", "(t, field,", 1)
+        statement = _statement(effect, name, call)
         if model is None:
-            lines += [f"if on & {1 << index}:", f"    {call}"]
+            lines += [f"if on & {1 << index}:", f"    {statement}"]
         elif effect.name in model.effects:
-            lines.append(call)
+            lines.append(statement)
     return lines
+
+
+def _motors(model: Model | None) -> list[str]:
+    """The lines of the motor's force: all motors behind guards, or that of `model`."""
+    if model is not None:
+        return [_MOTOR_TEXT[model.motor]] if model.motor in _MOTOR_TEXT else []
+    lines: list[str] = []
+    for code, text in _MOTOR_TEXT.items():
+        lines += [f"if motor == {code}:", f"    {text}"]
+    return lines
+
+
+def _constants(model: Model | None) -> list[str]:
+    """Layout of the work vector, and the bits of all effects that have a term."""
+    bits = {
+        name: sum(
+            1 << index
+            for index, effect in enumerate(EFFECTS)
+            if name in effect.terms and (model is None or effect.name in model.effects)
+        )
+        for name in TERM_ARGUMENTS
+    }
+    values = {f"{name.upper()}S": bits[name] for name in ("delay", "drive", "field", "thrust", "friction", "level")}
+    values |= {"MASSES": bits["mass"], "SENSORS": bits["sensor"], "STATES": bits["advance"]}
+    values["PUSHES"] = bits["drive"] | bits["field"] | bits["thrust"] | bits["force"]
+    values["MOVING"] = bits["level"] | bits["advance"]
+    values |= {"RECORD": RECORD, "ELAPSED": ELAPSED, "STATE_START": STATE_START, "STATE_SIZE": STATE_SIZE}
+    values["WORK_SIZE"] = STATE_START + 2 * STATE_SIZE
+    return [f"{name} = {value}" for name, value in values.items()]
 
 
 def emit(model: Model | None = None) -> str:
     """The kernel's source text: guarded for all effects (None) or specialised for one model."""
-    template = (Path(__file__).parent / "kernel_template.py").read_text(encoding="utf-8")
+    folder = Path(__file__).parent
+    text, *others = ((folder / f"{part}_template.py").read_text(encoding="utf-8") for part in _PARTS)
+    text += "".join("\n\n" + other.split("# <body>\n", 1)[1].strip() + "\n" for other in others)
     imports = [
-        f"from {inspect.getmodule(effect.force.py_func).__name__} import force as effect_{index}"  # type: ignore
+        f"effect_{index}_{name} = EFFECTS[{index}].{name}"
         for index, effect in enumerate(EFFECTS)
+        if model is None or effect.name in model.effects
+        for name in effect.terms
     ]
-    text = template.replace("# <imports>", "\n".join(imports))
-    return text.replace("    # <forces>", "\n".join("    " + line for line in _forces(model)))
+    blocks = {
+        "imports": ["from linid.physics.effects.registry import EFFECTS", "", *imports],
+        "constants": _constants(model),
+        "motors": _motors(model),
+        **{name: _lines(name, model) for name in TERM_ARGUMENTS},
+    }
+    # Without effects every guard falls away: a second copy of the simulation keeps the base model at full speed.
+    before, simulation, after = text.replace("# <end>", "# <twice>").split("# <twice>\n")
+    plain = simulation.replace("def simulate_one", "def simulate_plain").replace("# <on>", "on = 0")
+    text = before + simulation.replace("    # <on>\n", "") + plain + after.lstrip("\n")
+    for mark, lines in blocks.items():
+        text = _filled(text, mark, lines)
+    return text
+
+
+def _filled(text: str, mark: str, lines: list[str]) -> str:
+    """The text with its mark `# <mark>` replaced by lines of the same indentation."""
+    while f"# <{mark}>" in text:
+        before, after = text.split(f"# <{mark}>", 1)
+        indent = before[before.rindex("\n") + 1 :]
+        text = before + f"\n{indent}".join(lines) + after
+    return text
 
 
 def _source_hash(text: str) -> str:
+    """Hash of the kernel's text and of every source that is compiled into it."""
     digest = hashlib.sha256(text.encode())
-    modules = [friction, theta, motors, *(inspect.getmodule(effect.force.py_func) for effect in EFFECTS)]  # type: ignore
-    for module in modules:
-        digest.update(inspect.getsource(module).encode())  # type: ignore
+    modules: dict[str, str] = {}
+    constants: dict[str, str] = {}
+    for module in (friction, theta, motors):
+        modules[module.__name__] = inspect.getsource(module)
+    for effect in EFFECTS:
+        for function in effect.terms.values():
+            _collect_sources(function, modules, constants)
+    for name, content in sorted((modules | constants).items()):
+        digest.update(f"{name} {content}".encode())
     digest.update(f"{numba.__version__} {sys.version_info[:2]}".encode())
     return digest.hexdigest()[:16]
+
+
+def _collect_sources(function: Any, modules: dict[str, str], constants: dict[str, str]) -> None:
+    """Sources of a compiled function's module and of all it calls, and the constants that they take from elsewhere."""
+    python = function.py_func
+    module = inspect.getmodule(python)
+    place = f"{python.__module__}.{python.__qualname__}"
+    if place in constants:
+        return
+    constants[place] = ""
+    if module is not None and module.__name__ not in modules:
+        modules[module.__name__] = inspect.getsource(module)
+    for name in python.__code__.co_names:
+        value = python.__globals__.get(name)
+        if hasattr(value, "py_func"):
+            _collect_sources(value, modules, constants)
+        elif isinstance(value, int | float | tuple):
+            constants[f"{place}.{name}"] = repr(value)
 
 
 @cache

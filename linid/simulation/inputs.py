@@ -22,7 +22,8 @@ class Inputs:
     coefficients: (intervals, 4, 4) cubic splines in powers of t - t_k of the three inputs (A or V) and of the
     measured position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts,
     dts: (R,) s; added_mass: (R,) kg;
-    powered: (R,) whether any input is not zero.
+    powered: (R,) whether any input is not zero; records: (R,) numbers in the campaign; elapsed: (R,) running time of
+    the campaign at t = 0, s.
     """
 
     coefficients: Array
@@ -32,6 +33,8 @@ class Inputs:
     dts: Array
     added_mass: Array
     powered: NDArray[np.bool_]
+    records: Array
+    elapsed: Array
 
     @property
     def counts(self) -> Integers:
@@ -65,4 +68,6 @@ def pack_inputs(recordings: Sequence[Recording]) -> Inputs:
         dts=np.array([(r.t[-1] - r.t[0]) / (r.t.size - 1) for r in recordings]),
         added_mass=np.array([r.added_mass for r in recordings]),
         powered=np.array(powered, dtype=np.bool_),
+        records=np.array([float(r.number) for r in recordings]),
+        elapsed=np.array([r.elapsed for r in recordings]),
     )

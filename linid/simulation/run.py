@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.simulation.emitter import load_kernel
 from linid.simulation.inputs import Inputs
@@ -42,6 +43,36 @@ def whole_recordings(inputs: Inputs) -> Segments:
 
 
 @dataclass(frozen=True)
+class AlongMotion:
+    """What the model says along a measured motion, for C candidates.
+
+    acceleration: (C, samples) m/s^2; bristle: (C, samples) deflection in m; states: (C, samples, 2 per active effect
+    with hidden states); reading_error: (C, samples) reading minus position in m, or None where no effect has one.
+    """
+
+    acceleration: Array
+    bristle: Array
+    states: Array
+    reading_error: Array | None
+
+    def starts(self, samples: Integers, y: Array, v: Array, dts: Array) -> Array:
+        """Start states (C, S, 3 + states) of predictions from measured samples (S,), for `Simulator.run`.
+
+        y, v: (all samples,) measured motion, freed of the reading error; dts: (S,) sampling period in s.
+        """
+        out = np.empty((self.bristle.shape[0], samples.size, 3 + self.states.shape[2]))
+        out[:, :, 0], out[:, :, 1] = y[samples], v[samples]
+        out[:, :, 2] = self.bristle[:, samples]
+        out[:, :, 3:] = self.states[:, samples] if self.states.shape[2] else 0.0
+        if self.reading_error is not None:
+            error = self.reading_error
+            out[:, :, 0] -= error[:, samples]
+            before, after = np.maximum(samples - 1, 0), np.minimum(samples + 1, error.shape[1] - 1)
+            out[:, :, 1] -= (error[:, after] - error[:, before]) / ((after - before) * dts)
+        return out
+
+
+@dataclass(frozen=True)
 class Simulator:
     """A model over packed recordings. jobs: threads (never changes a result); specialised: compile for this
     model alone; substeps: internal steps per sample."""
@@ -57,6 +88,9 @@ class Simulator:
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
         return [(int(a), int(b)) for a, b in pairwise(edges)]
 
+    def _kept(self) -> Integers:
+        return np.array(self.model.states, dtype=np.int64)
+
     def _kernel(self) -> object:
         return load_kernel(self.model if self.specialised else None)
 
@@ -65,7 +99,8 @@ class Simulator:
     ) -> tuple[Array, Array, int]:
         """Simulate every candidate over every segment.
 
-        params: (C, VECTOR_SIZE) SI; starts: (C, S, 3) y in m, v in m/s, w in m; guided: the outer forces act at the
+        params: (C, VECTOR_SIZE) SI; starts: (C, S, 3) y in m, v in m/s, w in m, or with the hidden states of the
+        model's effects after them (nan or absent: the effect's own start); guided: the outer forces act at the
         measured position instead of the simulated one.
         Returns positions (C, samples) in m, velocities (C, samples) in m/s (empty unless asked for) and the
         number of internal steps. A diverged simulation is nan from there on.
@@ -78,6 +113,7 @@ class Simulator:
         v_out = np.empty_like(y_out) if velocity else np.empty((1, 0))
         params = np.ascontiguousarray(params)
         starts = np.ascontiguousarray(starts)
+        kept = self._kept()
 
         def work(piece: tuple[int, int]) -> int:
             return int(
@@ -94,7 +130,10 @@ class Simulator:
                     segments.first,
                     segments.count,
                     inputs.added_mass,
+                    inputs.records,
+                    inputs.elapsed,
                     starts,
+                    kept,
                     offsets,
                     guided,
                     self.substeps,
@@ -109,17 +148,20 @@ class Simulator:
         steps = self._spread(work, candidates * segments.count.size)
         return y_out, v_out, steps
 
-    def along(
-        self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array
-    ) -> tuple[Array, Array]:
-        """Model acceleration (C, samples) in m/s^2 and bristle deflection in m along a measured motion.
+    def along(self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array) -> AlongMotion:
+        """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
         y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m.
         """
         kernel = self._kernel()
         inputs = self.inputs
-        a_out = np.empty((params.shape[0], y.size))
+        kept = self._kept()
+        candidates = params.shape[0]
+        a_out = np.empty((candidates, y.size))
         w_out = np.empty_like(a_out)
+        states_out = np.empty((candidates, y.size, kept.size) if kept.size else (1, 0, 0))
+        reads = any(find_effect(name).sensor is not None for name in self.model.effects)
+        reading_out = np.empty_like(a_out) if reads else np.empty((1, 0))
         params = np.ascontiguousarray(params)
 
         def work(piece: tuple[int, int]) -> int:
@@ -135,19 +177,24 @@ class Simulator:
                 inputs.counts,
                 inputs.sample_offsets,
                 inputs.added_mass,
+                inputs.records,
+                inputs.elapsed,
                 y,
                 v,
+                kept,
                 standstill,
                 start_w,
                 piece[0],
                 piece[1],
                 a_out,
                 w_out,
+                states_out,
+                reading_out,
             )
             return 0
 
-        self._spread(work, params.shape[0] * inputs.counts.size)
-        return a_out, w_out
+        self._spread(work, candidates * inputs.counts.size)
+        return AlongMotion(a_out, w_out, states_out, reading_out if reads else None)
 
     def _spread(self, work: object, tasks: int) -> int:
         pieces = self._split(tasks)

@@ -57,7 +57,7 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
     files: bare recordings take channels, kind, window, period and added mass from the settings, campaigns bring their
     own; axis: of bare files when the settings say nothing. Raises UsageError, ConfigError or DataError.
     """
-    from linid.recording import is_campaign, read_campaign
+    from linid.recording import in_order, is_campaign, read_campaign
 
     if not files:
         raise UsageError("FILE", "no file is given", "Name recordings or a campaign.")
@@ -82,6 +82,7 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
     if len(set(axes)) > 1:
         raise UsageError("FILE", "linear and rotary recordings are mixed", "Fit one axis at a time.")
     _refuse_equal_names(recordings)
+    recordings = list(in_order(recordings))
     found = [_cut_push(r, settings) for r in recordings]
     return Inputs(
         tuple(r for r, _ in found), axes[0], known, _distinct(records),
@@ -93,7 +94,8 @@ def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:
     """Name and hash of every recording as it enters a fit (after cutting and resampling)."""
     rows = []
     for r in recordings:
-        digest = hashlib.sha256(f"{r.axis} {r.kind} {r.split} {r.added_mass!r} {r.input_unit} {r.repeat_of}".encode())
+        about = f"{r.axis} {r.kind} {r.split} {r.added_mass!r} {r.input_unit} {r.repeat_of} {r.number} {r.elapsed!r}"
+        digest = hashlib.sha256(about.encode())
         for array in (r.t, r.y, r.phase_currents, r.drive_input):
             digest.update(b"-" if array is None else array.tobytes())
         rows.append([r.name, digest.hexdigest()])

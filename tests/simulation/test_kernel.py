@@ -87,9 +87,11 @@ def test_rows_do_not_touch_each_other_and_failure_stays_in_its_row() -> None:
 
 def test_the_guarded_source_names_every_effect_and_the_specialised_only_its_own() -> None:
     guarded, bare = emit(None), emit(Model("sine"))
-    for index in range(len(EFFECTS)):
+    for index, effect in enumerate(EFFECTS):
         assert f"if on & {1 << index}:" in guarded
-        assert f"force += effect_{index}(" not in bare
+        for name in effect.terms:
+            assert f"= effect_{index}_{name}(" in guarded
+        assert f"effect_{index}_" not in bare
 
 
 def test_two_processes_share_an_empty_cache(tmp_path) -> None:

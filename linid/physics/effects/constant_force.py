@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from numba import njit
-
-from linid.physics.effects.effect import Effect
+from linid.physics.effects.effect import Effect, term
 from linid.physics.parameter import Parameter
 
 
-@njit(cache=True)
-def force(t: float, y: float, v: float, constant_force: float) -> float:
+@term
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, constant_force):
     """The force in N, whatever time, position and speed are."""
     return constant_force
 
 
 EFFECT = Effect(
     name="constant_force",
+    slot="FORCE",
     physics="A force F_0 of constant size and direction acts on the axis: m v' = F_motor - R + F_0.",
     parameters=(Parameter("constant_force", "F_0", "N", -200.0, 200.0, 0.0, meaning="tilt, gravity or cable preload"),),
+    amplitudes=("constant_force",),
     force=force,
     exposed_by="slow moves in both directions, or free wheels in both directions",
     confused_with=("asymmetric_friction", "cable_force"),

@@ -1,24 +1,186 @@
-"""What an effect is: a named term of the equation of motion with its own parameters."""
+"""What an effect is: compiled terms of the equations of motion with their parameters, all in one file.
+
+Every term is a function decorated with `term` and takes the same arguments:
+
+    (t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, *parameters)
+
+t: time of the recording in s; y: position in m; v: speed in m/s; i_1, i_2, i_3: inputs in A (a `force` motor has
+only i_1, and 0); record: number of the recording in its campaign (float, from 1; 0: none); elapsed: running time of
+the campaign in s; s_1, s_2: the effect's own hidden states; parameters: in the order of `Effect.parameters`, SI.
+Inputs are the logged ones (after `delay`); `field`, `thrust` and `force` get what the `drive` terms made of them.
+"""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Literal
 
+from numba import njit
+
+from linid.errors import ConfigError
 from linid.physics.parameter import Parameter
+
+Slot = Literal["DRIVE", "FORCE", "SENSOR"]
+Values = dict[str, float]
+
+# Not cached by itself: it is compiled into the kernel, whose cache knows the sources of all effects.
+term = njit(error_model="numpy")
+
+COMMON_ARGUMENTS = ("t", "y", "v", "i_1", "i_2", "i_3", "record", "elapsed", "s_1", "s_2")
+TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
+    "delay": (),
+    "drive": COMMON_ARGUMENTS,
+    "field": COMMON_ARGUMENTS,
+    "thrust": COMMON_ARGUMENTS,
+    "force": COMMON_ARGUMENTS,
+    "friction": COMMON_ARGUMENTS,
+    "level": COMMON_ARGUMENTS,
+    "mass": ("record",),
+    "sensor": COMMON_ARGUMENTS,
+    "initial": COMMON_ARGUMENTS,
+    "advance": ("h", "t", "y", "v", "a", *COMMON_ARGUMENTS[3:]),
+}
+PHASE_MOTORS = ("sine", "theta")
+MOTORS = ("force", *PHASE_MOTORS)
+ALL_KINDS = ("friction", *MOTORS)
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What the recordings at hand look like: the scales from which effects take their starting values.
+
+    stroke_low, stroke_high: m (rotary: rad); field_wavenumber: of the motor's field (pi / pole pitch) in rad/m, None
+    without a phase motor; top_speed: m/s; top_current: A; durations: s and records: numbers, one per recording;
+    period: sampling period in s; campaign_duration: running time of the whole campaign in s.
+    """
+
+    stroke_low: float
+    stroke_high: float
+    field_wavenumber: float | None
+    top_speed: float
+    top_current: float
+    durations: tuple[float, ...]
+    records: tuple[int, ...]
+    period: float
+    campaign_duration: float = 0.0
+
+    @property
+    def stroke(self) -> float:
+        """Length of the stroke in m."""
+        return self.stroke_high - self.stroke_low
+
+
+def no_grid(outlook: Outlook) -> tuple[Values, ...]:
+    """The grid of an effect that has only amplitudes."""
+    return ({},)
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One physical effect.
+    """One physical effect. Terms that are None do nothing; those given are compiled (`@term`).
 
-    force: compiled function (t in s, y in m, v in m/s, *parameters) -> force in N that pushes the mass;
+    delay(*parameters) -> s by which the inputs act late; drive -> (i_1, i_2, i_3) that the motor really gets; field ->
+    position in m that the motor's field sees; thrust -> factor on the motor force; friction -> factor on the whole
+    bristle force, stiffness included; level -> factor on the sliding and breakaway friction alone; force -> N on the
+    mass; mass(record, *parameters) -> kg added to the moving mass; sensor -> reading error in m; initial -> (s_1, s_2)
+    at the start (default 0, 0);
+    advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, *parameters) -> (s_1, s_2) after h seconds, where
+    t, y, v, i are those of the middle of the step and a (m/s^2) is its mean acceleration.
+
+    amplitudes: parameters that enter (nearly) linearly; the effect is absent where all are 0, their default.
+    structural: parameters that are never searched but set by whoever fits. phase_only: parameters that exist only
+    with three phase currents. kinds: motors that the effect makes sense with. grid(outlook) -> starting values of
+    all parameters but the amplitudes, the likeliest first; an empty grid: nothing to be seen in such recordings.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike.
     """
 
     name: str
+    slot: Slot
     physics: str
     parameters: tuple[Parameter, ...]
-    force: Callable[..., float]
+    amplitudes: tuple[str, ...]
     exposed_by: str
     confused_with: tuple[str, ...] = ()
+    structural: tuple[str, ...] = ()
+    phase_only: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ALL_KINDS
+    grid: Callable[[Outlook], tuple[Values, ...]] = no_grid
+    delay: Any = None
+    drive: Any = None
+    field: Any = None
+    thrust: Any = None
+    force: Any = None
+    friction: Any = None
+    level: Any = None
+    mass: Any = None
+    sensor: Any = None
+    initial: Any = None
+    advance: Any = None
+
+    @property
+    def terms(self) -> dict[str, Any]:
+        """The terms that this effect has, by name."""
+        return {name: getattr(self, name) for name in TERM_ARGUMENTS if getattr(self, name) is not None}
+
+    def parameters_of(self, kind: str) -> tuple[Parameter, ...]:
+        """The parameters that mean something for a motor model of this kind."""
+        return tuple(p for p in self.parameters if kind in PHASE_MOTORS or p.name not in self.phase_only)
+
+    def amplitudes_of(self, kind: str) -> tuple[str, ...]:
+        """The amplitudes that mean something for a motor model of this kind."""
+        return tuple(p.name for p in self.parameters_of(kind) if p.name in self.amplitudes)
+
+    def applies(self, kind: str, outlook: Outlook) -> bool:
+        """Whether the effect makes sense with such a motor and such recordings."""
+        return kind in self.kinds and bool(self.grid(outlook))
+
+
+def check_effect(effect: Any, place: str) -> Effect:
+    """The effect itself if it is well formed; raises ConfigError that names what is not."""
+    remedy = "Correct the effect's file (see linid/physics/effects/effect.py), or uninstall its package"
+    if not isinstance(effect, Effect):
+        raise ConfigError(place, f"found {type(effect).__name__}, an Effect is expected", remedy)
+    fault = _fault(effect)
+    if fault:
+        raise ConfigError(f"{place}, effect {effect.name!r}", fault, remedy)
+    return effect
+
+
+def _fault(effect: Effect) -> str:
+    """What is wrong with an effect, or nothing."""
+    names = [parameter.name for parameter in effect.parameters]
+    if not effect.name.isidentifier():
+        return "its name is not an identifier"
+    if effect.slot not in ("DRIVE", "FORCE", "SENSOR"):
+        return f"its slot is {effect.slot!r}, expected DRIVE, FORCE or SENSOR"
+    if not effect.terms.keys() - {"initial", "advance"}:
+        return "it has no term that acts on the axis"
+    if effect.initial is not None and effect.advance is None:
+        return "it has `initial` but no `advance`"
+    if len(set(names)) < len(names):
+        return "two of its parameters have the same name"
+    for listed in ("amplitudes", "structural", "phase_only"):
+        strange = sorted(set(getattr(effect, listed)) - set(names))
+        if strange:
+            return f"`{listed}` names {strange[0]!r}, which is no parameter of it"
+    if not effect.amplitudes:
+        return "`amplitudes` is empty"
+    for parameter in effect.parameters:
+        if not parameter.lower <= parameter.default <= parameter.upper:
+            return f"the default of {parameter.name!r} is outside its bounds"
+        if parameter.name in effect.amplitudes and (parameter.default != 0.0 or parameter.log):
+            return f"the amplitude {parameter.name!r} must have the default 0 and a linear scale"
+        if parameter.log and parameter.lower <= 0.0:
+            return f"{parameter.name!r} has a logarithmic scale and a lower bound that is not above 0"
+    for name, function in effect.terms.items():
+        if not hasattr(function, "py_func"):
+            return f"its term `{name}` is not compiled (decorate it with @term)"
+        wanted = len(TERM_ARGUMENTS[name]) + len(names)
+        found = len(inspect.signature(function.py_func).parameters)
+        if found != wanted:
+            return f"its term `{name}` takes {found} arguments, expected {wanted}: " + ", ".join(
+                [*TERM_ARGUMENTS[name], *names]
+            )
+    return ""

@@ -1,0 +1,166 @@
+"""First values of effects: every entry of their grid is tried by linear regression along the measured motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.errors import UsageError
+from linid.identification.acceleration import Acceleration
+from linid.identification.genes import SearchSpace
+from linid.identification.outlook import amplitude_range, force_scale, look_out
+from linid.identification.polish import polish
+from linid.identification.problem import Cost, Problem
+from linid.physics.effects.effect import Effect, Outlook, Values
+from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+_STRIDE = 5
+_CHUNK = 48  # candidates per batch
+_GENE_STEP = 1e-4
+_SMALL = 0.02  # of an amplitude's range, the step of its column
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One entry of an effect's grid: its values, the amplitudes that the regression gives, and what they explain.
+
+    explained: share of the base model's weighted squared residual, after the base parameters had their say.
+    """
+
+    values: Values
+    amplitudes: Values
+    explained: float
+
+
+class Regression:
+    """Weighted residual of a base model along the measured motion and its columns, base parameters first."""
+
+    def __init__(self, base: SearchSpace, genes: Array, recordings: Sequence[Recording], jobs: int) -> None:
+        self.recordings = tuple(recordings)
+        self.jobs = jobs
+        self.base = base
+        part = Acceleration(base.model, self.recordings, jobs, stride=_STRIDE)
+        p = genes.size
+        steps = np.where(genes + _GENE_STEP > 1.0, -_GENE_STEP, _GENE_STEP)
+        rows = part.model_acceleration(base.vectors(np.vstack([genes, genes + np.diag(steps)])))
+        residual = part.target - rows[0]
+        rms = np.sqrt(np.bincount(part.classes, residual**2) / np.maximum(np.bincount(part.classes), 1))
+        self.weights = 1.0 / np.maximum(rms[part.classes], 1e-12)
+        self.residual = residual * self.weights
+        self.columns = ((rows[1 : 1 + p] - rows[0]) / steps[:, None] * self.weights).T
+        self._parts: dict[str, tuple[Acceleration, Array]] = {}
+        self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, genes), strict=True)}
+
+    def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
+        """A trial for each entry of the grid; sizes: upper ends of the ranges of its amplitudes, by name."""
+        names = list(sizes)
+        basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
+        keep = basis[1] > 1e-9 * basis[1][0]
+        span = basis[0][:, keep]
+        rest = self.residual - span @ (span.T @ self.residual)
+        total = float(rest @ rest)
+        out: list[Trial] = []
+        per_batch = max(1, _CHUNK // len(names))
+        for first in range(0, len(grid), per_batch):
+            entries = grid[first : first + per_batch]
+            block = self.effect_columns(effect, entries, sizes)
+            for k, entry in enumerate(entries):
+                columns = block[:, k * len(names) : (k + 1) * len(names)]
+                columns = columns - span @ (span.T @ columns)
+                norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+                solution = np.linalg.lstsq(columns / norms, rest, rcond=1e-6)[0]
+                left = rest - (columns / norms) @ solution
+                explained = 1.0 - float(left @ left) / max(total, 1e-300)
+                amplitudes = {name: float(x) for name, x in zip(names, solution / norms, strict=True)}
+                out.append(Trial(dict(entry), amplitudes, explained if np.isfinite(explained) else -1.0))
+        return out
+
+    def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
+        """Derivatives by each amplitude at each entry of the grid, (N, entries * amplitudes), weighted."""
+        model = Model(self.base.model.kind, (effect.name,))
+        if effect.name not in self._parts:
+            part = Acceleration(model, self.recordings, self.jobs, stride=_STRIDE)
+            self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
+        part, plain = self._parts[effect.name]
+        steps = [(name, _SMALL * size) for name, size in sizes.items()]
+        vectors = [model.vector(self.values | entry | {name: step}) for entry in entries for name, step in steps]
+        rows = (part.model_acceleration(np.array(vectors)) - plain) * self.weights
+        return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T)
+
+    def add(self, effect: Effect, trial: Trial, sizes: Values) -> None:
+        """From now on the amplitudes of this effect are free too."""
+        self.columns = np.hstack([self.columns, self.effect_columns(effect, [trial.values], sizes)])
+
+
+def _values(space: SearchSpace, genes: Array) -> Array:
+    vector = space.vectors(genes)[0]
+    return np.array([vector[space.model.slot(q.name)] for q in space.model.parameters])
+
+
+def _scaled(columns: Array) -> Array:
+    return np.asarray(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))
+
+
+def effect_guess(
+    base: SearchSpace,
+    effects: Sequence[str],
+    recordings: Sequence[Recording],
+    first: dict[str, float],
+    known: dict[str, float],
+    jobs: int = 1,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """First values of all parameters of effects, and among them those that are structural (never searched).
+
+    base: search space of the model without effects; first: its first values; known: values that are given. The
+    effects are taken one after the other, each with the entry of its grid that explains most.
+    Raises UsageError for an effect that makes no sense with this motor or these recordings.
+    """
+    balance = Problem(base, (Acceleration(base.model, tuple(recordings), jobs, stride=2 * _STRIDE),))
+    genes = polish(balance, Cost(balance), base.encode(first), rounds=2, max_evaluations=10, final=False).genes
+    regression = Regression(base, genes, recordings, jobs)
+    outlook = look_out(base.model, recordings, regression.values)
+    found: dict[str, float] = {}
+    structural: dict[str, float] = {}
+    for name in effects:
+        effect = find_effect(name)
+        if not effect.applies(base.model.kind, outlook):
+            raise UsageError(
+                "--effect",
+                f"{name} makes no sense with the {base.model.kind} model and these recordings",
+                f"It is shown by: {effect.exposed_by}",
+            )
+        sizes = amplitude_sizes(regression, effect, outlook)
+        best = best_trial(regression, effect, outlook, known, sizes)
+        regression.add(effect, best, sizes)
+        found |= best.values | best.amplitudes
+        structural |= {key: value for key, value in best.values.items() if key in effect.structural}
+    return found, structural
+
+
+def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: Values, sizes: Values) -> Trial:
+    """The entry of the effect's grid that explains most with amplitudes inside their ranges."""
+    entries = [entry | {k: v for k, v in known.items() if k in entry} for entry in effect.grid(outlook)]
+    grid = [dict(x) for x in dict.fromkeys(tuple(sorted(entry.items())) for entry in entries)]
+    lower = {p.name: p.lower for p in effect.parameters}
+    trials = regression.trials(effect, grid, sizes)
+    inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
+    best = max(inside or trials, key=lambda trial: trial.explained)
+    held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}
+    return Trial(best.values, held, best.explained)
+
+
+def amplitude_sizes(regression: Regression, effect: Effect, outlook: Outlook) -> Values:
+    """Upper ends of the ranges of the effect's amplitudes, by name."""
+    values = regression.values
+    force = force_scale(regression.recordings, values)
+    return {
+        p.name: amplitude_range(p, outlook, force, values["mass"])[1]
+        for p in effect.parameters_of(regression.base.model.kind)
+        if p.name in effect.amplitudes
+    }

@@ -1,0 +1,41 @@
+"""Backlash: between motor and encoder there is play, so that the reading waits after each reversal."""
+
+from __future__ import annotations
+
+from linid.physics.effects.effect import Effect, term
+from linid.physics.parameter import Parameter
+
+
+@term
+def sensor(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
+    """The reading lags behind by the share s_1 of half the gap, m."""
+    return -0.5 * backlash_gap * s_1
+
+
+@term
+def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
+    """A moving axis has taken up the play, a resting one is taken to stand in its middle."""
+    if v == 0.0:
+        return 0.0, 0.0
+    return (1.0 if v > 0.0 else -1.0), 0.0
+
+
+@term
+def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
+    """The play operator: s_1 follows the travel between -1 and 1, exact for any path without reversal."""
+    travel = 2.0 * v * h / max(backlash_gap, 1e-12)
+    return min(max(s_1 + travel, -1.0), 1.0), s_2
+
+
+EFFECT = Effect(
+    name="backlash",
+    slot="SENSOR",
+    physics="The reading follows the motor with a play b: it waits after each reversal until the play is taken up.",
+    parameters=(Parameter("backlash_gap", "b", "m", 0.0, 0.1, 0.0, meaning="play between motor and encoder"),),
+    amplitudes=("backlash_gap",),
+    sensor=sensor,
+    initial=initial,
+    advance=advance,
+    exposed_by="quick reversals with the drive on",
+    confused_with=("flexible_load", "input_delay"),
+)

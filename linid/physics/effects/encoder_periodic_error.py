@@ -1,0 +1,52 @@
+"""Periodic error of the position reading: interpolation of the scale, or its mounting."""
+
+from __future__ import annotations
+
+import math
+
+from linid.physics.effects.effect import Effect, Outlook, Values, term
+from linid.physics.effects.shapes import sine_pair, wavenumbers
+from linid.physics.parameter import Parameter
+
+
+@term
+def sensor(
+    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
+    encoder_period, encoder_sine_1, encoder_cosine_1, encoder_sine_2, encoder_cosine_2,
+):  # fmt: skip
+    """Reading minus position, m."""
+    angle = 2.0 * math.pi * y / encoder_period
+    return sine_pair(angle, encoder_sine_1, encoder_cosine_1) + sine_pair(2.0 * angle, encoder_sine_2, encoder_cosine_2)
+
+
+def grid(outlook: Outlook) -> tuple[Values, ...]:
+    """The pole pitch and its parts, usual graduations, then all periods that the stroke can tell apart."""
+    pitch = [2.0 * math.pi / outlook.field_wavenumber] if outlook.field_wavenumber else [2.0 * math.pi]
+    usual = [1e-3, 2e-3, 0.5e-3, 4e-3, 0.25e-3, 5e-3, 10e-3]
+    periods = [p / n for p in pitch for n in (1, 2, 4, 8, 12)] + usual
+    periods += [2.0 * math.pi / w["k"] for w in wavenumbers("k", outlook, 0.2 * outlook.stroke, 0.3e-3, 700)]
+    seen = 2.0 * outlook.top_speed * outlook.period  # faster than the sampling can follow at any speed above a tenth
+    return tuple({"encoder_period": p} for p in periods if 0.1 * seen < p < outlook.stroke)
+
+
+def _amplitude(name: str, symbol: str, meaning: str) -> Parameter:
+    return Parameter(name, symbol, "m", -1e-3, 1e-3, 0.0, meaning=meaning)
+
+
+EFFECT = Effect(
+    name="encoder_periodic_error",
+    slot="SENSOR",
+    physics="The position reading errs by sines of the position: the period of the scale and its second harmonic.",
+    parameters=(
+        Parameter("encoder_period", "p_e", "m", 1e-5, 10.0, 1e-3, log=True, meaning="period of the error", reach=1.02),
+        _amplitude("encoder_sine_1", "e_s1", "sine of the first harmonic"),
+        _amplitude("encoder_cosine_1", "e_c1", "cosine of the first harmonic"),
+        _amplitude("encoder_sine_2", "e_s2", "sine of the second harmonic"),
+        _amplitude("encoder_cosine_2", "e_c2", "cosine of the second harmonic"),
+    ),
+    amplitudes=("encoder_sine_1", "encoder_cosine_1", "encoder_sine_2", "encoder_cosine_2"),
+    grid=grid,
+    sensor=sensor,
+    exposed_by="free wheels or moves at a steady speed of some periods per 0.1 s",
+    confused_with=("cogging", "force_ripple"),
+)

@@ -1,0 +1,38 @@
+"""Force saturation: iron and magnets saturate, so that thrust per ampere falls at high current."""
+
+from __future__ import annotations
+
+import math
+
+from linid.physics.effects.effect import MOTORS, Effect, term
+from linid.physics.parameter import Parameter
+
+
+@term
+def squared_amplitude(i_1: float, i_2: float, i_3: float) -> float:
+    """Square of the current's space-vector amplitude in A^2; of i_1 where it is the only input."""
+    if i_2 == 0.0 and i_3 == 0.0:
+        return i_1 * i_1
+    along = (2.0 * i_1 - i_2 - i_3) / 3.0
+    across = (i_2 - i_3) / math.sqrt(3.0)
+    return along * along + across * across
+
+
+@term
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, saturation):
+    """The currents that an unsaturated motor would need for the same force, A."""
+    factor = 1.0 / (1.0 + max(saturation, 0.0) * squared_amplitude(i_1, i_2, i_3))
+    return i_1 * factor, i_2 * factor, i_3 * factor
+
+
+EFFECT = Effect(
+    name="force_saturation",
+    slot="DRIVE",
+    physics="Thrust per ampere falls with the current's amplitude A: F = F_motor / (1 + s A^2).",
+    parameters=(Parameter("saturation", "s", "1/A^2", 0.0, 10.0, 0.0, meaning="loss of thrust per squared ampere"),),
+    amplitudes=("saturation",),
+    kinds=MOTORS,
+    drive=drive,
+    exposed_by="strong accelerations beside gentle ones: moves of several peak currents",
+    confused_with=("thermal_derating", "quadratic_drag"),
+)

@@ -1,0 +1,42 @@
+"""Friction drift: friction changes with running time while grease and bearings warm up."""
+
+from __future__ import annotations
+
+import math
+
+from linid.physics.effects.effect import Effect, Outlook, Values, term
+from linid.physics.effects.shapes import bounded
+from linid.physics.parameter import Parameter
+
+
+@term
+def friction(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, warm_up, per_campaign, drift_time, campaign_time):
+    """Factor on the whole bristle force."""
+    within = 1.0 - math.exp(-max(t, 0.0) / drift_time)
+    return bounded(1.0 + warm_up * within + per_campaign * elapsed / campaign_time)
+
+
+def grid(outlook: Outlook) -> tuple[Values, ...]:
+    """Time constants around the length of a recording; the running time of the campaign."""
+    longest = max(outlook.durations)
+    total = max(outlook.campaign_duration, sum(outlook.durations))
+    return tuple({"drift_time": share * longest, "drift_campaign_time": total} for share in (0.5, 0.15, 2.0))
+
+
+EFFECT = Effect(
+    name="friction_drift",
+    slot="FORCE",
+    physics="The bristle force drifts: factor 1 + d_1 (1 - exp(-t/tau)) + d_2 (share of the campaign gone).",
+    parameters=(
+        Parameter("drift_warm_up", "d_1", "1", -0.9, 2.0, 0.0, meaning="change within each recording"),
+        Parameter("drift_per_campaign", "d_2", "1", -0.9, 2.0, 0.0, meaning="change from first to last recording"),
+        Parameter("drift_time", "tau_d", "s", 0.02, 1e4, 1.0, log=True, meaning="time constant within a recording"),
+        Parameter("drift_campaign_time", "T_c", "s", 1e-2, 1e7, 1.0, log=True, meaning="campaign's running time"),
+    ),
+    amplitudes=("drift_warm_up", "drift_per_campaign"),
+    structural=("drift_campaign_time",),
+    grid=grid,
+    friction=friction,
+    exposed_by="the same slow move at the beginning and at the end of the campaign",
+    confused_with=("thermal_derating", "position_dependent_friction"),
+)

@@ -1,0 +1,27 @@
+"""Input delay: the force follows the logged current late, or the channels of the scope are skewed."""
+
+from __future__ import annotations
+
+from linid.physics.effects.effect import MOTORS, Effect, term
+from linid.physics.parameter import Parameter
+
+
+@term
+def delay(input_delay):
+    """The delay itself, s."""
+    return input_delay
+
+
+EFFECT = Effect(
+    name="input_delay",
+    slot="DRIVE",
+    physics="The motor pushes with the current of a moment ago: F(t) = F(y, I(t - T)).",
+    parameters=(
+        Parameter("input_delay", "T", "s", -2e-3, 20e-3, 0.0, meaning="time from logged current to force; < 0: skew"),
+    ),
+    amplitudes=("input_delay",),
+    kinds=MOTORS,
+    delay=delay,
+    exposed_by="currents that change quickly: steps, or sines of several tens of Hz",
+    confused_with=("flexible_load", "thermal_derating"),
+)

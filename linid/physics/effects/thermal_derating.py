@@ -1,0 +1,47 @@
+"""Thermal derating: the winding's losses heat the motor, and thrust per ampere falls."""
+
+from __future__ import annotations
+
+import math
+
+from linid.physics.effects.effect import MOTORS, Effect, Outlook, Values, term
+from linid.physics.effects.shapes import bounded
+from linid.physics.parameter import Parameter
+
+
+@term
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, derating, thermal_time):
+    """The currents that a cold motor would need for the same force, A."""
+    factor = 1.0 / bounded(1.0 + derating * s_1)
+    return i_1 * factor, i_2 * factor, i_3 * factor
+
+
+@term
+def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, derating, thermal_time):
+    """Heat s_1 in A^2: s_1' = (I_1^2 + I_2^2 + I_3^2 - s_1) / tau, exact for constant currents."""
+    losses = i_1 * i_1 + i_2 * i_2 + i_3 * i_3
+    return losses + (s_1 - losses) * math.exp(-h / thermal_time), s_2
+
+
+def grid(outlook: Outlook) -> tuple[Values, ...]:
+    """Time constants around the length of a recording; a longer one only looks like its own start."""
+    longest = max(outlook.durations)
+    return tuple({"thermal_time": share * longest} for share in (1.0, 0.3, 0.1, 3.0))
+
+
+EFFECT = Effect(
+    name="thermal_derating",
+    slot="DRIVE",
+    physics="Thrust falls with the heat T of the winding: F = F_motor / (1 + c T), T' = (sum I^2 - T) / tau.",
+    parameters=(
+        Parameter("derating", "c", "1/A^2", -1.0, 10.0, 0.0, meaning="loss of thrust per steady squared current"),
+        Parameter("thermal_time", "tau", "s", 0.02, 1e3, 1.0, log=True, meaning="thermal time constant"),
+    ),
+    amplitudes=("derating",),
+    kinds=MOTORS,
+    grid=grid,
+    drive=drive,
+    advance=advance,
+    exposed_by="the same moves again and again without a pause, after one that starts cold",
+    confused_with=("force_saturation", "friction_drift"),
+)

@@ -1,0 +1,167 @@
+"""Third part of the compiled simulation: acceleration along a measured motion.
+
+Appended to terms_template.py by the emitter; not run as it stands.
+"""
+
+# ruff: noqa
+# <body>
+
+
+@njit(cache=True, error_model="numpy")
+def along_one(
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    t_start,
+    dt,
+    count,
+    added_mass,
+    record,
+    elapsed,
+    y,
+    v,
+    w,
+    kept,
+    standstill,
+    a_out,
+    w_out,
+    states_out,
+    reading_out,
+):
+    """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
+
+    y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
+    (the bristle then balances the other forces). a_out: (count,) m/s^2; w_out: (count,) m; states_out: (count, kept)
+    hidden states number `kept`; reading_out: (count,) reading error in m, or empty if no effect has one.
+    """
+    p = params
+    mass = p[7] + added_mass
+    lag = 0.0
+    if on:
+        p = with_states(params, record, elapsed)
+        if on & MASSES:
+            mass = max(mass + extra_mass(on, p), LEAST_MASS * mass)
+        if on & DELAYS:
+            lag = total_delay(on, p)
+    coulomb, static, v_s, alpha = p[0], p[1], p[2], p[3]
+    sigma_0, sigma_1, sigma_2 = p[4], p[5], p[6]
+    table = np.zeros((3, 12))
+    harmonics = prepare_motor(motor, p[8:14], table)
+    wavenumber, phase = p[9], p[11]
+    if motor == 3:
+        wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
+    i_1 = i_2 = i_3 = 0.0
+    factor = level = 1.0
+    previous = 1.0
+    for k in range(count):
+        t = t_start + k * dt
+        if powered:
+            if on & DELAYS:
+                i_1, i_2, i_3 = late_inputs(coefficients, dt, k * dt - lag)
+            elif k < count - 1:
+                i_1, i_2, i_3 = coefficients[k, 0, 0], coefficients[k, 1, 0], coefficients[k, 2, 0]
+            else:
+                i_1, i_2, i_3 = inputs_at(coefficients[k - 1], dt)
+        if k == 0:
+            if on & STATES:
+                start_states(on, t, y[0], v[0], i_1, i_2, i_3, p)
+            if math.isnan(w):
+                w = steady_bristle(
+                    p, motor, on, powered, i_1, i_2, i_3, t, y[0], v[0], table, harmonics, wavenumber, phase
+                )
+        force = external_force(motor, on, powered, t, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
+        previous = factor
+        if on & FRICTIONS:
+            factor = friction_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
+        if on & LEVELS:
+            level = level_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
+        if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
+            held = min(max(force / factor, -level * static), level * static) / sigma_0
+            w += min(1.0, dt / REST_AVERAGE) * (held - w)
+        w_out[k] = w
+        a_out[k] = (force - factor * sigma_0 * w - sigma_2 * v[k]) / mass
+        if on & STATES:
+            for place in range(kept.size):
+                states_out[k, place] = p[STATE_START + kept[place]]
+        if on & SENSORS:
+            reading_out[k] = reading_error(on, t, y[k], v[k], i_1, i_2, i_3, p)
+        # The bristle's rate is the difference of w: the equation's right-hand side would amplify noise.
+        if k > 1:
+            a_out[k - 1] -= previous * sigma_1 * (w - w_out[k - 2]) / (2.0 * dt * mass)
+        if k < count - 1:
+            travel = y[k + 1] - y[k]
+            speed = travel / dt
+            middle = t + 0.5 * dt
+            if on & MOVING:  # what acts between the samples
+                y_mid = y[k] + 0.5 * travel
+                if powered:
+                    i_1, i_2, i_3 = late_inputs(coefficients, dt, (k + 0.5) * dt - lag)
+                if on & LEVELS:
+                    level = level_factor(on, middle, y_mid, speed, i_1, i_2, i_3, p)
+                if on & STATES:
+                    advance_states(on, dt, middle, y_mid, speed, (v[k + 1] - v[k]) / dt, i_1, i_2, i_3, p)
+                    keep_states(p)
+            rest = level * stribeck(speed, coulomb, static, v_s, alpha) / sigma_0
+            if travel < 0.0:
+                rest = -rest
+            w = rest + (w - rest) * math.exp(-abs(travel / rest))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def along_tasks(
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    offsets,
+    t_starts,
+    dts,
+    counts,
+    sample_offsets,
+    added_mass,
+    records,
+    elapsed,
+    y,
+    v,
+    kept,
+    standstill,
+    start_w,
+    begin,
+    end,
+    a_out,
+    w_out,
+    states_out,
+    reading_out,
+):
+    """`along_one` for tasks begin..end-1; task = candidate * recordings + recording. Rows of a_out: candidates."""
+    recordings = counts.size
+    for task in range(begin, end):
+        candidate = task // recordings
+        r = task % recordings
+        a = sample_offsets[r]
+        b = sample_offsets[r + 1]
+        along_one(
+            params[candidate],
+            motor,
+            on,
+            powered[r],
+            coefficients[offsets[r] : offsets[r + 1]],
+            t_starts[r],
+            dts[r],
+            counts[r],
+            added_mass[r],
+            records[r],
+            elapsed[r],
+            y[a:b],
+            v[a:b],
+            start_w[candidate, r],
+            kept,
+            standstill[a:b],
+            a_out[candidate, a:b],
+            w_out[candidate, a:b],
+            states_out[candidate, a:b] if states_out.size > 0 else states_out[0, 0:0],
+            reading_out[candidate, a:b] if reading_out.size > 0 else reading_out[0, 0:0],
+        )
