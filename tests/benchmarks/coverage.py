@@ -1,6 +1,7 @@
 """Coverage of the 95 % intervals on the generated stand: `python -m tests.benchmarks.coverage friction 100`.
 
-Every seed measures the same exact motion with fresh encoder and current noise and fits it from nothing.
+Every seed measures the same exact motion with fresh encoder and current noise and fits it from nothing (motors:
+from the friction of the first seed).
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ import numpy as np
 
 from linid.identification.fit import fit
 from linid.identification.genetic import SearchSettings
+from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.stand.description import SineMotor
 from linid.stand.generate import GeneratedCampaign, generate, resample_noise
 from tests.identification.stand import stand
 
-SETTINGS = FitSettings(search=SearchSettings(population=24, generations=6), jobs=2)
+SETTINGS = FitSettings(search=SearchSettings(population=24, generations=3), jobs=1)
 # One recording of each driven mode is enough for the intervals, and a fit then takes a third of the time.
 DRIVEN = ("slow_ramp_1", "sine_current_2", "sine_position_1", "moves_1")
 
@@ -28,13 +30,15 @@ def main(kind: str, seeds: int) -> None:
     inside: dict[str, list[bool]] = defaultdict(list)
     scores: dict[str, list[float]] = defaultdict(list)
     lost: dict[str, int] = defaultdict(int)
+    friction: FitResult | None = None
     for seed in range(seeds):
         recordings = [r for r in resample_noise(campaign, 1000 + seed).recordings if r.split == "fit"]
         wheels = [r for r in recordings if r.kind == "free_wheel"]
         recordings = wheels + [r for r in recordings if r.name in DRIVEN]
-        result = fit("friction", wheels, settings=SETTINGS)
-        if kind != "friction":
-            result = fit(kind, recordings, settings=SETTINGS, start=result)  # type: ignore[arg-type]
+        if kind == "friction" or friction is None:
+            friction = fit("friction", wheels, settings=SETTINGS)
+        motor = kind != "friction"
+        result = fit(kind, recordings, settings=SETTINGS, start=friction) if motor else friction  # type: ignore[arg-type]
         for estimate in result.estimates:
             if estimate.status == "not_identifiable":
                 lost[estimate.name] += 1
