@@ -86,7 +86,7 @@ class _Task:
         return y[0], v[0]
 
     def ahead(self, recording: Recording) -> Ahead:
-        return Ahead(self.model, (recording,), self.substeps, self.jobs, project=False, skip_jumps=False)
+        return Ahead(self.model, (recording,), self.substeps, self.jobs, project=False, skip_jumps=False, guided=False)
 
     def ahead_error(self, recording: Recording) -> Array:
         """Errors of all windows at their horizon, (k,) m."""
