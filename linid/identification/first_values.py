@@ -61,7 +61,7 @@ def guess_effects(
     densities: tuple[float, ...],
     settings: FitSettings,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """First values of the effects' parameters and those of them that are structural; see `effect_guess`."""
+    """First values of all parameters, and those of effects that are structural; see `effect_guess`."""
     base = Model(model.kind)
     own = {p.name for p in base.parameters}
     space = build_space(
@@ -108,9 +108,12 @@ def seed_candidates(
     rows = [guess_row]
     driven = tuple(r for r in recordings if r.kind != "free_wheel")
     if driven:
-        balance = Problem(space, (Acceleration(model, driven, settings.jobs, stride=10),))
-        refined = polish(balance, Cost(balance), guess_row, rounds=2, max_evaluations=12)
-        rows.insert(0, refined.genes)
+        # Accelerations at one mass say nothing about it: all forces would shrink with it.
+        held = {} if len({r.added_mass for r in driven}) > 1 or "mass" not in first else {"mass": first["mass"]}
+        balance = Problem(space.holding(held), (Acceleration(model, driven, settings.jobs, stride=10),))
+        refined = polish(balance, Cost(balance), balance.space.encode(first), rounds=2, max_evaluations=12)
+        vector = balance.space.vectors(refined.genes)[0]
+        rows.insert(0, space.encode({p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}))
     for density in densities[1:]:
         rows.append(space.encode({**first, "guideway_density": density}))
     return np.array(rows)
