@@ -150,16 +150,15 @@ def effect_guess(
         found |= best.values | best.amplitudes
         structural |= {key: value for key, value in best.values.items() if key in effect.structural}
     model = Model(base.model.kind, tuple(effects))
-    scaled = _scaled_to_masses(model, recordings, {**first, **regression.values, **found, **known}, known, jobs)
+    scaled = scaled_to_masses(model, recordings, {**first, **regression.values, **found, **known}, known, jobs)
     return scaled, structural
 
 
-def _scaled_to_masses(
-    model: Model, recordings: Sequence[Recording], values: Values, known: Values, jobs: int
-) -> Values:
+def scaled_to_masses(model: Model, recordings: Sequence[Recording], values: Values, known: Values, jobs: int) -> Values:
     """The values with mass and all forces times the factor that suits the recordings' added masses best.
 
-    First values of an axis with an effect may be far off in scale, since accelerations hardly tell it.
+    First values of an axis with an effect may be far off in scale, since accelerations hardly tell it. known: what
+    must stay; where it holds a mass or a force the values come back as they are.
     """
     forces = {p.name for p in model.parameters if {"N", "kg"} & set(p.unit.split("/")[0].split())}
     if forces & known.keys():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.identification import seed as guess
 from linid.identification.acceleration import Acceleration
-from linid.identification.effect_guess import effect_guess
+from linid.identification.effect_guess import effect_guess, scaled_to_masses
 from linid.identification.genes import SearchSpace
 from linid.identification.polish import polish
 from linid.identification.problem import Cost, Problem
@@ -113,7 +113,10 @@ def seed_candidates(
         balance = Problem(space.holding(held), (Acceleration(model, driven, settings.jobs, stride=10),))
         refined = polish(balance, Cost(balance), balance.space.encode(first), rounds=2, max_evaluations=12)
         vector = balance.space.vectors(refined.genes)[0]
-        rows.insert(0, space.encode({p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}))
+        values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
+        if held and model.effects:
+            values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
+        rows.insert(0, space.encode(values))
     for density in densities[1:]:
         rows.append(space.encode({**first, "guideway_density": density}))
     return np.array(rows)
