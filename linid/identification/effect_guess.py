@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 _STRIDE = 5
 _CHUNK = 48  # candidates per batch
 _GENE_STEP = 1e-4
+_FLOOR = 1e-5  # of a recording's mean square residual: what is below it does not count
 _SMALL = 0.02  # of an amplitude's range, the step of its column
 
 
@@ -30,7 +31,8 @@ _SMALL = 0.02  # of an amplitude's range, the step of its column
 class Trial:
     """One entry of an effect's grid: its values, the amplitudes that the regression gives, and what they explain.
 
-    explained: share of the base model's weighted squared residual, after the base parameters had their say.
+    explained: share of the base model's squared residual, after the base parameters had their say; of several
+    recordings the geometric mean of what is left counts, since each has a noise of its own.
     """
 
     values: Values
@@ -39,9 +41,14 @@ class Trial:
 
 
 class Regression:
-    """Weighted residual of a base model along the measured motion and its columns, base parameters first."""
+    """Weighted residual of a base model along the measured motion and its columns, base parameters first.
 
-    def __init__(self, base: SearchSpace, genes: Array, recordings: Sequence[Recording], jobs: int) -> None:
+    scales: (R,) m/s^2 in which the recordings' residuals are counted (default: their own RMS).
+    """
+
+    def __init__(
+        self, base: SearchSpace, genes: Array, recordings: Sequence[Recording], jobs: int, scales: Array | None = None
+    ) -> None:
         self.recordings = tuple(recordings)
         self.jobs = jobs
         self.base = base
@@ -51,8 +58,13 @@ class Regression:
         rows = part.model_acceleration(base.vectors(np.vstack([genes, genes + np.diag(steps)])))
         residual = part.target - rows[0]
         rms = np.sqrt(np.bincount(part.classes, residual**2) / np.maximum(np.bincount(part.classes), 1))
-        self.weights = 1.0 / np.maximum(rms[part.classes], 1e-12)
+        self.classes = part.classes
+        self.stride = _STRIDE
+        self.half_widths = part.half_widths
+        self.weights = 1.0 / np.maximum((rms if scales is None else scales)[part.classes], 1e-12)
         self.residual = residual * self.weights
+        self.classes = part.classes
+        self.stride = _STRIDE
         self.columns = ((rows[1 : 1 + p] - rows[0]) / steps[:, None] * self.weights).T
         self._parts: dict[str, tuple[Acceleration, Array]] = {}
         self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, genes), strict=True)}
@@ -64,7 +76,9 @@ class Regression:
         keep = basis[1] > 1e-9 * basis[1][0]
         span = basis[0][:, keep]
         rest = self.residual - span @ (span.T @ self.residual)
-        total = float(rest @ rest)
+        sizes_of = np.bincount(self.classes)
+        before = np.bincount(self.classes, rest**2)
+        floor = _FLOOR * sizes_of + 1e-300
         out: list[Trial] = []
         per_batch = max(1, _CHUNK // len(names))
         for first in range(0, len(grid), per_batch):
@@ -76,10 +90,16 @@ class Regression:
                 norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
                 solution = np.linalg.lstsq(columns / norms, rest, rcond=1e-6)[0]
                 left = rest - (columns / norms) @ solution
-                explained = 1.0 - float(left @ left) / max(total, 1e-300)
+                ratio = (np.bincount(self.classes, left**2) + floor) / (before + floor)
+                explained = 1.0 - float(np.exp(np.sum(sizes_of * np.log(ratio)) / np.sum(sizes_of)))
                 amplitudes = {name: float(x) for name, x in zip(names, solution / norms, strict=True)}
                 out.append(Trial(dict(entry), amplitudes, explained if np.isfinite(explained) else -1.0))
         return out
+
+    def span(self) -> Array:
+        """Orthonormal columns (N, r) of what the base parameters (and the effects added so far) can do."""
+        basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
+        return np.asarray(basis[0][:, basis[1] > 1e-9 * basis[1][0]])
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
         """Derivatives by each amplitude at each entry of the grid, (N, entries * amplitudes), weighted."""
@@ -115,15 +135,18 @@ def effect_guess(
     known: dict[str, float],
     jobs: int = 1,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """First values of all parameters of effects, and among them those that are structural (never searched).
+    """First values of all parameters, and those of effects that are structural (never searched).
 
     base: search space of the model without effects; first: its first values; known: values that are given. The
     effects are taken one after the other, each with the entry of its grid that explains most.
     Raises UsageError for an effect that makes no sense with this motor or these recordings.
     """
-    balance = Problem(base, (Acceleration(base.model, tuple(recordings), jobs, stride=2 * _STRIDE),))
-    genes = polish(balance, Cost(balance), base.encode(first), rounds=2, max_evaluations=10, final=False).genes
-    regression = Regression(base, genes, recordings, jobs)
+    # The effect is still missing: a free mass would shrink to hide it, and all forces with it.
+    held = base.holding({"mass": known.get("mass", first["mass"])})
+    balance = Problem(held, (Acceleration(base.model, tuple(recordings), jobs, stride=2 * _STRIDE),))
+    genes = polish(balance, Cost(balance), held.encode(first), rounds=2, max_evaluations=10, final=False).genes
+    values = dict(zip((p.name for p in base.model.parameters), _values(held, genes).tolist(), strict=True))
+    regression = Regression(base, base.encode(values), recordings, jobs)
     outlook = look_out(base.model, recordings, regression.values)
     found: dict[str, float] = {}
     structural: dict[str, float] = {}
@@ -140,7 +163,29 @@ def effect_guess(
         regression.add(effect, best, sizes)
         found |= best.values | best.amplitudes
         structural |= {key: value for key, value in best.values.items() if key in effect.structural}
-    return found, structural
+    model = Model(base.model.kind, tuple(effects))
+    scaled = scaled_to_masses(model, recordings, {**first, **regression.values, **found, **known}, known, jobs)
+    return scaled, structural
+
+
+def scaled_to_masses(model: Model, recordings: Sequence[Recording], values: Values, known: Values, jobs: int) -> Values:
+    """The values with mass and all forces times the factor that suits the recordings' added masses best.
+
+    First values of an axis with an effect may be far off in scale, since accelerations hardly tell it. known: what
+    must stay; where it holds a mass or a force the values come back as they are.
+    """
+    forces = {p.name for p in model.parameters if {"N", "kg"} & set(p.unit.split("/")[0].split())}
+    if forces & known.keys():
+        return values
+    part = Acceleration(model, tuple(recordings), jobs, stride=2 * _STRIDE)
+    trials = [
+        {name: value * factor if name in forces else value for name, value in values.items()}
+        for factor in np.geomspace(0.04, 25.0, 97).tolist()
+    ]
+    residuals = part.residuals(np.array([model.vector(trial) for trial in trials]), np.zeros((len(trials), 0)))
+    sizes = np.bincount(part.classes)
+    costs = [float(sizes @ np.log(np.bincount(part.classes, row**2) / sizes + 1e-300)) for row in residuals]
+    return trials[int(np.nanargmin(costs))]
 
 
 def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: Values, sizes: Values) -> Trial:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.identification import seed as guess
 from linid.identification.acceleration import Acceleration
-from linid.identification.effect_guess import effect_guess
+from linid.identification.effect_guess import effect_guess, scaled_to_masses
 from linid.identification.genes import SearchSpace
 from linid.identification.polish import polish
 from linid.identification.problem import Cost, Problem
@@ -61,7 +61,7 @@ def guess_effects(
     densities: tuple[float, ...],
     settings: FitSettings,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """First values of the effects' parameters and those of them that are structural; see `effect_guess`."""
+    """First values of all parameters, and those of effects that are structural; see `effect_guess`."""
     base = Model(model.kind)
     own = {p.name for p in base.parameters}
     space = build_space(
@@ -108,9 +108,15 @@ def seed_candidates(
     rows = [guess_row]
     driven = tuple(r for r in recordings if r.kind != "free_wheel")
     if driven:
-        balance = Problem(space, (Acceleration(model, driven, settings.jobs, stride=10),))
-        refined = polish(balance, Cost(balance), guess_row, rounds=2, max_evaluations=12)
-        rows.insert(0, refined.genes)
+        # Accelerations at one mass say nothing about it: all forces would shrink with it.
+        held = {} if len({r.added_mass for r in driven}) > 1 or "mass" not in first else {"mass": first["mass"]}
+        balance = Problem(space.holding(held), (Acceleration(model, driven, settings.jobs, stride=10),))
+        refined = polish(balance, Cost(balance), balance.space.encode(first), rounds=2, max_evaluations=12)
+        vector = balance.space.vectors(refined.genes)[0]
+        values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
+        if held and model.effects:
+            values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
+        rows.insert(0, space.encode(values))
     for density in densities[1:]:
         rows.append(space.encode({**first, "guideway_density": density}))
     return np.array(rows)

@@ -65,8 +65,7 @@ def fit(
             )
     first, densities = first_values(model, recordings, fixed, start)
     if model.effects:
-        effects_first, structural = guess_effects(model, recordings, first, fixed, densities, settings)
-        first = {**first, **effects_first, **fixed}
+        first, structural = guess_effects(model, recordings, first, fixed, densities, settings)
         fixed = {**structural, **fixed}
     space = build_space(
         model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck

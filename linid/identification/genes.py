@@ -55,6 +55,11 @@ class SearchSpace:
         """Names of the searched parameters."""
         return tuple(gene.name for gene in self.genes)
 
+    def holding(self, values: dict[str, float]) -> SearchSpace:
+        """The same space with some parameters fixed at SI values instead of searched."""
+        genes = tuple(gene for gene in self.genes if gene.name not in values)
+        return SearchSpace(self.model, genes, {**self.fixed, **values}, self.stribeck)
+
     def vectors(self, population: Array) -> Array:
         """Population (C, p) of genes -> flat parameter vectors (C, VECTOR_SIZE) in SI units."""
         population = np.atleast_2d(population)

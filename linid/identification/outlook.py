@@ -13,7 +13,7 @@ from linid.physics.model import Model
 from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
 
-_AMPLITUDE_PER_FORCE = 10.0
+_AMPLITUDE_PER_FORCE = 20.0
 _READING_PER_STROKE = 0.01
 
 

@@ -86,7 +86,8 @@ def along_one(
             for place in range(kept.size):
                 states_out[k, place] = p[STATE_START + kept[place]]
         if on & SENSORS:
-            reading_out[k] = reading_error(on, t, y[k], v[k], i_1, i_2, i_3, p)
+            error = reading_error(on, t, y[k], v[k], i_1, i_2, i_3, p)  # at the reading, then at the position
+            reading_out[k] = reading_error(on, t, y[k] - error, v[k], i_1, i_2, i_3, p)
         # The bristle's rate is the difference of w: the equation's right-hand side would amplify noise.
         if k > 1:
             a_out[k - 1] -= previous * sigma_1 * (w - w_out[k - 2]) / (2.0 * dt * mass)

@@ -26,7 +26,9 @@ def list_effects(name: str | None) -> Outcome:
 def _row(effect: Effect) -> dict[str, Any]:
     return {
         "name": effect.name,
+        "slot": effect.slot,
         "physics": effect.physics,
+        "models": list(effect.kinds),
         "exposed_by": effect.exposed_by,
         "confused_with": list(effect.confused_with),
         "parameters": [
@@ -34,8 +36,10 @@ def _row(effect: Effect) -> dict[str, Any]:
                 "name": p.name,
                 "symbol": p.symbol,
                 "unit": p.unit,
+                "unit_rotary": p.unit_on("rotary"),
                 "lower": p.lower,
                 "upper": p.upper,
+                "role": _role(effect, p.name),
                 "meaning": p.meaning,
             }
             for p in effect.parameters
@@ -43,23 +47,32 @@ def _row(effect: Effect) -> dict[str, Any]:
     }
 
 
+def _role(effect: Effect, name: str) -> str:
+    """amplitude (0: the effect is absent), given (set by the recordings, not searched) or shape."""
+    if name in effect.amplitudes:
+        return "amplitude"
+    return "given" if name in effect.structural else "shape"
+
+
 def _overview(effects: tuple[Effect, ...]) -> Any:
     table = _table()
-    for title in ("Effect", "Physics", "Parameters"):
+    for title in ("Effect", "Slot", "Physics"):
         table.add_column(title, overflow="fold")
     for effect in effects:
-        table.add_row(effect.name, effect.physics, ", ".join(f"{p.name} ({p.unit})" for p in effect.parameters))
+        table.add_row(effect.name, effect.slot, effect.physics)
     return table
 
 
 def _one(effect: Effect) -> Any:
     table = _table(header=False)
-    table.add_row("effect", effect.name)
+    table.add_row("effect", f"{effect.name} ({effect.slot})")
     table.add_row("physics", effect.physics)
+    table.add_row("models", ", ".join(effect.kinds))
     for p in effect.parameters:
-        table.add_row(
-            "parameter", f"{p.name} ({p.symbol}, {p.unit}): {p.meaning}; searched {p.lower:g} to {p.upper:g} {p.unit}"
-        )
+        rotary = p.unit_on("rotary")
+        unit = p.unit if rotary == p.unit else f"{p.unit}, rotary {rotary}"
+        scale = "set by the recordings" if p.name in effect.structural else f"within {p.lower:g} to {p.upper:g}"
+        table.add_row("parameter", f"{p.name} ({p.symbol}) in {unit}: {p.meaning}; {_role(effect, p.name)}, {scale}")
     table.add_row("shown by", effect.exposed_by)
     table.add_row("confused with", ", ".join(effect.confused_with) or "-")
     return table

@@ -44,7 +44,7 @@ SAMPLES: dict[str, dict[str, float]] = {
     "quadratic_drag": {"drag_coefficient": 6.0},
     "input_delay": {"input_delay": 2.3e-3},
     "force_saturation": {"saturation": 0.8},
-    "thermal_derating": {"derating": 1.5, "thermal_time": 0.4},
+    "thermal_derating": {"derating": 0.4, "thermal_time": 0.4},
     "end_effect": {
         "end_loss_low": 0.3, "end_loss_high": 0.2, "end_length": 0.02, "end_low": -0.06, "end_high": 0.09,
     },
@@ -107,7 +107,7 @@ def simulate(
 def _campaign_paths() -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Level of the current in A, times in s and path of the field in m for each driven run."""
     t = np.arange(0.0, 1.6, 1e-3)
-    fade = np.minimum(1.0, t / 0.2)
+    fade = np.clip((t - 0.1) / 0.2, 0.0, 1.0)  # from rest
     slow = 0.07 * np.sin(2.0 * np.pi * 0.6 * t) + 0.004 * np.sin(2.0 * np.pi * 4.1 * t)
     quick = 0.03 * np.sin(2.0 * np.pi * 2.3 * t) + 0.03 * np.sin(2.0 * np.pi * 0.5 * t)
     rests = 0.06 * np.clip(1.6 * np.sin(2.0 * np.pi * 0.9 * t), -1.0, 1.0)
@@ -116,12 +116,12 @@ def _campaign_paths() -> list[tuple[float, np.ndarray, np.ndarray]]:
 
 
 def campaign_with(effects: tuple[str, ...], seed: int = 0, noise: float = 1e-7) -> list[Recording]:
-    """Two free wheels and four driven runs of the axis with its effects, encoder noise in m added."""
+    """Four free wheels and four driven runs of the axis with its effects, encoder noise in m added."""
     generator = np.random.default_rng(seed)
     recordings: list[Recording] = []
     t = np.arange(0.0, 0.6, 1e-3)
-    for speed, added in ((0.6, 0.0), (-0.5, 0.5)):
-        recordings.append(Recording(f"wheel_{added}", t, np.full_like(t, speed), kind="free_wheel", added_mass=added))
+    for k, (speed, added) in enumerate(((0.6, 0.0), (-0.5, 0.5), (-0.6, 0.0), (0.5, 0.5))):
+        recordings.append(Recording(f"wheel_{k}", t, np.full_like(t, speed), kind="free_wheel", added_mass=added))
     for k, (level, times, path) in enumerate(_campaign_paths()):
         turns = np.array([[-1.0], [0.0], [1.0]]) * AXIS["winding_displacement"]
         wave = level * (1.0 + 0.3 * np.sin(7.0 * times + k))
@@ -129,7 +129,7 @@ def campaign_with(effects: tuple[str, ...], seed: int = 0, noise: float = 1e-7) 
         recordings.append(Recording(f"run_{k}", times, np.zeros_like(times), phase_currents=currents))
     out = []
     for recording in in_order(recordings):
-        start = start_of_run()
+        start = (*start_of_run()[:2], math.nan)
         if recording.kind == "free_wheel":
             start = (-0.05 if recording.y[0] > 0.0 else 0.1, float(recording.y[0]), math.nan)
         y = simulate(effects, recording, start, 8)

@@ -18,9 +18,9 @@ def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, size, start, durati
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
-    """Pulses of a quarter and of a sixteenth of a second in every recording, each half over the one before."""
+    """Pulses of two lengths in every recording, each half over the one before."""
     out = []
-    for length in (0.25, 0.06):
+    for length in (0.3, 0.12):
         for record, duration in zip(outlook.records, outlook.durations, strict=True):
             for k in range(int(2.0 * duration / length)):
                 out.append(

@@ -1,0 +1,135 @@
+"""Selection: effects are confirmed together with the base and added one at a time while they pay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.diagnosis.balance import Balance
+from linid.diagnosis.alone import PER_RECORDING
+from linid.diagnosis.confirm import Fitted, Judge, affected_rows, fit_together, rows_to_judge
+from linid.diagnosis.screen import Screened, screen
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+CONFIRMED = 5  # effects refitted per step
+LARGEST = 3  # effects in one verdict
+# An effect pays if its held-out gain stands out of the bootstrap and is no smaller than this share of the floor.
+LEAST_SIGNIFICANCE = 4.0
+LEAST_GAIN = 0.004
+LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
+RIVAL = 0.1  # closure by which a rival must fall behind
+# The first is the second with some parameters at zero.
+NESTED = {
+    ("constant_force", "cable_force"),
+    ("current_offset", "cogging"),
+}
+
+
+@dataclass(frozen=True)
+class Confirmed:
+    """Effects fitted together with the base, judged on the rows that can tell."""
+
+    effects: tuple[str, ...]
+    explained: float
+    fitted: Fitted
+    closure: float
+    low: float
+    high: float
+    significance: float
+    gain: float
+
+
+def confirm(
+    judge: Judge, base: Fitted, reference: Fitted, screened: Sequence[Screened], fixed: dict[str, float],
+    recordings: Sequence[Recording], jobs: int, watch: Callable[[int, int], None] | None = None,
+) -> tuple[Confirmed, ...]:  # fmt: skip
+    """Refit the best screened effects, each together with `base`; the best closure first.
+
+    reference: the model whose residual counts as `before` (the base without any effect).
+    """
+    balance = judge.balance
+    out = []
+    for number, item in enumerate(screened, 1):
+        chosen_recordings = _to_fit(recordings, item)
+        found = fit_together(balance, base, [(item.name, item.trial)], fixed, chosen_recordings, jobs)
+        out.append(judged(judge, reference, found, item.trial.explained))
+        if watch is not None:
+            watch(number, len(screened))
+    return tuple(sorted(out, key=lambda c: -c.gain))
+
+
+def judged(judge: Judge, reference: Fitted, found: Fitted, explained: float) -> Confirmed:
+    """Closure of a fitted model over the reference."""
+    effects = found.model.effects
+    chosen = rows_to_judge(judge.balance, effects, found.structural)
+    closure, low, high, significance = judge.closure(reference.residual, found.residual, chosen)
+    gain = float(np.sum(judge.power(reference.residual)[chosen] - judge.power(found.residual)[chosen]))
+    gain /= max(judge.floor(chosen) * judge.balance.rows.recording.size, 1e-300)
+    return Confirmed(effects, explained, found, closure, low, high, significance, gain)
+
+
+def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
+    """The fitted recordings, and for an effect that lives in single recordings every second block of held-out ones."""
+    fitted = [r for r in recordings if r.split == "fit"]
+    if item.name not in PER_RECORDING:
+        return fitted
+    return list(recordings)
+
+
+def pays(candidate: Confirmed) -> bool:
+    """Whether an effect's held-out gain is significant and not negligible."""
+    return candidate.significance >= LEAST_SIGNIFICANCE and candidate.gain >= LEAST_GAIN
+
+
+def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[str, ...]:
+    """Effects that explain as much as the best one's last effect, as far as these rows can tell."""
+    name = best.effects[-1]
+    out = []
+    for other in others:
+        rival = other.effects[-1]
+        if rival == name or not pays(other):
+            continue
+        chosen = rows_to_judge(judge.balance, other.effects, other.fitted.structural)
+        chosen |= rows_to_judge(judge.balance, best.effects, best.fitted.structural)
+        difference = judge.power(other.fitted.residual)[chosen] - judge.power(best.fitted.residual)[chosen]
+        blocks = np.unique(judge.balance.rows.block[chosen], return_inverse=True)[1]
+        sums = np.bincount(blocks, difference)
+        lead = float(sums.sum()) / max(float(np.sqrt(np.sum(sums**2))), 1e-300)
+        if (name, rival) in NESTED and lead > -2.0:
+            continue  # the simpler one will do
+        if lead < 3.0 and other.closure > best.closure - RIVAL:
+            out.append(rival)
+    return tuple(out)
+
+
+def affected(balance: Balance, candidate: Confirmed) -> NDArray[np.bool_]:
+    """Rows of the recordings that per-recording effects of a candidate act in (all, for other effects)."""
+    chosen = np.zeros(balance.rows.recording.size, dtype=bool)
+    for name in candidate.effects:
+        if name not in PER_RECORDING:
+            return np.ones_like(chosen)
+        chosen |= affected_rows(balance, name, candidate.fitted.structural)
+    return chosen
+
+
+def screen_and_confirm(
+    judge: Judge, base: Fitted, reference: Fitted, fixed: dict[str, float], recordings: Sequence[Recording], jobs: int,
+    watch: Callable[[str, int, int], None],
+) -> tuple[tuple[Screened, ...], tuple[Confirmed, ...]]:  # fmt: skip
+    """One step of the forward selection: every effect screened, the best confirmed."""
+    rms = np.sqrt(
+        np.bincount(judge.balance.rows.recording, base.residual**2) / np.bincount(judge.balance.rows.recording)
+    )
+    # Between noise and gap: recordings with the gap must count, those without it must still hold the base.
+    scales = np.sqrt(judge.scale * np.maximum(rms, judge.scale))
+    screened = screen(base, recordings, scales, fixed, jobs, watch=lambda done, total: watch("screen", done, total))
+    best = screened[:CONFIRMED]
+    found = confirm(
+        judge, base, reference, best, fixed, recordings, jobs, lambda done, total: watch("confirm", done, total)
+    )
+    return screened, found

@@ -1,0 +1,156 @@
+"""What every effect must keep, whoever wrote it: finite, neutral at zero amplitude, compiled as in plain Python."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from linid.physics.effects.effect import ALL_KINDS, TERM_ARGUMENTS, Effect, Outlook
+from linid.physics.effects.registry import EFFECTS
+from linid.physics.parameter import _ROTARY
+
+DESIGN = {
+    "cogging": "FORCE", "force_ripple": "FORCE", "phase_gain_imbalance": "DRIVE", "current_offset": "DRIVE",
+    "asymmetric_friction": "FORCE", "constant_force": "FORCE", "cable_force": "FORCE",
+    "position_dependent_friction": "FORCE", "quadratic_drag": "FORCE", "input_delay": "DRIVE",
+    "force_saturation": "DRIVE", "thermal_derating": "DRIVE", "end_effect": "FORCE", "flexible_load": "FORCE",
+    "encoder_periodic_error": "SENSOR", "external_disturbance": "FORCE", "friction_drift": "FORCE",
+    "payload_change": "FORCE",
+}  # fmt: skip
+PHASES = Outlook(0.02, 0.42, 200.0, 1.5, 2.0, (4.0, 1.5, 2.0), (1, 2, 5), 1e-3, 12.0)
+ONE_INPUT = Outlook(-0.3, 12.0, None, 30.0, 5.0, (10.0,), (1,), 1e-3, 10.0)
+STATES = ((0.0, 0.0), (1.0, 0.2), (-1.0, -0.2))
+POINTS = tuple(product((0.0, 1.3), (-0.4, 0.0, 0.37), (-2.0, -1e-6, 0.0, 0.5)))  # t, y, v
+
+every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
+
+
+def corners(effect: Effect) -> list[list[float]]:
+    """All parameters at their defaults, each at its own bounds, and all at either bound."""
+    base = [p.default for p in effect.parameters]
+    out = [base, [p.lower for p in effect.parameters], [p.upper for p in effect.parameters]]
+    for k, parameter in enumerate(effect.parameters):
+        out += [[*base[:k], value, *base[k + 1 :]] for value in (parameter.lower, parameter.upper)]
+    return out
+
+
+def arguments(name: str, point: tuple[float, float, float], states: tuple[float, float]) -> list[float]:
+    known = dict(
+        t=point[0], y=point[1], v=point[2], i_1=0.7, i_2=-0.4, i_3=-0.3, record=1.0, elapsed=5.0, s_1=states[0],
+        s_2=states[1], h=1e-3, a=3.0,
+    )  # fmt: skip
+    return [known[argument] for argument in TERM_ARGUMENTS[name]]
+
+
+def cases(effect: Effect, parameters: list[list[float]]) -> list[tuple[str, list[float]]]:
+    states = STATES if effect.advance is not None else STATES[:1]
+    return [
+        (name, arguments(name, point, state) + list(values))
+        for name in effect.terms
+        for values in parameters
+        for point in POINTS
+        for state in states
+    ]
+
+
+def test_the_design_names_are_all_there_with_their_slots() -> None:
+    slots = {effect.name: effect.slot for effect in EFFECTS}
+    assert {name: slots.get(name) for name in DESIGN} == DESIGN
+    assert len(slots) == len(EFFECTS) >= 22
+
+
+@every_effect
+def test_finite_at_all_bounds_and_compiled_as_in_python(effect: Effect) -> None:
+    for name, values in cases(effect, corners(effect)):
+        compiled = np.atleast_1d(effect.terms[name](*values))
+        plain = np.atleast_1d(effect.terms[name].py_func(*values))
+        assert np.all(np.isfinite(compiled)), (name, values)
+        assert np.allclose(compiled, plain, rtol=1e-12, atol=1e-14), (name, values)
+        if name in ("thrust", "friction", "level"):
+            assert compiled[0] > 0.0, (name, values)
+
+
+@every_effect
+def test_absent_at_zero_amplitude(effect: Effect) -> None:
+    """With all amplitudes 0 every term is neutral, whatever the other parameters are."""
+    free = [p.name not in effect.amplitudes for p in effect.parameters]
+    zeroed = [[x if keep else 0.0 for x, keep in zip(row, free, strict=True)] for row in corners(effect)]
+    for name, values in cases(effect, zeroed):
+        if name in ("initial", "advance"):
+            continue
+        found = effect.terms[name](*values)
+        if name == "drive":
+            assert np.allclose(found, values[3:6], rtol=1e-15, atol=0.0)
+        else:
+            neutral = {"field": values[1] if name == "field" else 0.0, "thrust": 1.0, "friction": 1.0, "level": 1.0}
+            assert found == neutral.get(name, 0.0), (name, values)
+
+
+@every_effect
+def test_amplitudes_act(effect: Effect) -> None:
+    """Each amplitude alone changes some term at some point."""
+    start = {k: v for entry in effect.grid(PHASES)[:1] for k, v in entry.items()}
+    base = {p.name: start.get(p.name, p.default) for p in effect.parameters}
+    if effect.name == "external_disturbance":
+        base |= {"disturbance_start": 0.0, "disturbance_duration": 2.0, "disturbance_recording": 1.0}
+    for amplitude in effect.amplitudes:
+        changed = base | {amplitude: 0.1 * max(p.upper for p in effect.parameters if p.name == amplitude)}
+        before = [np.atleast_1d(effect.terms[n](*x)) for n, x in cases(effect, [list(base.values())])]
+        after = [np.atleast_1d(effect.terms[n](*x)) for n, x in cases(effect, [list(changed.values())])]
+        assert any(not np.array_equal(a, b) for a, b in zip(before, after, strict=True)), amplitude
+
+
+@every_effect
+def test_grid_gives_every_parameter_but_the_amplitudes(effect: Effect) -> None:
+    bounds = {p.name: (p.lower, p.upper) for p in effect.parameters}
+    for outlook in (PHASES, ONE_INPUT):
+        for entry in effect.grid(outlook):
+            assert set(entry) == set(bounds) - set(effect.amplitudes)
+            assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in entry.items()), entry
+    assert effect.grid(PHASES)
+    assert [kind for kind in effect.kinds if not effect.applies(kind, PHASES)] == []
+    assert [kind for kind in ALL_KINDS if kind not in effect.kinds and effect.applies(kind, PHASES)] == []
+
+
+@every_effect
+def test_told_to_people(effect: Effect) -> None:
+    units = {"1", "s", "Hz", "A", "1/A^2", *_ROTARY}
+    for parameter in effect.parameters:
+        assert parameter.unit in units and parameter.meaning and parameter.symbol
+        metric = {"m", "N", "kg"} & set(parameter.unit.replace("/", " ").replace("^2", "").split())
+        assert bool(metric) == (parameter.unit_on("rotary") != parameter.unit), parameter
+    assert effect.physics.endswith(".") and "\n" not in effect.physics and len(effect.physics) < 121
+    assert effect.exposed_by and set(effect.confused_with) <= {other.name for other in EFFECTS} - {effect.name}
+
+
+@pytest.mark.parametrize("effect", [e for e in EFFECTS if e.advance is not None], ids=lambda e: e.name)
+@settings(max_examples=40, deadline=None)
+@given(
+    v=st.floats(-2.0, 2.0), current=st.floats(-3.0, 3.0), a=st.floats(-20.0, 20.0), split=st.floats(0.05, 0.95),
+    h=st.floats(1e-6, 0.05), s_1=st.floats(-0.9, 0.9), s_2=st.floats(-0.5, 0.5),
+)  # fmt: skip
+def test_hidden_states_advance_exactly(effect: Effect, v, current, a, split, h, s_1, s_2) -> None:
+    """Two part steps under the same conditions are one whole step."""
+    start = effect.grid(PHASES)[0]
+    parameters = [start.get(p.name, 1e-4 if p.name in effect.amplitudes else p.default) for p in effect.parameters]
+    rest = (0.0, 0.1, v, a, current, -0.5 * current, -0.5 * current, 1.0, 0.0)
+    once = effect.advance(h, *rest, s_1, s_2, *parameters)
+    half = effect.advance(split * h, *rest, s_1, s_2, *parameters)
+    twice = effect.advance((1.0 - split) * h, *rest, *half, *parameters)
+    assert np.allclose(once, twice, rtol=1e-9, atol=1e-9)
+    assert effect.advance(0.0, *rest, s_1, s_2, *parameters) == pytest.approx((s_1, s_2), abs=1e-15)
+
+
+def test_saturation_takes_the_space_vector() -> None:
+    """The amplitude of balanced currents does not depend on their angle; a single input is its own."""
+    from linid.physics.effects.force_saturation import squared_amplitude
+
+    for angle in np.linspace(0.0, 6.0, 7):
+        turned = [1.7 * math.cos(angle - k * 2.0 * math.pi / 3.0) for k in range(3)]
+        assert squared_amplitude(*turned) == pytest.approx(1.7**2, rel=1e-12)
+    assert squared_amplitude(-1.7, 0.0, 0.0) == 1.7 * 1.7

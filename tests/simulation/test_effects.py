@@ -1,0 +1,204 @@
+"""Every effect in the compiled simulation: against the reference, its order, off means off, equal bits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.identification.acceleration import Acceleration
+from linid.identification.ahead import Ahead
+from linid.physics.effects.registry import EFFECTS, find_effect
+from linid.physics.model import EFFECT_START, Model
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.reference import simulate_reference
+from linid.simulation.run import Simulator, whole_recordings
+from tests.simulation.axis_with_effects import (
+    AXIS,
+    NAMES,
+    SAMPLES,
+    campaign_with,
+    simulate,
+    start_of_run,
+    synchronous_run,
+)
+
+RUN = synchronous_run()
+START = start_of_run()
+# A play jumps; the others are smooth as far as the base model is.
+SMOOTH = tuple(name for name in NAMES if name != "backlash")
+every_effect = pytest.mark.parametrize("name", NAMES)
+
+
+def rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def test_there_is_a_sample_of_every_effect() -> None:
+    assert set(SAMPLES) == set(NAMES)
+    for name, values in SAMPLES.items():
+        assert set(values) == {p.name for p in find_effect(name).parameters}
+
+
+@every_effect
+def test_against_the_reference(name: str) -> None:
+    """Driven run with reversals: the effect moves the axis by far more than the two simulations differ."""
+    reference, _ = simulate_reference(
+        "sine", AXIS | SAMPLES[name], RUN, START, effects=(name,), rtol=1e-10, max_step=2e-3
+    )
+    effect = rms(reference - simulate((), RUN, START, 16))
+    error = rms(simulate((name,), RUN, START, 16) - reference)
+    assert error < 5e-8 and error < 1e-3 * effect, (error, effect)
+    assert rms(simulate((name,), RUN, START, 2) - reference) < 2e-6
+
+
+def test_all_effects_together_against_the_reference() -> None:
+    values = dict(AXIS)
+    for sample in SAMPLES.values():
+        values |= sample
+    short = synchronous_run(0.4)
+    reference, _ = simulate_reference("sine", values, short, START, effects=NAMES, rtol=1e-9)
+    assert rms(simulate(NAMES, short, START, 16) - reference) < 2e-7
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_order_is_kept(name: str) -> None:
+    fine = simulate((name,), RUN, START, 256)
+    counts = np.array([2, 4, 8, 16, 32])
+    errors = [rms(simulate((name,), RUN, START, int(n)) - fine) for n in counts]
+    slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert slope >= 1.9, (slope, errors)
+
+
+@every_effect
+def test_zero_amplitude_is_the_base_model(name: str) -> None:
+    """To rounding: the guarded terms act, but do nothing."""
+    zero = dict.fromkeys(find_effect(name).amplitudes, 0.0)
+    base = simulate((), RUN, START)
+    assert np.max(np.abs(simulate((name,), RUN, START, values=zero) - base)) < 1e-12
+
+
+def vectors(model: Model) -> np.ndarray:
+    """The sample parameters of all effects, whether they act or not."""
+    values = dict(AXIS)
+    for sample in SAMPLES.values():
+        values |= sample
+    full = Model(model.kind, NAMES)
+    return np.array([full.vector(values), full.vector({**values, "mass": 0.9, "shift": -0.2})])
+
+
+def runs(model: Model, params: np.ndarray, *, specialised: bool = False, jobs: int = 1) -> np.ndarray:
+    wheel = Recording("wheel", RUN.t[:200], np.zeros(200), kind="free_wheel", number=1)
+    simulator = Simulator(model, pack_inputs([RUN, wheel]), 2, jobs, specialised)
+    starts = np.tile([START[0], 0.2, math.nan], (params.shape[0], 2, 1))
+    return simulator.run(params, whole_recordings(simulator.inputs), starts)[0]
+
+
+def test_off_means_off() -> None:
+    """A bit that is off leaves the base model's bits, whatever the effect's parameters are; on, it changes them."""
+    model = Model("sine")
+    params = vectors(model)
+    bare = params.copy()
+    bare[:, EFFECT_START:] = 0.0
+    base = runs(model, bare)
+    assert np.array_equal(runs(model, params), base)
+    for name in NAMES:
+        assert not np.array_equal(runs(Model("sine", (name,)), params), base), name
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [pytest.param(NAMES, marks=pytest.mark.slow, id="all"), ("thermal_derating", "cable_force", "input_delay")],
+)
+def test_specialised_kernel_gives_the_same_bits(effects: tuple[str, ...]) -> None:
+    model = Model("sine", effects)
+    params = vectors(model)
+    guarded = runs(model, params)
+    assert np.array_equal(guarded, runs(model, params, specialised=True))
+    assert np.array_equal(guarded, runs(model, params, jobs=2))
+    assert np.all(np.isfinite(guarded))
+
+
+@pytest.mark.slow
+@every_effect
+def test_each_specialised_kernel_gives_the_same_bits(name: str) -> None:
+    model = Model("sine", (name,))
+    params = vectors(model)
+    assert np.array_equal(runs(model, params), runs(model, params, specialised=True))
+
+
+@every_effect
+def test_finite_at_all_bounds(name: str) -> None:
+    """No corner of the search box may stop the simulation with an error; it runs or ends as nan from there on."""
+    effect = find_effect(name)
+    known = AXIS | {p.name: SAMPLES[name].get(p.name, p.default) for p in effect.parameters}
+    for parameter in effect.parameters:
+        for value in (parameter.lower, parameter.upper):
+            y = simulate((name,), RUN, START, values=known | {parameter.name: value})
+            bad = np.flatnonzero(~np.isfinite(y))
+            assert np.all(np.isfinite(y[: bad[0] if bad.size else None]))
+            assert bad.size == 0 or np.all(np.isnan(y[bad[0] :]))
+            assert np.isfinite(y[0])
+
+
+def test_prediction_windows_start_from_the_hidden_states_along_the_motion() -> None:
+    """Predictions restarted with their hidden states stay near the run that they are cut from; cold ones do not."""
+    effects = ("thermal_derating", "flexible_load", "cable_force")
+    values = AXIS | {k: v for name in effects for k, v in SAMPLES[name].items()}
+    y = simulate(effects, RUN, (START[0], 0.0, math.nan), 16)
+    model = Model("sine", effects)
+    part = Ahead(model, (replace(RUN, y=y),), 8, 1, project=False, skip_jumps=False)
+    params = model.vector(values)[None, :]
+    warm = rms((part.simulate(params) - part.measured)[0])
+    along = part.simulator.along(params, part.motion.y, part.motion.v, part.motion.standstill, np.full((1, 1), np.nan))
+    dts = part.simulator.inputs.dts[part.segments.recording]
+    starts = along.starts(part.flat_first, part.motion.y, part.motion.v, dts)[:, :, :3]
+    cold = rms((part.simulator.run(params, part.segments, starts)[0] - part.measured)[0])
+    assert warm < 0.1 * cold, (warm, cold)
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if n != "backlash"])
+def test_force_balance_along_the_motion_reaches_the_floor(name: str) -> None:
+    """At true parameters the weak form leaves little; without the effect it leaves much more.
+
+    Backlash is left out: while the play is taken up the reading hides the motion that the balance is about.
+    """
+    recordings = tuple(campaign_with((name,))[i] for i in (0, 1, 2, 4))
+    model, base = Model("sine", (name,)), Model("sine")
+    values = AXIS | SAMPLES[name]
+    none = np.zeros((1, 0))
+    full = Acceleration(model, recordings, 1).residuals(model.vector(values)[None, :], none)[0]
+    without = Acceleration(base, recordings, 1).residuals(base.vector(values)[None, :], none)[0]
+    assert rms(full) < 0.35 * rms(without), (rms(full), rms(without))
+
+
+@pytest.mark.parametrize("delay", [0.01, -2e-3])
+def test_a_delay_is_a_shift_of_the_input(delay: float) -> None:
+    """By whole samples it is the recording with its input moved, held at the first or last sample."""
+    t = np.arange(0.0, 0.2, 1e-3)
+    drive = 0.1 + 0.1 * np.sin(30.0 * t)
+    moved = np.interp(t - delay, t, drive)
+    start = (0.0, 0.3, 1e-4)
+    logged = Recording("logged", t, np.zeros_like(t), drive_input=drive)
+    late = simulate(("input_delay",), logged, start, 4, values={"input_delay": delay}, kind="force")
+    expected = simulate((), replace(logged, drive_input=moved), start, 4, kind="force")
+    undelayed = simulate((), logged, start, 4, kind="force")
+    # The spline through the moved samples rounds the corner where the input is held.
+    assert rms(late - expected) < 0.02 * rms(late - undelayed)
+
+
+def test_records_and_running_time_reach_the_effects() -> None:
+    """Effects of one recording act in that alone; the campaign's running time drifts on."""
+    numbered = [replace(RUN, name=f"r{k}", number=k, elapsed=float(k)) for k in (2, 3)]
+    payload = [simulate(("payload_change",), r, START) for r in numbered]
+    base = simulate((), RUN, START)
+    assert np.array_equal(payload[0], base) and rms(payload[1] - base) > 1e-4
+    drift = [simulate(("friction_drift",), r, START) for r in numbered]
+    assert rms(drift[0] - drift[1]) > 1e-7
+
+
+def test_effects_are_listed_once() -> None:
+    assert len({effect.name for effect in EFFECTS}) == len(EFFECTS)
