@@ -132,7 +132,7 @@ def _thermal(r: Random, s: Scales) -> dict[str, float]:
 
 
 def _end(r: Random, s: Scales) -> dict[str, float]:
-    edge = s.reach * _even(r, 0.5, 0.8)
+    edge = s.reach * _even(r, 0.3, 0.6)
     return {"low": s.stroke / 2 - edge, "high": s.stroke / 2 + edge, "width": s.stroke * _even(r, 0.02, 0.05)}
 
 

@@ -32,9 +32,16 @@ LOGGED = STATES + 3
     CONSTANT,
 ) = range(21)  # fmt: skip
 ROWS, COLUMNS = 21, 7
-# Rows that change friction, hence the bristle.
-FRICTION = (DRIFT, ASYMMETRY, BUMP, WALK, THRUST_FRICTION, ACCELERATION_FRICTION)
-STATEFUL = (THERMAL, CABLE_FORCE, LOAD_SPRING, ACCELERATION_FRICTION)
+# Rows by where they act, as bits of `on`: whole groups are skipped where none is present.
+MOTOR_ROWS = 1 << SATURATION | 1 << THERMAL | 1 << END | 1 << SPEED_DERATING
+FRICTION_ROWS = (
+    1 << DRIFT | 1 << ASYMMETRY | 1 << BUMP | 1 << WALK | 1 << THRUST_FRICTION | 1 << ACCELERATION_FRICTION
+)  # fmt: skip
+FORCE_ROWS = (
+    1 << CONSTANT | 1 << COGGING | 1 << CABLE_FORCE | 1 << DRAG | 1 << DISTURBANCE | 1 << VIBRATION
+    | 1 << SPEED_COGGING | 1 << RELUCTANCE
+)  # fmt: skip
+STATE_ROWS = 1 << THERMAL | 1 << CABLE_FORCE | 1 << LOAD_SPRING | 1 << ACCELERATION_FRICTION
 SIXTH, TWELFTH, THIRTIETH, FORTY_SECOND = 1 / 6, 1 / 12, 1 / 30, 1 / 42
 
 
@@ -45,8 +52,7 @@ class Plant(NamedTuple):
     takes for their sum. field, base_field: (m, 4), base_phases: (m, 2, 3), see `linid.challenge.plant.field_tables`.
     offsets: what the three current sensors read too much, A. on: bit k is set while
     the hidden effect of row k acts; number: (ROWS, COLUMNS).
-    walk: (k,) random walk of the friction at knots walk_step s apart. hidden_states: whether there are any to integrate; same_friction:
-    no hidden effect touches friction.
+    walk: (k,) random walk of the friction at knots walk_step s apart.
     """
 
     mass: float
@@ -71,8 +77,6 @@ class Plant(NamedTuple):
     number: Array
     walk: Array
     walk_step: float
-    hidden_states: bool
-    same_friction: bool
 
 
 class Loops(NamedTuple):
@@ -226,26 +230,31 @@ def _rates(
                 a, b = p.polarity * i_q * sine, p.polarity * i_q * cosine
         thrust = _contract(p.field, sine, cosine, a, b)
     drive, viscous, coupling, spring_loss = push, p.sigma_2, 0.0, 0.0
-    if p.on:
+    if p.on & MOTOR_ROWS:
         thrust *= _motor_factor(y, v, i_q, hidden, p)
+    if p.on & FORCE_ROWS:
         drive += _extra_force(y, v, i_q, hidden, t, p)
-        if p.on & 1 << DRIFT:
-            viscous *= 1.0 - p.number[DRIFT, 0] * math.expm1(-t / p.number[DRIFT, 1])
-        if p.on & 1 << LOAD_SPRING:
-            rate = 2.0 * math.pi * p.number[LOAD_SPRING, 1]
-            damping = 2.0 * p.number[LOAD_SPRING, 2] * rate * p.load_mass
-            coupling = p.load_mass * rate * rate * hidden[LOAD] + damping * hidden[LOAD_RATE]
-            spring_loss = damping * hidden[LOAD_RATE] * hidden[LOAD_RATE]
+    if p.on & 1 << DRIFT:
+        viscous *= 1.0 - p.number[DRIFT, 0] * math.expm1(-t / p.number[DRIFT, 1])
+    if p.on & 1 << LOAD_SPRING:
+        rate = 2.0 * math.pi * p.number[LOAD_SPRING, 1]
+        damping = 2.0 * p.number[LOAD_SPRING, 2] * rate * p.load_mass
+        coupling = p.load_mass * rate * rate * hidden[LOAD] + damping * hidden[LOAD_RATE]
+        spring_loss = damping * hidden[LOAD_RATE] * hidden[LOAD_RATE]
     drive += thrust
-    pull = p.sigma_0 * abs(v) * w / sliding(y, v, hidden[FELT], t, thrust, p)
+    if p.on & FRICTION_ROWS:
+        g = sliding(y, v, hidden[FELT], t, thrust, p)
+    else:
+        g = p.coulomb + (p.static - p.coulomb) * _fade(v, p)
+    pull = p.sigma_0 * abs(v) * w / g
     w_rate = v - pull
     resist = p.sigma_0 * w + p.sigma_1 * w_rate + viscous * v
     loss = p.sigma_0 * w * pull + p.sigma_1 * w_rate * v + viscous * v * v + spring_loss
     acceleration = (drive - resist + coupling) * (1.0 / p.mass)
     base_rate = w_rate
-    if not p.same_friction:
+    if p.on & FRICTION_ROWS:
         base_rate = v - p.sigma_0 * abs(v) * base_w / (p.coulomb + (p.static - p.coulomb) * _fade(v, p))
-    if p.hidden_states:
+    if p.on & STATE_ROWS:
         n = p.number
         if p.on & 1 << THERMAL:
             out[HEAT_FAST] = (i_q * i_q - hidden[HEAT_FAST]) / n[THERMAL, 1]
@@ -330,7 +339,7 @@ def integrate(
             sin0, cos0 = math.sin(angle), math.cos(angle)
             ys, vs, ws, bs, cs = y, v, w, base_w, i_q
             yt, vt, wt, bt, ct, work_t, loss_t = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            if p.hidden_states:
+            if p.on & STATE_ROWS:
                 for k in range(HIDDEN):
                     x[k], total[k] = hidden[k], 0.0
             # One call in a loop over the stages, so that the right-hand side is compiled once.
@@ -355,7 +364,7 @@ def integrate(
                     y + ahead * vs, v + ahead * v_rate, w + ahead * w_rate, base_w + ahead * b_rate,
                     i_q + ahead * c_rate,
                 )  # fmt: skip
-                if p.hidden_states:
+                if p.on & STATE_ROWS:
                     for k in range(HIDDEN):
                         total[k] += weight * rate[k]
                         x[k] = hidden[k] + ahead * rate[k]
@@ -364,7 +373,7 @@ def integrate(
                 y + sixth * yt, v + sixth * vt, w + sixth * wt, base_w + sixth * bt, i_q + sixth * ct
             )  # fmt: skip
             work, loss = work + sixth * work_t, loss + sixth * loss_t
-            if p.hidden_states:
+            if p.on & STATE_ROWS:
                 for k in range(HIDDEN):
                     hidden[k] += sixth * total[k]
             step += 1

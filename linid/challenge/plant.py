@@ -14,7 +14,7 @@ from linid.challenge.catalogue import ENTRIES, HiddenEffect
 from linid.challenge.kernel import Loops, Plant
 from linid.stand.description import AxisDescription
 from linid.stand.mode_descriptions import Mode
-from linid.stand.modes import command
+from linid.stand.modes import Command, command
 from linid.stand.plant import motor_harmonics
 
 Array = NDArray[np.float64]
@@ -51,13 +51,15 @@ def simulate(
     *,
     index: int = 0,
     substeps: int | None = None,
+    told: Command | None = None,
 ) -> HiddenRun:
     """Run one recording of a described axis with hidden effects.
 
     index: the recording's place in its campaign (phases and random walks differ between recordings); substeps:
-    integration steps per drive loop period, by default steps of the description's integration_step_s.
+    integration steps per drive loop period, by default steps of the description's integration_step_s; told: the
+    recording's command if it is at hand.
     """
-    told = command(mode, description)
+    told = told or command(mode, description)
     powered = told.control != 0
     plant = build_plant(description, mode, effects, index=index, powered=powered)
     drive = description.drive
@@ -148,8 +150,6 @@ def build_plant(
         number=number,
         walk=walk,
         walk_step=WALK_STEP,
-        hidden_states=any(on >> row & 1 for row in kernel.STATEFUL),
-        same_friction=not any(on >> row & 1 for row in kernel.FRICTION),
     )
 
 

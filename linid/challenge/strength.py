@@ -27,6 +27,7 @@ from linid.challenge.catalogue import ENTRIES, HiddenEffect, Scales
 from linid.challenge.plant import HiddenRun, acts, simulate
 from linid.stand.description import AxisDescription
 from linid.stand.mode_descriptions import FreeWheel, Mode
+from linid.stand.modes import Command, command
 
 Array = NDArray[np.float64]
 VISIBLE = 0.1
@@ -90,14 +91,30 @@ def run_all(
     *,
     only: Sequence[int] | None = None,
     substeps: int | None = None,
+    told: Sequence[Command] | None = None,
+    first_index: int = 0,
 ) -> list[HiddenRun]:
-    """Run the recordings of a campaign (those at `only`). Raises OutOfStroke for motions that are not plausible."""
+    """Run the recordings of a campaign (those at `only`). Raises OutOfStroke for motions that are not plausible.
+
+    told: the commands of all recordings if they are at hand; first_index: see `index` of `plant.simulate`.
+    """
     chosen = range(len(description.campaign)) if only is None else only
-    runs = [simulate(description, description.campaign[i], effects, index=i, substeps=substeps) for i in chosen]
+    told = commands(description) if told is None else told
+    runs = [
+        simulate(
+            description, description.campaign[i], effects, index=first_index + i, substeps=substeps, told=told[i]
+        )
+        for i in chosen
+    ]  # fmt: skip
     wrong = tuple(i for i, run in zip(chosen, runs, strict=True) if not plausible(description, run))
     if wrong:
         raise OutOfStroke(wrong)
     return runs
+
+
+def commands(description: AxisDescription) -> tuple[Command, ...]:
+    """The commands of all recordings of a campaign."""
+    return tuple(command(mode, description) for mode in description.campaign)
 
 
 def plausible(description: AxisDescription, run: HiddenRun) -> bool:
@@ -115,7 +132,11 @@ def scope_of(effect: HiddenEffect, description: AxisDescription) -> list[int]:
 
 
 def calibrate(
-    description: AxisDescription, effect: HiddenEffect, wanted: float, scales: Scales
+    description: AxisDescription,
+    effect: HiddenEffect,
+    wanted: float,
+    scales: Scales,
+    told: Sequence[Command] | None = None,
 ) -> tuple[HiddenEffect, float] | None:
     """Scale an effect's amplitude to a wanted strength on this campaign; returns it and the strength reached.
 
@@ -124,8 +145,11 @@ def calibrate(
     limit = ENTRIES[effect.name].limit(scales)
     only = scope_of(effect, description)
     modes = [description.campaign[i] for i in only]
+    told = commands(description) if told is None else told
+    before: tuple[float, float] | None = None
+    power = 1.0  # local exponent of strength over amplitude
     for _ in range(_ROUNDS):
-        found = strength(run_all(description, [effect], only=only, substeps=COARSE), modes)
+        found = strength(run_all(description, [effect], only=only, substeps=COARSE, told=told), modes)
         if not 0 < found < math.inf:
             return None
         ratio = wanted / found
@@ -134,6 +158,10 @@ def calibrate(
         size = abs(effect.amplitude)
         if size >= limit and ratio > 1:
             return None
-        new = min(size * min(max(ratio, 0.05), 20.0), limit)
+        if before is not None and size != before[0]:
+            slope = math.log(found / before[1]) / math.log(size / before[0])
+            power = min(max(slope, 0.3), 3.0)
+        before = size, found
+        new = min(size * min(max(ratio ** (1 / power), 0.02), 20.0), limit)
         effect = replace(effect, amplitude=math.copysign(new, effect.amplitude))
     return None
