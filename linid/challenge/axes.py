@@ -197,8 +197,8 @@ def _sine_position(d: AxisDescription, random: Random, **known: Any) -> SinePosi
     amplitude = d.stroke.upper_m * _even(random, 0.06, 0.27)
     frequency = min(_even(random, 0.5, 1.1) / amplitude, math.sqrt(18.0 / amplitude) / (2 * math.pi)) / (2 * math.pi)
     return SinePosition(
-        mode="sine_position", duration_s=4.0, amplitude_m=_round(amplitude, 3), frequency_hz=_round(max(frequency, 0.6), 3),
-        **known,
+        mode="sine_position", duration_s=4.0, amplitude_m=_round(amplitude, 3),
+        frequency_hz=_round(max(frequency, 0.6), 3), **known,
     )  # fmt: skip
 
 

@@ -231,7 +231,9 @@ OUTSIDE: dict[str, Entry] = {
 ENTRIES = LISTED | OUTSIDE
 
 
-def draw_effect(name: str, random: Random, scales: Scales, recordings: tuple[tuple[str, str, str], ...]) -> HiddenEffect:
+def draw_effect(
+    name: str, random: Random, scales: Scales, recordings: tuple[tuple[str, str, str], ...]
+) -> HiddenEffect:
     """An effect with its first, small amplitude and a drawn shape.
 
     recordings: (name, kind, split) of the campaign; an unlogged payload sits on two fitted recordings and a held-out

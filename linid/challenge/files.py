@@ -1,9 +1,9 @@
 """Files of a challenge: campaign folders, fresh recordings, the sealed keys.
 
-    DIR/axis_0001/campaign.yaml, *.csv          what a diagnosis may see
-    DIR/fresh/axis_0001/campaign.yaml, *.csv    other recordings of the same plant, to check what a diagnosis predicts
-    DIR/keys.yaml                               what is hidden; read by the scoring and by nothing else
-    DIR/results/axis_0001/diagnosis.json        what a diagnosis said
+DIR/axis_0001/campaign.yaml, *.csv          what a diagnosis may see
+DIR/fresh/axis_0001/campaign.yaml, *.csv    other recordings of the same plant, to check what a diagnosis predicts
+DIR/keys.yaml                               what is hidden; read by the scoring and by nothing else
+DIR/results/axis_0001/diagnosis.json        what a diagnosis said
 """
 
 from __future__ import annotations
@@ -89,7 +89,13 @@ def _table(recording: Measured, description: AxisDescription) -> Table:
     """0.1 um and 1 mA, as the measurement of a drawn axis always resolves."""
     period = 1e3 * description.measurement.sample_period_s
     return Table(
-        recording.mode.name, period, period * np.arange(recording.y.size), 1e3 * recording.y, recording.currents, 4, 3
+        recording.mode.name,
+        period,
+        period * np.arange(recording.y.size, dtype=np.float64),
+        1e3 * recording.y,
+        recording.currents,
+        4,
+        3,
     )
 
 

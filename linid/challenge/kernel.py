@@ -114,7 +114,8 @@ def reading_error(y: float, p: Plant) -> float:
     """What the encoder reads too much at y, in m: a sine with a slightly modulated phase."""
     n = p.number[ENCODER]
     angle = 2.0 * math.pi * y / n[1] + n[2]
-    return n[0] * math.sin(angle + n[3] * math.sin(angle))
+    error: float = n[0] * math.sin(angle + n[3] * math.sin(angle))
+    return error
 
 
 @njit(cache=True, error_model="numpy")
@@ -122,7 +123,8 @@ def _reading_slope(y: float, p: Plant) -> float:
     n = p.number[ENCODER]
     angle = 2.0 * math.pi * y / n[1] + n[2]
     rate = 2.0 * math.pi / n[1]
-    return n[0] * rate * (1.0 + n[3] * math.cos(angle)) * math.cos(angle + n[3] * math.sin(angle))
+    slope: float = n[0] * rate * (1.0 + n[3] * math.cos(angle)) * math.cos(angle + n[3] * math.sin(angle))
+    return slope
 
 
 @njit(cache=True, error_model="numpy")
@@ -288,11 +290,11 @@ def _delayed(history: Array, row: int, step: int, back: float) -> float:
     """The lagged current `back` steps before step `step`, linear between steps (beyond the newest: extrapolated)."""
     place = step - back
     if place <= 0:
-        return history[row, 0]
+        return float(history[row, 0])
     k = min(int(place), max(step - 1, 0))
     fraction = place - k
     size = history.shape[1]
-    return history[row, k % size] * (1.0 - fraction) + history[row, (k + 1) % size] * fraction
+    return float(history[row, k % size] * (1.0 - fraction) + history[row, (k + 1) % size] * fraction)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.challenge.axes import FRESH_PLAN, PLAN, draw_axis, draw_modes, scales, tamed
+from linid.challenge.axes import FRESH_PLAN, draw_axis, draw_modes, scales, tamed
 from linid.challenge.catalogue import LISTED, OUTSIDE, HiddenEffect, draw_effect
 from linid.challenge.plant import HiddenRun
-from linid.challenge.strength import OutOfStroke, calibrate, commands, run_all
+from linid.challenge.strength import OutOfStrokeError, calibrate, commands, run_all
 from linid.errors import UsageError
 from linid.stand.description import AxisDescription
 from linid.stand.measurement import measure
@@ -50,7 +50,9 @@ class Plan:
         if odd or not self.kinds:
             raise UsageError("--kinds", f"{', '.join(odd) or 'nothing'} is no kind", f"Known: {', '.join(_SHARES)}.")
         if "pair" in self.kinds and len(self.names("single")) < 2:
-            raise UsageError("--effects", "a pair needs two listed effects", "Name two, or leave `pair` out of --kinds.")
+            raise UsageError(
+                "--effects", "a pair needs two listed effects", "Name two, or leave `pair` out of --kinds."
+            )
 
     def names(self, kind: Kind) -> tuple[str, ...]:
         """The effects that campaigns of a kind may hide."""
@@ -89,8 +91,7 @@ def assignment(plan: Plan, index: int) -> tuple[Kind, tuple[str, ...], tuple[flo
     if len(set(block)) == 1:
         block = block[:1]
     number, place = divmod(index, len(block))
-    orders = [np.random.default_rng([plan.seed, 1, n]).permutation(len(block)) for n in (number,)]
-    kinds = [block[k] for k in orders[0]]
+    kinds = [block[k] for k in np.random.default_rng([plan.seed, 1, number]).permutation(len(block))]
     kind = kinds[place]
     random = np.random.default_rng([plan.seed, 2, index])
     names: tuple[str, ...] = ()
@@ -130,9 +131,13 @@ def _attempt(
 ) -> HiddenCampaign | None:
     description = draw_axis(name, random)
     sizes = scales(description)
-    listed = tuple((m.name, "free_wheel" if isinstance(m, FreeWheel) else "motor", m.split) for m in description.campaign)
+    listed = tuple(
+        (m.name, "free_wheel" if isinstance(m, FreeWheel) else "motor", m.split) for m in description.campaign
+    )
     drawn = [draw_effect(effect, random, sizes, listed) for effect in names]
-    fresh_modes = tuple(m.model_copy(update={"name": f"fresh_{m.name}"}) for m in draw_modes(description, random, FRESH_PLAN))
+    fresh_modes = tuple(
+        m.model_copy(update={"name": f"fresh_{m.name}"}) for m in draw_modes(description, random, FRESH_PLAN)
+    )
     noise = int(random.integers(2**31))
     for _ in range(_TAMINGS):
         try:
@@ -146,7 +151,7 @@ def _attempt(
             drawn = [effect for effect, _ in found]
             runs = run_all(description, drawn, told=told)
             break
-        except OutOfStroke as error:
+        except OutOfStrokeError as error:
             description = _tame(description, error.indices)
     else:
         return None
@@ -161,15 +166,13 @@ def _attempt(
     )  # fmt: skip
 
 
-def _fresh(
-    description: AxisDescription, effects: Sequence[HiddenEffect], noise: int
-) -> tuple[Measured, ...] | None:
+def _fresh(description: AxisDescription, effects: Sequence[HiddenEffect], noise: int) -> tuple[Measured, ...] | None:
     """Other recordings of the same hidden plant; pushes and payloads, which belong to single recordings, are absent."""
     for _ in range(_TAMINGS):
         try:
             runs = run_all(description, effects, first_index=_FRESH_INDEX)
             return _measured(description, runs, noise, _FRESH_INDEX)
-        except OutOfStroke as error:
+        except OutOfStrokeError as error:
             description = _tame(description, error.indices)
     return None
 
@@ -193,6 +196,3 @@ def _measured(description: AxisDescription, runs: Sequence[HiddenRun], noise: in
         )  # fmt: skip
         out.append(Measured(mode, y, currents))
     return tuple(out)
-
-
-__all__ = ["PLAN", "HiddenCampaign", "Kind", "Measured", "Plan", "assignment", "make_campaign"]

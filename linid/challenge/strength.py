@@ -45,7 +45,7 @@ class Shares(NamedTuple):
     samples: int
 
 
-class OutOfStroke(Exception):
+class OutOfStrokeError(Exception):
     """The motion of some recordings leaves the stroke or does not stay finite; their indices."""
 
     def __init__(self, indices: tuple[int, ...]) -> None:
@@ -94,7 +94,7 @@ def run_all(
     told: Sequence[Command] | None = None,
     first_index: int = 0,
 ) -> list[HiddenRun]:
-    """Run the recordings of a campaign (those at `only`). Raises OutOfStroke for motions that are not plausible.
+    """Run the recordings of a campaign (those at `only`). Raises OutOfStrokeError for motions that are not plausible.
 
     told: the commands of all recordings if they are at hand; first_index: see `index` of `plant.simulate`.
     """
@@ -108,7 +108,7 @@ def run_all(
     ]  # fmt: skip
     wrong = tuple(i for i, run in zip(chosen, runs, strict=True) if not plausible(description, run))
     if wrong:
-        raise OutOfStroke(wrong)
+        raise OutOfStrokeError(wrong)
     return runs
 
 
@@ -140,7 +140,7 @@ def calibrate(
 ) -> tuple[HiddenEffect, float] | None:
     """Scale an effect's amplitude to a wanted strength on this campaign; returns it and the strength reached.
 
-    None when the effect cannot become that strong within plausible amplitudes. Raises OutOfStroke.
+    None when the effect cannot become that strong within plausible amplitudes. Raises OutOfStrokeError.
     """
     limit = ENTRIES[effect.name].limit(scales)
     only = scope_of(effect, description)
