@@ -313,11 +313,14 @@ def integrate(
     low, high, integral, i_reference = y0, y0, 0.0, 0.0
     h = d.period / substeps
     late = p.on & 1 << DELAY != 0
-    dead, keep = p.number[DELAY, 0] / h, 0.0
+    dead, keep, weight_old, weight_new = p.number[DELAY, 0] / h, 0.0, 0.0, 1.0
     history = np.zeros((2, int(dead) + 4))
     if late:
-        keep = math.exp(-h / max(p.number[DELAY, 0] * p.number[DELAY, 1], 1e-12))
-    a, b, step = 0.0, 0.0, 0
+        # Exact step of the first-order lag under a current that is linear within the step.
+        turn = h / max(p.number[DELAY, 0] * p.number[DELAY, 1], 1e-12)
+        keep = math.exp(-turn)
+        weight_old, weight_new = (1.0 - keep) / turn - keep, 1.0 - (1.0 - keep) / turn
+    a, b, a_old, b_old, step = 0.0, 0.0, 0.0, 0.0, 0
     for loop in range(loops):
         row = logged[loop // loops_per_sample]
         first = loop % loops_per_sample == 0
@@ -382,7 +385,9 @@ def integrate(
             if late:
                 a, b = _currents(y, i_q, p)
                 size = history.shape[1]
-                history[0, step % size] = a + keep * (history[0, (step - 1) % size] - a)
-                history[1, step % size] = b + keep * (history[1, (step - 1) % size] - b)
+                now, last = step % size, (step - 1) % size
+                history[0, now] = keep * history[0, last] + weight_old * a_old + weight_new * a
+                history[1, now] = keep * history[1, last] + weight_old * b_old + weight_new * b
+                a_old, b_old = a, b
             low, high = min(low, y), max(high, y)
     return logged, low, high
