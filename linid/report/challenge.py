@@ -40,6 +40,10 @@ def rate_text(rate: Rate) -> str:
     return f"{100 * rate.value:.0f} % ({100 * rate.low:.0f} to {100 * rate.high:.0f})"
 
 
+def _short(rate: Rate) -> str:
+    return f"{100 * rate.value:.0f} ({100 * rate.low:.0f}-{100 * rate.high:.0f})" if rate.total else "-"
+
+
 def score_table(score: Score) -> Table:
     """The rates of a challenge with 95 % intervals, and its closures."""
     from rich.text import Text
@@ -64,12 +68,12 @@ def bin_table(score: Score) -> Table:
     """Rates of single effects against strength."""
     from rich.text import Text
 
-    table = _table("Single effects by strength (1: misses 10 % of the total force)")
-    for title in ("Strength", "Campaigns", "Named first", "First three", "Named, wrong", "Said none"):
+    table = _table("Single effects by strength, % (95 % interval)")
+    for title in ("Strength", "n", "Named first", "First three", "Wrong name", "Said none"):
         table.add_column(title, justify="right", no_wrap=True)
     for one in score.bins:
         cells = (f"{one.low:g} to {one.high:g}", str(one.top_1.total), *(
-            rate_text(rate) for rate in (one.top_1, one.top_3, one.wrong, one.silent)
+            _short(rate) for rate in (one.top_1, one.top_3, one.wrong, one.silent)
         ))  # fmt: skip
         table.add_row(*(Text(cell) for cell in cells))
     return table

@@ -79,7 +79,7 @@ def confusion_figure(score: Score) -> Figure:
             for column, said in enumerate(columns):
                 if values[row, column]:
                     colour = "white" if share[row, column] > 0.75 else "#222222"
-                    text = f"{values[row, column]:.2g}"
+                    text = f"{round(values[row, column], 2):g}"
                     axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=colour)
                 if name == said:
                     _outline(axes, column, row)
