@@ -3,7 +3,7 @@
 The first eighteen carry the effect library's names. The `OUTSIDE` ones are in no library; a diagnosis that is honest
 calls them unknown. No listed effect has their dependence: a force periodic in time, a reading error that beats with
 the clock and grows with speed, friction that walks at random, thrust that falls with speed, friction that grows with
-thrust or with acceleration, cogging that turns its sign with speed, a force that goes with the square of the current.
+thrust or with acceleration, cogging whose phase turns with speed, a force that goes with the square of the current.
 (A resonance of the machine base is not among them: seen from the forcer it is the transfer function of a flexible
 load.)
 """
@@ -165,7 +165,7 @@ def _felt(r: Random, s: Scales) -> dict[str, float]:
 
 
 def _speed_cogging(r: Random, s: Scales) -> dict[str, float]:
-    return {"turning_speed": _even(r, 0.15, 0.35), "phase": _phase(r)}
+    return {"turning_speed": _even(r, 0.3, 0.6), "phase": _phase(r)}
 
 
 def _phase_only(r: Random, s: Scales) -> dict[str, float]:

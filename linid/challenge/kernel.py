@@ -176,8 +176,8 @@ def _extra_force(y: float, v: float, i_q: float, hidden: Array, t: float, p: Pla
     if p.on & 1 << VIBRATION:
         force += n[VIBRATION, 0] * math.sin(2.0 * math.pi * n[VIBRATION, 1] * t + n[VIBRATION, 2])
     if p.on & 1 << SPEED_COGGING:
-        turn = (abs(v) - n[SPEED_COGGING, 1]) / (abs(v) + n[SPEED_COGGING, 1])
-        force += n[SPEED_COGGING, 0] * turn * math.sin(pole + n[SPEED_COGGING, 2])
+        turn = 2.0 * math.pi * abs(v) / n[SPEED_COGGING, 1] + n[SPEED_COGGING, 2]
+        force += n[SPEED_COGGING, 0] * abs(v) / (abs(v) + 0.05) * math.sin(pole + turn)
     if p.on & 1 << RELUCTANCE:
         force += n[RELUCTANCE, 0] * i_q * i_q * math.sin(pole + n[RELUCTANCE, 1])
     return force
