@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from linid.cli_challenge import challenge
 from linid.cli_errors import Group
 from linid.cli_options import (
     FILES,
@@ -275,6 +276,9 @@ def completion(shell: str) -> None:
     found = get_completion_class(shell)
     assert found is not None
     click.echo(found(cli, {}, "linid", "_LINID_COMPLETE").source())
+
+
+cli.add_command(challenge)
 
 
 def _print(outcome: Any, json_output: bool) -> None:

@@ -11,10 +11,11 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
     ("errors", "stop_signals"), ("config",), ("recording",), ("physics",), ("simulation",),
-    ("identification",), ("diagnosis",), ("report",), ("workflow",), ("cli_errors", "cli_options"), ("cli",),
+    ("identification",), ("diagnosis",), ("challenge",), ("report",), ("workflow",), ("cli_errors", "cli_options"),
+    ("cli_challenge",), ("cli",),
 )  # fmt: skip
 STAND = {"errors", "config", "recording", "physics"}
-USES_STAND = {"workflow", "cli", "cli_options"}
+USES_STAND = {"challenge", "workflow", "cli", "cli_options"}
 
 
 def part_of(name: str) -> str:
@@ -89,6 +90,8 @@ def test_every_part_has_its_place() -> None:
         ("from linid.simulation.run import Simulator", "stand"),
         ("from linid.stand.generate import generate", "identification"),
         ("from linid.recording.recording import Recording", "errors"),
+        ("from linid.report.tables import x", "challenge"),
+        ("from linid.challenge.files import read_keys", "diagnosis"),
     ],
 )
 def test_a_wrong_import_is_seen(source: str, part: str) -> None:
@@ -102,6 +105,7 @@ def test_a_wrong_import_is_seen(source: str, part: str) -> None:
         ("import numpy\nfrom linid.physics.model import Model", "simulation"),
         ("from linid.physics.friction import x", "physics"),
         ("from linid.stand.generate import generate", "workflow"),
+        ("from linid.stand.modes import command", "challenge"),
     ],
 )
 def test_a_right_import_passes(source: str, part: str) -> None:

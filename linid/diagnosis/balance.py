@@ -63,7 +63,7 @@ class Balance:
             )
         part = self._parts[model.effects]
         residual = -part.residuals(vector[None, :], np.zeros((1, 0)))[0][self.rows.index]
-        return np.nan_to_num(residual, nan=1e3, posinf=1e3, neginf=-1e3)
+        return np.asarray(np.nan_to_num(residual, nan=1e3, posinf=1e3, neginf=-1e3))
 
     def noise(self, model: Model, vector: Array) -> Array:
         """Standard deviation (R,) in m/s^2 that encoder and input noise alone give the residual.

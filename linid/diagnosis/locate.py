@@ -40,7 +40,7 @@ def coordinates(balance: Balance, axis: str, field_wavenumber: float | None) -> 
     top = max(float(np.quantile(np.abs(rows.v), 0.99)), 1e-12)
     regime = np.where(rows.standstill, 0.0, np.where(np.abs(rows.v) < 0.02 * top, 1.0, 2.0))
     found = [
-        Coordinate("recording", "recording", "number", rows.recording + 1.0),
+        Coordinate("recording", "recording", "number", rows.recording.astype(np.float64) + 1.0),
         Coordinate("time", "time within the recording", "s", rows.t),
         Coordinate("position", "position", length, rows.y),
         Coordinate("velocity", "velocity", f"{length}/s", np.where(moving, rows.v, np.nan)),

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.balance import Balance
 from linid.diagnosis.alone import PER_RECORDING
+from linid.diagnosis.balance import Balance
 from linid.diagnosis.confirm import Fitted, Judge, affected_rows, fit_together, rows_to_judge
 from linid.diagnosis.screen import Screened, screen
 from linid.recording.recording import Recording

@@ -1,0 +1,255 @@
+"""The hidden effects: what each is called, where it acts, how large it may get, and how its shape is drawn.
+
+The first eighteen carry the effect library's names. The `OUTSIDE` ones are in no library; a diagnosis that is honest
+calls them unknown. No listed effect has their dependence: a force periodic in time, a reading error that beats with
+the clock and grows with speed, friction that walks at random, thrust that falls with speed, friction that grows with
+thrust or with acceleration, cogging whose phase turns with speed, a force that goes with the square of the current.
+(A resonance of the machine base is not among them: seen from the forcer it is the transfer function of a flexible
+load.)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from linid.challenge import kernel
+
+Scope = Literal["all", "driven", "chosen"]
+Random = np.random.Generator
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Round numbers of an axis from which shapes and first amplitudes are drawn, SI: mass, coulomb force, thrust per
+    ampere of q-current, typical and limiting q-current, stroke, reach (half the travel of driven recordings)."""
+
+    mass: float
+    coulomb: float
+    thrust: float
+    current: float
+    limit: float
+    stroke: float
+    reach: float
+
+
+@dataclass(frozen=True)
+class HiddenEffect:
+    """One withheld effect. amplitude: what strength scales; shape: its other numbers, SI; recordings: names of those
+    it acts in where it acts in chosen ones only (else empty)."""
+
+    name: str
+    amplitude: float
+    shape: dict[str, float] = field(default_factory=dict)
+    recordings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Entry:
+    """row: its row in the kernel's table, None where it changes masses, field or sensors only; scope: in which
+    recordings it acts; first: a small amplitude to start from; limit: largest magnitude that stays plausible; signs:
+    signs its amplitude may have; shape: draws the other numbers, in the kernel's order."""
+
+    row: int | None
+    scope: Scope
+    first: Callable[[Scales], float]
+    limit: Callable[[Scales], float]
+    shape: Callable[[Random, Scales], dict[str, float]]
+    signs: tuple[int, ...] = (1,)
+
+
+def _log(random: Random, low: float, high: float) -> float:
+    return float(np.exp(random.uniform(math.log(low), math.log(high))))
+
+
+def _even(random: Random, low: float, high: float) -> float:
+    return float(random.uniform(low, high))
+
+
+def _phase(random: Random) -> float:
+    return _even(random, 0, TURN)
+
+
+def _nothing(random: Random, scales: Scales) -> dict[str, float]:
+    return {}
+
+
+def _cogging(r: Random, s: Scales) -> dict[str, float]:
+    return {
+        "swell": _even(r, 0.1, 0.4), "swell_length": _even(r, 0.15, 0.4), "phase": _phase(r),
+        "second": _even(r, 0.0, 0.4), "second_phase": _phase(r),
+    }  # fmt: skip
+
+
+def _ripple(r: Random, s: Scales) -> dict[str, float]:
+    return {"seventh": _even(r, 0.2, 0.8), "fifth_phase": _phase(r), "seventh_phase": _phase(r)}
+
+
+def _gains(r: Random, s: Scales) -> dict[str, float]:
+    values = r.normal(size=3)
+    values -= values.mean()
+    values /= np.abs(values).max()
+    return dict(zip("uvw", map(float, values), strict=True))
+
+
+def _offsets(r: Random, s: Scales) -> dict[str, float]:
+    values = r.uniform(-1, 1, size=3)
+    while np.ptp(values) < np.abs(values).max():  # a common offset of all three phases pushes nowhere
+        values = r.uniform(-1, 1, size=3)
+    return dict(zip("uvw", map(float, values / np.abs(values).max()), strict=True))
+
+
+def _asymmetry(r: Random, s: Scales) -> dict[str, float]:
+    return {"static_share": _even(r, -0.5, 1.5)}
+
+
+def _cable(r: Random, s: Scales) -> dict[str, float]:
+    return {
+        "neutral": s.stroke * _even(r, 0.35, 0.65), "length": s.stroke * _even(r, 0.1, 0.3),
+        "hysteresis": _even(r, 0.2, 0.5), "turning_length": _even(r, 4e-3, 15e-3),
+    }  # fmt: skip
+
+
+def _bump(r: Random, s: Scales) -> dict[str, float]:
+    return {"centre": s.stroke / 2 + s.reach * _even(r, -0.6, 0.6), "width": s.stroke * _even(r, 0.04, 0.15)}
+
+
+def _drag(r: Random, s: Scales) -> dict[str, float]:
+    return {"exponent": _even(r, 1.8, 2.2)}
+
+
+def _delay(r: Random, s: Scales) -> dict[str, float]:
+    return {"lag_share": _even(r, 0.1, 0.4)}
+
+
+def _thermal(r: Random, s: Scales) -> dict[str, float]:
+    return {"fast": _even(r, 0.4, 1.5), "slow": _even(r, 4.0, 15.0), "fast_share": _even(r, 0.4, 0.7)}
+
+
+def _end(r: Random, s: Scales) -> dict[str, float]:
+    edge = s.reach * _even(r, 0.3, 0.6)
+    return {"low": s.stroke / 2 - edge, "high": s.stroke / 2 + edge, "width": s.stroke * _even(r, 0.02, 0.05)}
+
+
+def _load(r: Random, s: Scales) -> dict[str, float]:
+    return {"frequency": _log(r, 12, 60), "damping": _even(r, 0.01, 0.06)}
+
+
+def _encoder(r: Random, s: Scales) -> dict[str, float]:
+    return {"period": _log(r, 1e-3, 5e-3), "phase": _phase(r), "skew": _even(r, 0.1, 0.3)}
+
+
+def _push(r: Random, s: Scales) -> dict[str, float]:
+    return {"start": _even(r, 0.8, 2.2), "length": _even(r, 0.08, 0.4)}
+
+
+def _drift(r: Random, s: Scales) -> dict[str, float]:
+    return {"time_constant": _even(r, 1.0, 5.0)}
+
+
+def _vibration(r: Random, s: Scales) -> dict[str, float]:
+    return {"frequency": _log(r, 7, 25), "phase": _phase(r)}
+
+
+def _walk(r: Random, s: Scales) -> dict[str, float]:
+    return {"memory": _even(r, 0.15, 0.4), "seed": float(r.integers(2**31))}
+
+
+def _felt(r: Random, s: Scales) -> dict[str, float]:
+    return {"half_acceleration": _even(r, 1.0, 4.0), "lag": 1.5e-3}
+
+
+def _speed_cogging(r: Random, s: Scales) -> dict[str, float]:
+    return {"turning_speed": _even(r, 0.3, 0.6), "phase": _phase(r)}
+
+
+def _phase_only(r: Random, s: Scales) -> dict[str, float]:
+    return {"phase": _phase(r)}
+
+
+def _beat(r: Random, s: Scales) -> dict[str, float]:
+    return {"frequency": _log(r, 8, 25), "phase": _phase(r)}
+
+
+def _constant(value: float) -> Callable[[Scales], float]:
+    return lambda s: value
+
+
+BOTH = (1, -1)
+LISTED: dict[str, Entry] = {
+    "cogging": Entry(kernel.COGGING, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _cogging),
+    "force_ripple": Entry(None, "driven", _constant(0.03), _constant(0.5), _ripple),
+    "phase_gain_imbalance": Entry(None, "driven", _constant(0.05), _constant(0.5), _gains),
+    "current_offset": Entry(None, "driven", lambda s: 0.1 * s.coulomb / s.thrust, lambda s: s.limit, _offsets),
+    "asymmetric_friction": Entry(kernel.ASYMMETRY, "all", _constant(0.1), _constant(0.7), _asymmetry, BOTH),
+    "constant_force": Entry(
+        kernel.CONSTANT, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _nothing, BOTH
+    ),
+    "cable_force": Entry(kernel.CABLE_FORCE, "all", lambda s: 0.15 * s.coulomb, lambda s: s.coulomb, _cable),
+    "position_dependent_friction": Entry(kernel.BUMP, "all", _constant(0.3), _constant(8.0), _bump),
+    "quadratic_drag": Entry(kernel.DRAG, "all", lambda s: 0.2 * s.coulomb, lambda s: 20 * s.coulomb, _drag),
+    "input_delay": Entry(kernel.DELAY, "driven", _constant(4e-4), _constant(3e-3), _delay),
+    "force_saturation": Entry(
+        kernel.SATURATION, "driven", lambda s: 0.3 / s.current, lambda s: 5 / s.current, _nothing
+    ),
+    "thermal_derating": Entry(
+        kernel.THERMAL, "driven", lambda s: 0.1 / s.current**2, lambda s: 20 / s.current**2, _thermal
+    ),
+    "end_effect": Entry(kernel.END, "driven", _constant(0.15), _constant(0.9), _end),
+    "flexible_load": Entry(kernel.LOAD_SPRING, "all", _constant(0.05), _constant(0.6), _load),
+    "encoder_periodic_error": Entry(kernel.ENCODER, "all", _constant(2e-6), _constant(3e-4), _encoder),
+    "external_disturbance": Entry(
+        kernel.DISTURBANCE, "chosen", lambda s: s.coulomb, lambda s: 50 * s.coulomb, _push, BOTH
+    ),
+    "friction_drift": Entry(kernel.DRIFT, "all", _constant(0.15), _constant(0.85), _drift, (-1, -1, 1)),
+    "payload_change": Entry(None, "chosen", lambda s: 0.05 * s.mass, lambda s: 2 * s.mass, _nothing),
+}
+OUTSIDE: dict[str, Entry] = {
+    "floor_vibration": Entry(
+        kernel.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration
+    ),
+    "clock_beat": Entry(None, "all", _constant(5e-5), _constant(3e-3), _beat),
+    "walking_friction": Entry(kernel.WALK, "all", _constant(0.1), _constant(0.8), _walk),
+    "speed_derating": Entry(kernel.SPEED_DERATING, "driven", _constant(0.1), _constant(3.0), _nothing),
+    "thrust_dependent_friction": Entry(kernel.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
+    "acceleration_dependent_friction": Entry(
+        kernel.ACCELERATION_FRICTION, "all", _constant(0.2), _constant(6.0), _felt
+    ),
+    "speed_dependent_cogging": Entry(
+        kernel.SPEED_COGGING, "all", lambda s: 0.3 * s.coulomb, lambda s: 6 * s.coulomb, _speed_cogging
+    ),
+    "reluctance_force": Entry(
+        kernel.RELUCTANCE, "driven", lambda s: 0.1 * s.thrust / s.current, lambda s: 3 * s.thrust / s.current,
+        _phase_only,
+    ),
+}  # fmt: skip
+ENTRIES = LISTED | OUTSIDE
+
+
+def draw_effect(
+    name: str, random: Random, scales: Scales, recordings: tuple[tuple[str, str, str], ...]
+) -> HiddenEffect:
+    """An effect with its first, small amplitude and a drawn shape.
+
+    recordings: (name, kind, split) of the campaign; an unlogged payload sits on two fitted recordings and a held-out
+    one, a push meets one driven recording.
+    """
+    entry = ENTRIES[name]
+    sign = int(random.choice(entry.signs))
+    shape = entry.shape(random, scales)
+    chosen: tuple[str, ...] = ()
+    if entry.scope == "chosen":
+        driven = [(n, split) for n, kind, split in recordings if kind == "motor"]
+        if name == "payload_change":
+            fit = [n for n, split in driven if split == "fit"]
+            held_out = [n for n, split in driven if split == "held_out"]
+            names = {*random.choice(fit, 2, replace=False), random.choice(held_out)}
+        else:
+            names = {random.choice([n for n, _ in driven])}
+        chosen = tuple(n for n, _ in driven if n in names)
+    return HiddenEffect(name, sign * entry.first(scales), shape, chosen)

@@ -1,0 +1,53 @@
+"""Making a whole challenge: campaigns on several threads, keys sealed in a file of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from linid.challenge.files import KEYS_FILE, Key, key_of, write_hidden_campaign, write_keys
+from linid.challenge.make import Plan, make_campaign
+from linid.errors import UsageError
+
+
+def make_challenge(
+    plan: Plan,
+    count: int,
+    folder: Path,
+    *,
+    keys_path: Path | None = None,
+    jobs: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Key]:
+    """Write `count` campaigns below `folder` and their keys to keys_path (default: folder/keys.yaml).
+
+    A campaign depends on the plan and its number only, never on count or jobs (threads). Returns the keys.
+    Raises UsageError when the folder is not empty or the keys file exists.
+    """
+    keys_path = keys_path or folder / KEYS_FILE
+    if folder.is_file() or (folder.exists() and any(folder.iterdir())):
+        raise UsageError(str(folder), "is not an empty folder", "Choose another one by --out.")
+    if keys_path.exists():
+        raise UsageError(str(keys_path), "exists", "Name another file by --keys.")
+
+    def one(index: int) -> tuple[str, Key]:
+        campaign = make_campaign(plan, index)
+        write_hidden_campaign(campaign, folder)
+        return campaign.name, key_of(campaign)
+
+    keys: dict[str, Key] = {}
+    with ThreadPoolExecutor(jobs) as pool:
+        futures = [pool.submit(one, index) for index in range(count)]
+        try:
+            for done, future in enumerate(as_completed(futures), 1):
+                name, key = future.result()
+                keys[name] = key
+                if progress is not None:
+                    progress(done, count)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    ordered = dict(sorted(keys.items()))
+    write_keys(ordered, keys_path, seed=plan.seed)
+    return ordered

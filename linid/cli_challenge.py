@@ -1,0 +1,115 @@
+"""`linid challenge`: make, run, score."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from linid.cli_options import debug_option, json_option, make_reporter, verbosity_options
+
+FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+JOBS = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, metavar="N",
+                    help="Campaigns at a time; never changes a result.")  # fmt: skip
+KINDS = ("single", "pair", "none", "unknown")
+
+
+@click.group()
+def challenge() -> None:
+    """Prove the diagnosis on campaigns of an independent plant with withheld effects.
+
+    `make` writes campaigns and, in a file of its own, the keys; `run` diagnoses the campaigns without opening the
+    keys; `score` compares.
+
+    \b
+    Example:
+      linid challenge make --count 40 --seed 1 --out proof
+      linid challenge run proof --jobs 2
+      linid challenge score proof
+    """
+
+
+def _names(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (value or "").split(",") if name.strip())
+
+
+def _span(ctx: click.Context, parameter: click.Parameter, value: str) -> tuple[float, float]:
+    try:
+        low, high = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter(f"found {value!r}, expected two numbers such as 0.05,1") from None
+    return low, high
+
+
+@challenge.command()
+@click.option("--count", type=click.IntRange(min=1), required=True, metavar="N", help="How many campaigns.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of everything random.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder [a fresh dated one].")
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="Where the keys go [DIR/keys.yaml].")
+@click.option("--effects", callback=_names, metavar="A,B", help="Effects to hide [all].")
+@click.option("--strength", callback=_span, default="0.05,1", show_default=True, metavar="LOW,HIGH",
+              help="Range of strength; at 1 the base model misses 10 % of the total force.")  # fmt: skip
+@click.option("--kinds", callback=_names, default=",".join(KINDS), show_default=True, metavar="A,B",
+              help="Kinds of campaigns.")  # fmt: skip
+@JOBS
+@json_option
+@verbosity_options
+@debug_option
+def make(out: Path | None, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Make campaigns that hide one effect, two, none, or one outside the library.
+
+    \b
+    Example:
+      linid challenge make --count 20 --seed 7 --effects cogging,cable_force --kinds single,none --out proof
+    """
+    from linid.workflow.challenge import make as work
+
+    _print(work(out, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@FOLDER
+@JOBS
+@click.option("--resume", is_flag=True, help="Keep the results that are there, diagnose the rest.")
+@json_option
+@verbosity_options
+@debug_option
+def run(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Diagnose every campaign of a challenge, without its keys.
+
+    \b
+    Example:
+      linid challenge run proof --jobs 2
+    """
+    from linid.workflow.challenge import run as work
+
+    _print(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@FOLDER
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
+@click.option("--no-figures", is_flag=True, help="Write no figures.")
+@json_option
+@verbosity_options
+@debug_option
+def score(folder: Path, keys: Path | None, no_figures: bool, json_output: bool, quiet: bool, verbose: bool) -> None:
+    """Score the diagnoses of a challenge against its keys.
+
+    \b
+    Example:
+      linid challenge score proof
+    """
+    from linid.workflow.challenge import score as work
+
+    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
+    _print(work(folder, reporter, keys=keys, figures=not no_figures), json_output)
+
+
+def _print(outcome: Any, json_output: bool) -> None:
+    from linid.workflow.show import show
+
+    show(outcome, json_output)
+    if outcome.exit_code:
+        click.get_current_context().exit(outcome.exit_code)

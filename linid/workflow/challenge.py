@@ -1,0 +1,145 @@
+"""challenge: make campaigns with withheld effects, run the diagnosis over them, score it against the keys."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.workflow.outcome import DONE, Outcome
+from linid.workflow.run_folder import Interrupted, fresh_folder, write_text
+
+if TYPE_CHECKING:
+    from linid.challenge.make import Kind
+    from linid.challenge.run import Diagnose, Diagnosed
+    from linid.challenge.score import Score
+    from linid.workflow.reporter import Reporter
+
+COMMAND = "challenge"
+SCORE_FOLDER = "score"
+
+
+def make(
+    out: Path | None, reporter: Reporter, *, count: int, seed: int, effects: Sequence[str] = (),
+    strength: tuple[float, float] = (0.05, 1.0), kinds: Sequence[Kind] = ("single", "pair", "none", "unknown"),
+    keys: Path | None = None, jobs: int = 1,
+) -> Outcome:  # fmt: skip
+    """Make a challenge. Raises UsageError for unknown names, wrong strengths, and folders that hold something."""
+    from linid.challenge.create import make_challenge
+    from linid.challenge.files import KEYS_FILE
+    from linid.challenge.make import Plan
+
+    plan = Plan(seed, tuple(effects), strength, tuple(kinds))
+    folder = out or fresh_folder(COMMAND)
+    with reporter:
+        made = make_challenge(
+            plan, count, folder, keys_path=keys, jobs=jobs,
+            progress=lambda done, total: reporter.step("campaigns", done, total),
+        )  # fmt: skip
+    summary = {
+        "command": f"{COMMAND} make", "folder": str(folder), "keys": str(keys or folder / KEYS_FILE),
+        "campaigns": list(made), "seed": seed, "exit_code": DONE,
+    }  # fmt: skip
+    return Outcome(COMMAND, folder, DONE, f"{len(made)} campaigns", (), summary)
+
+
+def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
+    """The project's own diagnosis of a campaign file, results into `out`."""
+    from linid.workflow.diagnose import diagnose_campaign  # type: ignore[import-not-found, import-untyped]
+
+    return diagnose_campaign(path, out, jobs)
+
+
+def run(
+    folder: Path, reporter: Reporter, *, jobs: int = 1, resume: bool = False, diagnose: Diagnose = diagnose_with_linid
+) -> Outcome:
+    """Diagnose all campaigns of a challenge; the keys are not opened. Exit code 1 when diagnoses failed.
+
+    Raises DataError without campaigns, UsageError when results exist and resume is False.
+    """
+    from linid.challenge.files import RESULTS_FOLDER
+    from linid.challenge.run import run_challenge
+
+    def progress(done: int, total: int, last: Diagnosed) -> None:
+        reporter.step("diagnoses", done, total)
+        if last.error:
+            reporter.warn(f"{last.campaign}: {last.error}")
+        else:
+            reporter.detail(f"{last.campaign}: {last.status} in {last.seconds:.1f} s")
+
+    with reporter:
+        try:
+            ended = run_challenge(folder, diagnose, jobs=jobs, resume=resume, progress=progress)
+        except KeyboardInterrupt:
+            raise Interrupted(folder) from None
+    failed = [one.campaign for one in ended if one.status == "failed"]
+    code = 1 if failed else DONE
+    results = folder / RESULTS_FOLDER
+    summary = {
+        "command": f"{COMMAND} run", "folder": str(results), "campaigns": [asdict(one) for one in ended],
+        "failed": failed, "exit_code": code,
+    }  # fmt: skip
+    key = f"{len(ended) - len(failed)} of {len(ended)} campaigns diagnosed"
+    return Outcome(COMMAND, results, code, key, (key,), summary)
+
+
+def score(folder: Path, reporter: Reporter, *, keys: Path | None = None, figures: bool = True) -> Outcome:
+    """Score the results of a challenge against its keys; writes DIR/score and returns the tables.
+
+    Raises DataError when keys or results cannot be read.
+    """
+    from linid.challenge.files import KEYS_FILE, read_keys
+    from linid.challenge.score import read_answers
+    from linid.challenge.score import score as scored
+    from linid.report.challenge import bin_table, rate_text, score_table, write_score_csv
+
+    sealed = read_keys(keys or folder / KEYS_FILE)
+    result = scored(sealed, read_answers(folder, sealed))
+    target = folder / SCORE_FOLDER
+    body = score_body(result)
+    write_text(target / "score.json", json.dumps(body, indent=1, allow_nan=False) + "\n")
+    write_score_csv(result, target)
+    if figures:
+        _write_figures(result, target, reporter)
+    summary = {"command": f"{COMMAND} score", "folder": str(target), "exit_code": DONE, **body}
+    key = f"named first: {rate_text(result.rates['top_1'])}"
+    return Outcome(COMMAND, target, DONE, key, (score_table(result), bin_table(result)), summary)
+
+
+def score_body(result: Score) -> dict[str, Any]:
+    """All figures of a score as JSON-able values; what is not a number becomes null."""
+    rows, columns, counts = result.confusion
+    body: dict[str, Any] = {
+        "schema": 1,
+        "rates": {name: {**asdict(rate), "value": rate.value} for name, rate in result.rates.items()},
+        "closure": result.closure,
+        "relative_closure": result.relative_closure,
+        "strength_bins": [asdict(one) for one in result.bins],
+        "confusion": {"rows": list(rows), "columns": list(columns), "counts": [list(c) for c in counts]},
+        "campaigns": [asdict(line) for line in result.lines],
+    }
+    cleaned: dict[str, Any] = _finite(body)
+    return cleaned
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _finite(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write_figures(result: Score, folder: Path, reporter: Reporter) -> None:
+    from linid.errors import DataError
+    from linid.report.figures.challenge import confusion_figure, rates_figure
+    from linid.report.style import save
+
+    for stem, draw in (("rates", rates_figure), ("confusion", confusion_figure)):
+        try:
+            save(draw(result), folder / stem)
+        except DataError as error:
+            reporter.detail(f"no {stem} figure: {error.fact}")

@@ -1,0 +1,291 @@
+"""The hidden plant: agreement with the stand, energy, convergence, nothing at zero strength."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.challenge import kernel
+from linid.challenge.catalogue import ENTRIES, LISTED, OUTSIDE, HiddenEffect
+from linid.challenge.plant import HiddenRun, build_plant, simulate
+from linid.stand.description import AxisDescription
+from linid.stand.mode_descriptions import Mode
+from linid.stand.modes import command
+from linid.stand.plant import simulate as stand_simulate
+from tests.challenge.conftest import effect
+
+PUSHY = (*(name for name, entry in ENTRIES.items() if entry.row is not None), "force_ripple", "payload_change")
+
+
+def mode_of(axis: AxisDescription, name: str) -> Mode:
+    return next(mode for mode in axis.campaign if mode.name == name)
+
+
+def everywhere(hidden: HiddenEffect, axis: AxisDescription) -> HiddenEffect:
+    """A per-recording effect put into all recordings."""
+    return replace(hidden, recordings=tuple(m.name for m in axis.campaign)) if hidden.recordings else hidden
+
+
+@pytest.mark.parametrize(
+    "name", ["freewheel_4", "slow_ramp_1", "sine_current_2", "square_current_1", "sine_position_3", "moves_3"]
+)
+def test_without_effects_it_is_the_stand(axis: AxisDescription, name: str) -> None:
+    mode = mode_of(axis, name)
+    ours = simulate(axis, mode)
+    stand = stand_simulate(
+        axis, command(mode, axis), start_position=mode.start_position_m, added_mass=mode.added_mass_kg
+    )
+    assert np.abs(ours.y - stand.y).max() < 1e-9
+    assert np.abs(ours.reading - stand.y).max() < 1e-9
+    assert np.abs(ours.currents - stand.phase_currents).max() < 1e-6
+    # And the model without effects then misses nothing.
+    assert np.abs(ours.acceleration - ours.base_acceleration).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_zero_amplitude_is_no_effect_and_a_small_one_a_small_effect(axis: AxisDescription, name: str) -> None:
+    mode = mode_of(axis, "moves_1")
+    plain = simulate(axis, mode)
+    hidden = everywhere(effect(name, axis), axis)
+    off = simulate(axis, mode, [replace(hidden, amplitude=0.0)])
+    assert np.array_equal(off.reading, plain.reading) and np.array_equal(off.currents, plain.currents)
+    distances = []
+    for factor in (1.0, 1e-3):
+        run = simulate(axis, mode, [replace(hidden, amplitude=factor * hidden.amplitude)])
+        miss = np.abs(run.acceleration - run.base_acceleration)
+        shown = np.abs(run.reading - plain.reading) / 1e-6 + np.abs(run.currents - plain.currents).max(0) / 1e-3
+        distances.append(float(np.sqrt(np.mean(miss**2)) + np.sqrt(np.mean(shown**2))))
+    assert distances[0] > 0.1
+    assert distances[1] < 0.02 * distances[0]
+
+
+def energy_error(axis: AxisDescription, mode: Mode, hidden: HiddenEffect | None) -> tuple[float, float]:
+    """Largest gap in the balance, and the energy turned over, in J."""
+    effects = [] if hidden is None else [hidden]
+    run = simulate(axis, mode, effects)
+    told = command(mode, axis)
+    plant = build_plant(axis, mode, effects, index=0, powered=told.control != 0)
+    s = run.states
+    load_speed = s[:, kernel.V] + s[:, kernel.PLAIN_STATES + kernel.LOAD_RATE]
+    stored = (
+        0.5 * plant.mass * s[:, kernel.V] ** 2
+        + 0.5 * plant.load_mass * load_speed**2
+        + 0.5 * plant.sigma_0 * s[:, kernel.W] ** 2
+    )
+    if plant.load_mass:
+        rate = 2 * np.pi * plant.number[kernel.LOAD_SPRING, 1]
+        stored = stored + 0.5 * plant.load_mass * rate**2 * s[:, kernel.PLAIN_STATES + kernel.LOAD] ** 2
+    balance = stored - stored[0] - s[:, kernel.WORK] + s[:, kernel.LOSS]
+    return float(np.abs(balance).max()), float(np.ptp(s[:, kernel.WORK]) + stored.max())
+
+
+@pytest.mark.parametrize("name", [None, *PUSHY])
+def test_energy_is_work_less_loss(axis: AxisDescription, name: str | None) -> None:
+    hidden = None if name is None else everywhere(effect(name, axis, 2.0), axis)
+    error, turned = energy_error(axis, mode_of(axis, "sine_position_2"), hidden)
+    assert turned > 0.1
+    assert error < 1e-6 * turned
+
+
+@pytest.mark.parametrize("name", ["freewheel_2", "square_current_1", "moves_2"])
+@pytest.mark.parametrize(
+    "hidden", ["flexible_load", "input_delay", "cable_force", "asymmetric_friction", "floor_vibration"]
+)
+def test_halving_the_step_moves_nothing_that_the_encoder_sees(axis: AxisDescription, name: str, hidden: str) -> None:
+    mode, effects = mode_of(axis, name), [effect(hidden, axis)]
+    runs = [simulate(axis, mode, effects, substeps=k) for k in (axis.substeps, 2 * axis.substeps)]
+    assert np.abs(runs[0].y - runs[1].y).max() < 0.2 * axis.measurement.position_resolution_m
+
+
+def test_the_names_are_the_librarys_and_enough_lie_outside() -> None:
+    assert len(LISTED) == 18 and len(OUTSIDE) >= 6 and not set(LISTED) & set(OUTSIDE)
+
+
+# Signatures: how each effect must show.
+
+
+def pair(axis: AxisDescription, name: str, where: str, factor: float = 2.0) -> tuple[HiddenRun, HiddenRun]:
+    mode = mode_of(axis, where)
+    return simulate(axis, mode), simulate(axis, mode, [everywhere(effect(name, axis, factor), axis)])
+
+
+def missing(run: HiddenRun) -> np.ndarray:
+    """What the base model misses, in N."""
+    return run.mass * (run.acceleration - run.base_acceleration)
+
+
+def test_scopes_are_kept(axis: AxisDescription) -> None:
+    for name, entry in ENTRIES.items():
+        hidden = everywhere(effect(name, axis, 2.0), axis)
+        if name == "external_disturbance":
+            hidden = replace(hidden, shape={"start": 0.1, "length": 0.1})
+        mode = mode_of(axis, "freewheel_1")
+        plain, run = simulate(axis, mode), simulate(axis, mode, [hidden])
+        changed = not np.array_equal(plain.reading, run.reading)
+        assert changed == (entry.scope != "driven"), name
+        assert not run.currents.any()
+
+
+def test_current_offset_moves_no_closed_axis_and_shows_in_the_currents(axis: AxisDescription) -> None:
+    plain, run = pair(axis, "current_offset", "moves_1")
+    assert np.array_equal(plain.y, run.y)
+    shift = run.currents - plain.currents
+    assert np.ptp(shift, axis=1).max() < 1e-12 and np.abs(shift).max() > 0
+    # Seen through the field, a constant offset is a force that goes round with the electrical angle.
+    assert np.std(missing(run)) > 0
+
+
+@pytest.mark.parametrize("name", ["cogging", "force_ripple", "phase_gain_imbalance"])
+def test_what_belongs_to_the_pole_pitch_repeats_with_it(axis: AxisDescription, name: str) -> None:
+    hidden = effect(name, axis)
+    shape = {**hidden.shape, "swell": 0.0} if name == "cogging" else hidden.shape
+    mode = mode_of(axis, "sine_position_1")
+    run = simulate(axis, mode, [replace(hidden, shape=shape)])
+    scale = run.thrust if name != "cogging" else np.ones_like(run.thrust)
+    good = np.abs(scale) > 0.3 * np.abs(scale).max()
+    motor = axis.motor
+    double = 2 if motor.kind == "theta" else 1
+    angle = motor.guideway_density_per_m * double * run.y[good]
+    design = np.stack([f(k * angle) for k in (2, 4, 6, 8) for f in (np.sin, np.cos)] + [np.ones(good.sum())], 1)
+    ratio = missing(run)[good] / scale[good]
+    left = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
+    assert np.var(left) < 0.03 * np.var(ratio)
+
+
+def test_constant_force_is_constant(axis: AxisDescription) -> None:
+    _, run = pair(axis, "constant_force", "moves_1")
+    assert missing(run) == pytest.approx(effect("constant_force", axis, 2.0).amplitude, rel=1e-6)
+
+
+def test_asymmetric_friction_depends_on_direction(axis: AxisDescription) -> None:
+    _, run = pair(axis, "asymmetric_friction", "moves_1")
+    sliding = np.abs(run.v) > 0.1
+    expected = -effect("asymmetric_friction", axis, 2.0).amplitude * axis.friction.coulomb_force_n
+    # More friction one way and as much less the other way: the same force both ways.
+    assert np.median(missing(run)[sliding & (run.v > 0)]) == pytest.approx(expected, rel=0.02)
+    assert np.median(missing(run)[sliding & (run.v < 0)]) == pytest.approx(expected, rel=0.02)
+
+
+def test_cable_force_pulls_back_saturates_and_has_hysteresis(axis: AxisDescription) -> None:
+    hidden = replace(
+        effect("cable_force", axis, 2.0),
+        shape={**effect("cable_force", axis).shape, "neutral": axis.stroke.upper_m / 2, "length": 0.05},
+    )
+    run = simulate(axis, mode_of(axis, "sine_position_1"), [hidden])
+    y, force = run.y - axis.stroke.upper_m / 2, missing(run)
+    assert np.corrcoef(y, force)[0, 1] < -0.8
+    assert np.abs(force).max() <= abs(hidden.amplitude) * (1 + hidden.shape["hysteresis"]) * 1.01
+    near = np.abs(y) < 0.01
+    assert force[near & (run.v > 0.1)].mean() < force[near & (run.v < -0.1)].mean()
+
+
+def test_position_dependent_friction_brakes_at_its_place(axis: AxisDescription) -> None:
+    shape = {"centre": axis.stroke.upper_m / 2, "width": 0.01}
+    hidden = replace(effect("position_dependent_friction", axis), shape=shape)
+    run = simulate(axis, mode_of(axis, "sine_position_1"), [hidden])
+    power = missing(run) * np.sign(run.v)
+    sliding = np.abs(run.v) > 0.1
+    far = np.abs(run.y - hidden.shape["centre"]) > 3 * hidden.shape["width"]
+    near = np.abs(run.y - hidden.shape["centre"]) < 0.3 * hidden.shape["width"]
+    assert (sliding & far).any() and (sliding & near).any()
+    assert np.abs(power[sliding & far]).max() < 0.01 * np.abs(power[sliding & near]).min()
+    assert power[sliding & near].max() < 0
+
+
+def test_quadratic_drag_grows_faster_than_speed(axis: AxisDescription) -> None:
+    _, run = pair(axis, "quadratic_drag", "freewheel_2")
+    moving = np.abs(run.v) > 0.05
+    slope = np.polyfit(np.log(np.abs(run.v[moving])), np.log(np.abs(missing(run)[moving])), 1)[0]
+    assert 1.75 < slope < 2.25 and (missing(run) * run.v < 1e-12).all()
+
+
+def test_input_delay_lets_the_force_follow_late(axis: AxisDescription) -> None:
+    hidden = effect("input_delay", axis, 4.0)
+    run = simulate(axis, mode_of(axis, "square_current_1"), [hidden])
+    base = run.thrust - missing(run)  # what the base model takes for the motor force
+    lags = np.arange(0, 8)
+    fits = [np.corrcoef(base[: len(base) - 8], run.thrust[k : len(base) - 8 + k])[0, 1] for k in lags]
+    late = 1e3 * hidden.amplitude * (1 + hidden.shape["lag_share"])
+    assert abs(int(np.argmax(fits)) - late) <= 1
+
+
+def test_force_saturation_costs_thrust_at_high_current_only(axis: AxisDescription) -> None:
+    _, run = pair(axis, "force_saturation", "sine_current_2", 3.0)
+    size = np.abs(run.states[:, kernel.IQ])
+    loss = -missing(run) / np.where(run.thrust == 0, np.inf, run.thrust)
+    high, low = loss[size > 0.9 * size.max()], loss[(size > 0.2 * size.max()) & (size < 0.3 * size.max())]
+    assert np.median(high) > 5 * np.median(low) > 0
+
+
+def test_thermal_derating_grows_with_time_under_current(axis: AxisDescription) -> None:
+    _, run = pair(axis, "thermal_derating", "sine_current_2")
+    loss = -missing(run) / np.where(np.abs(run.thrust) < 0.2 * np.abs(run.thrust).max(), np.inf, run.thrust)
+    parts = [part[part != 0] for part in np.array_split(loss[1200:], 3)]
+    means = [part.mean() for part in parts]
+    assert 0 < means[0] < means[1] < means[2]
+
+
+def test_end_effect_costs_thrust_far_from_the_middle(axis: AxisDescription) -> None:
+    mode = mode_of(axis, "sine_position_1")
+    middle = axis.stroke.upper_m / 2
+    edge = 0.7 * float(np.abs(simulate(axis, mode).y - middle).max())
+    shape = {"low": middle - edge, "high": middle + edge, "width": 0.05 * edge}
+    run = simulate(axis, mode, [replace(effect("end_effect", axis), shape=shape)])
+    far = np.abs(run.y - middle)
+    assert np.abs(missing(run)[far > 0.8 * far.max()]).max() > 20 * np.abs(missing(run)[far < 0.1 * far.max()]).max()
+
+
+def test_flexible_load_rings_at_its_frequency(axis: AxisDescription) -> None:
+    hidden = replace(effect("flexible_load", axis), shape={"frequency": 40.0, "damping": 0.01})
+    run = simulate(axis, mode_of(axis, "square_current_1"), [hidden])
+    ring = run.states[:, kernel.PLAIN_STATES + kernel.LOAD]
+    spectrum = np.abs(np.fft.rfft((ring - ring.mean()) * np.hanning(ring.size)))
+    frequency = np.fft.rfftfreq(ring.size, 1e-3)
+    high = frequency > 20
+    # On the free forcer the load rings sqrt(total/forcer) faster than clamped.
+    expected = 40.0 * np.sqrt(1 / (1 - hidden.amplitude))
+    assert frequency[high][np.argmax(spectrum[high])] == pytest.approx(expected, abs=1.5)
+
+
+def test_encoder_error_shows_in_the_reading_with_its_period(axis: AxisDescription) -> None:
+    hidden = effect("encoder_periodic_error", axis)
+    run = simulate(axis, mode_of(axis, "freewheel_1"), [hidden])
+    plain = simulate(axis, mode_of(axis, "freewheel_1"))
+    assert np.array_equal(run.y, plain.y)
+    error = run.reading - run.y
+    assert np.abs(error).max() == pytest.approx(hidden.amplitude, rel=0.01)
+    angle = 2 * np.pi * run.y / hidden.shape["period"]
+    first = np.abs(np.mean(error * np.abs(run.v) * np.exp(-1j * angle)))
+    third = np.abs(np.mean(error * np.abs(run.v) * np.exp(-3j * angle)))
+    assert first > 10 * third
+
+
+def test_external_disturbance_pushes_at_its_moment_in_its_recording(axis: AxisDescription) -> None:
+    hidden = effect("external_disturbance", axis)
+    assert len(hidden.recordings) == 1
+    run = simulate(axis, mode_of(axis, hidden.recordings[0]), [hidden])
+    inside = (run.t > hidden.shape["start"]) & (run.t < hidden.shape["start"] + hidden.shape["length"])
+    assert np.abs(missing(run)[~inside]).max() < 1e-9
+    assert np.abs(missing(run)[inside]).max() == pytest.approx(abs(hidden.amplitude), rel=1e-3)
+    other = next(m for m in axis.campaign if m.name not in hidden.recordings)
+    assert np.array_equal(simulate(axis, other, [hidden]).y, simulate(axis, other).y)
+
+
+def test_friction_drift_grows_and_saturates(axis: AxisDescription) -> None:
+    hidden = replace(effect("friction_drift", axis), shape={"time_constant": 0.5})
+    run = simulate(axis, mode_of(axis, "sine_position_1"), [hidden])
+    drag = -missing(run) * np.sign(run.v) / axis.friction.coulomb_force_n
+    sliding = (np.abs(run.v) > 0.2) & (np.abs(run.v) < 0.4)
+    shares = [np.median(drag[sliding & (run.t > a) & (run.t < b)]) for a, b in ((0.2, 0.6), (2.0, 3.0), (3.0, 4.0))]
+    assert abs(shares[0]) < 0.8 * abs(shares[1])
+    assert shares[1] == pytest.approx(shares[2], rel=0.1)
+
+
+def test_payload_change_adds_mass_in_its_recordings(axis: AxisDescription) -> None:
+    hidden = effect("payload_change", axis)
+    splits = {m.name: m.split for m in axis.campaign}
+    assert sorted(splits[name] for name in hidden.recordings) == ["fit", "fit", "held_out"]
+    run = simulate(axis, mode_of(axis, hidden.recordings[0]), [hidden])
+    assert missing(run) == pytest.approx(-hidden.amplitude * run.acceleration, abs=1e-9)
