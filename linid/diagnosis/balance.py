@@ -126,7 +126,7 @@ def _rows(part: Acceleration, recordings: tuple[Recording, ...]) -> Rows:
         mine = owner == index
         t[mine] = recording.t[sample[mine]]
         current[mine] = thrust_current(recording)[sample[mine]]
-        reach = part.half_widths[index] + 3
+        reach = part.half_widths[index] + 8  # the spline rings for some samples beside a jump
         jumps = np.flatnonzero(input_jumps(recording))
         if 0 < jumps.size < recording.y.size // (8 * reach):
             bad = np.zeros(recording.y.size, dtype=bool)

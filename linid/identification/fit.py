@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from linid.identification.estimates import make_estimates
 from linid.identification.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.free_run import FreeRun
+from linid.identification.genes import SearchSpace
 from linid.identification.genetic import SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
 from linid.identification.meaning import derived_quantities
@@ -73,22 +74,51 @@ def fit(
     for name in settings.profiles:
         check_profile(space, name)
     substeps = settings.substeps or choose_substeps(model, recordings, first)
-    thin = 1 if sum(r.t.size for r in recordings) < 8000 else 4
-
-    def problem_with(steps: int, look: Look) -> Problem:
-        return Problem(space, make_parts(model, recordings, settings, steps, look=look))
-
     coarse_parts = make_parts(
-        model, [without_rest(r) for r in recordings], settings, min(substeps, 2), look=Look(thin, project=True)
-    )
+        model, [without_rest(r) for r in recordings], settings, min(substeps, 2),
+        look=Look(_thinning(recordings), project=True),
+    )  # fmt: skip
     coarse = Problem(space, coarse_parts)
     seeds = seed_candidates(space, model, recordings, first, densities, settings)
     state, reason, silent = _search(coarse, seeds, settings, hooks)
-    stages = [problem_with(min(substeps, 2), Look(thin)), problem_with(substeps, FULL)]
-    polished = _polish_in_stages(stages, state, settings, hooks)
-    problem = stages[-1]
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
+    return _refine(space, state, reason, recordings, settings, substeps, warnings, per_mass, hooks)
+
+
+def refine(
+    space: SearchSpace,
+    genes: Array,
+    recordings: Sequence[Recording],
+    *,
+    settings: FitSettings | None = None,
+    hooks: Hooks | None = None,
+) -> FitResult:
+    """Polish parameters that are nearly right, without a search: genes (p,) of a search space -> FitResult."""
+    settings = settings or FitSettings()
+    vector = space.vectors(genes)[0]
+    first = {p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters}
+    substeps = settings.substeps or choose_substeps(space.model, recordings, first)
+    state = SearchState("none", 0, [], [], [float(g) for g in genes], float("nan"), 0, 0, None)
+    return _refine(
+        space, state, "no search: started from given values", recordings, settings, substeps, [], False,
+        hooks or Hooks(),
+    )  # fmt: skip
+
+
+def _thinning(recordings: Sequence[Recording]) -> int:
+    return 1 if sum(r.t.size for r in recordings) < 8000 else 4
+
+
+def _refine(
+    space: SearchSpace, state: SearchState, reason: str, recordings: Sequence[Recording], settings: FitSettings,
+    substeps: int, warnings: list[str], per_mass: bool, hooks: Hooks,
+) -> FitResult:  # fmt: skip
+    """Polish the best candidate, estimate the uncertainty and put the result together."""
+    looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
+    stages = [Problem(space, make_parts(space.model, recordings, settings, steps, look=look)) for steps, look in looks]
+    polished = _polish_in_stages(stages, state, settings, hooks)
+    problem = stages[-1]
     uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     profiles = _profiles(problem, polished, uncertainty, settings, hooks)
     result = _assemble(
