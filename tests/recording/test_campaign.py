@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from linid.errors import ConfigError, DataError
-from linid.recording import is_campaign, read_campaign
+from linid.recording import in_order, is_campaign, read_campaign
 
 from .exports import Y, lines, write
 
@@ -111,3 +111,13 @@ def test_bad_recording_is_a_data_error(tmp_path: Path) -> None:
     write(tmp_path, b"", name="c.csv")
     with pytest.raises(DataError, match=r"c\.csv: the file is empty"):
         read_campaign(path)
+
+
+def test_recordings_are_numbered_and_carry_the_running_time(tmp_path: Path) -> None:
+    """elapsed + t runs on through the campaign, also for recordings whose clock does not start at 0."""
+    text = "recordings:\n  - {file: a.csv, window: [0.05, 0.15]}\n  - {file: b.csv, window: [0.02, 0.12]}\n"
+    first, second = read_campaign(campaign(tmp_path, text)).recordings
+    assert (first.number, second.number) == (1, 2)
+    assert first.elapsed + first.t[0] == pytest.approx(0.0, abs=1e-12)
+    assert second.elapsed + second.t[0] == pytest.approx(first.duration, abs=1e-12)
+    assert in_order([second, first])[1].number == 2
