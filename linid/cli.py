@@ -169,6 +169,28 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
     _print(run(make_request(files, options), reporter, model=model, split=split), json_output)
 
 
+@cli.command(short_help="Find the effect that a simulation lacks.")
+@FILES
+@click.option("--model", type=click.Choice(["sine", "theta", "force", "friction"]),
+              help="Base model [sine with phase currents, force with one input].")  # fmt: skip
+@settings_options
+@run_options
+def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: Any) -> None:
+    """Say where the simulation differs from the machine, which effect is missing, and how far the gap shrinks with it.
+
+    The campaign's `fit` recordings identify base model and effects, its `held_out` ones judge. The verdict is `none`,
+    `identified`, `ambiguous` or `unknown`; report.html in the run folder shows it.
+
+    \b
+    Example:
+      linid diagnose campaign.yaml --jobs 2
+    """
+    from linid.workflow.diagnose import diagnose as run
+
+    reporter = make_reporter(options)
+    _print(run(make_request(files, options), reporter, model=model), json_output)
+
+
 def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
     if wanted and not ctx.resilient_parsing:
         import json

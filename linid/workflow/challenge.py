@@ -48,7 +48,7 @@ def make(
 
 def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
     """The project's own diagnosis of a campaign file, results into `out`."""
-    from linid.workflow.diagnose import diagnose_campaign  # type: ignore[import-not-found, import-untyped]
+    from linid.workflow.diagnose import diagnose_campaign
 
     return diagnose_campaign(path, out, jobs)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from linid.errors import ConfigError, DataError
-from linid.recording import is_campaign, read_campaign
+from linid.recording import in_order, is_campaign, read_campaign
 
 from .exports import Y, lines, write
 
@@ -120,3 +120,13 @@ def test_repeats_name_the_first_recording_of_their_command(tmp_path: Path) -> No
     error_of(tmp_path, "recordings: [{file: a.csv, repeat_of: b.csv}, {file: b.csv}]", "repeat_of", "no earlier entry")
     mixed = "{file: a.csv, kind: motor}, {file: b.csv, kind: free_wheel, repeat_of: a.csv}"
     error_of(tmp_path, f"recordings: [{mixed}]", "repeat_of", "another kind")
+
+
+def test_recordings_are_numbered_and_carry_the_running_time(tmp_path: Path) -> None:
+    """elapsed + t runs on through the campaign, also for recordings whose clock does not start at 0."""
+    text = "recordings:\n  - {file: a.csv, window: [0.05, 0.15]}\n  - {file: b.csv, window: [0.02, 0.12]}\n"
+    first, second = read_campaign(campaign(tmp_path, text)).recordings
+    assert (first.number, second.number) == (1, 2)
+    assert first.elapsed + first.t[0] == pytest.approx(0.0, abs=1e-12)
+    assert second.elapsed + second.t[0] == pytest.approx(first.duration, abs=1e-12)
+    assert in_order([second, first])[1].number == 2

@@ -1,0 +1,107 @@
+"""diagnose: where a campaign's simulation differs from the machine, which effect is missing, how far the gap shrinks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.errors import UsageError
+from linid.workflow.fit_run import announce, begin
+from linid.workflow.inputs import fingerprint, read_inputs
+from linid.workflow.outcome import DONE, Outcome
+from linid.workflow.request import Request
+from linid.workflow.run_folder import identity_of, recorded, write_text
+from linid.workflow.stage import decisive
+
+if TYPE_CHECKING:
+    from linid.diagnosis.report_data import Diagnosis
+    from linid.identification.result import ModelKind
+    from linid.recording import Recording
+    from linid.workflow.reporter import Reporter
+
+COMMAND = "diagnose"
+BEFORE_FILE, AFTER_FILE = "model_before.json", "model_after.json"
+
+
+def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = None) -> Outcome:
+    """Diagnose the gap of a campaign; see the command's help. model: of the base (None: what the recordings allow).
+
+    Raises LinidError for what the user can mend.
+    """
+    from linid.diagnosis.diagnose import diagnose as find
+
+    inputs = read_inputs(request.files, request.settings)
+    announce(inputs, reporter)
+    kind = model or base_kind(inputs.recordings)
+    known = request.settings.known_values(inputs.known)
+    first = request.files[0]
+    name = first.parent.name if first.stem == "campaign" else first.stem
+    if request.dry_run:
+        plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in inputs.recordings]}
+        return Outcome(COMMAND, None, DONE, "", (), plan)
+    identity = identity_of(COMMAND, kind, fingerprint(inputs.recordings), decisive(request.settings), known)
+    folder = begin(request, COMMAND, inputs, identity)
+    with recorded(folder), reporter:
+        found = find(
+            name, inputs.recordings, kind, known=known, jobs=request.jobs, seed=request.settings.seed,
+            progress=lambda stage, done, total: reporter.step(stage, done, total),
+        )  # fmt: skip
+        _write(found.diagnosis, folder.path, request)
+        _write_models(found, folder.path)
+        outcome = _outcome(found.diagnosis, folder.path)
+        folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
+    return outcome
+
+
+def diagnose_campaign(path: Path, out: Path, jobs: int) -> Diagnosis:
+    """Diagnose a campaign file into a folder, without figures or a word: for many campaigns at once."""
+    import json
+
+    from linid.diagnosis.diagnose import diagnose as find
+    from linid.report.diagnosis_files import diagnosis_data
+    from linid.workflow.settings import Settings
+
+    inputs = read_inputs([path], Settings())
+    found = find(path.parent.name, inputs.recordings, base_kind(inputs.recordings), known=inputs.known, jobs=jobs)
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "diagnosis.json", json.dumps(diagnosis_data(found.diagnosis), indent=1, allow_nan=False) + "\n")
+    _write_models(found, out)
+    return found.diagnosis
+
+
+def base_kind(recordings: tuple[Recording, ...]) -> ModelKind:
+    """The motor model that the recordings allow: sine with three phase currents, force with one input."""
+    if any(r.phase_currents is not None and r.kind != "free_wheel" for r in recordings):
+        return "sine"
+    if any(r.drive_input is not None for r in recordings):
+        return "force"
+    if any(r.kind == "free_wheel" for r in recordings):
+        return "friction"
+    raise UsageError("FILE", "holds no free wheel and no driven recording with an input", "Map the inputs (channels:)")
+
+
+def _write(diagnosis: Diagnosis, folder: Path, request: Request) -> None:
+    from linid.report.diagnosis_files import write_diagnosis
+
+    settings = request.settings
+    write_diagnosis(diagnosis, folder, formats=settings.figure_formats, figures=settings.figures)
+
+
+def _write_models(found: Any, folder: Path) -> None:
+    from linid.identification.model_file import model_to_text
+
+    write_text(folder / BEFORE_FILE, model_to_text(found.before))
+    write_text(folder / AFTER_FILE, model_to_text(found.after))
+
+
+def _outcome(diagnosis: Diagnosis, folder: Path) -> Outcome:
+    from linid.report.diagnosis_console import diagnosis_console
+
+    verdict = diagnosis.verdict
+    summary = {
+        "command": COMMAND, "folder": str(folder), "model": diagnosis.model, "status": verdict.status,
+        "effects": list(verdict.effects), "equivalent": list(verdict.equivalent), "sentence": verdict.sentence,
+        "next_experiment": verdict.next_experiment, "exit_code": DONE,
+    }  # fmt: skip
+    figure = f"{verdict.status}: {', '.join(verdict.effects) or '-'}"
+    return Outcome(COMMAND, folder, DONE, figure, (diagnosis_console(diagnosis),), summary)
