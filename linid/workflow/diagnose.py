@@ -1,4 +1,4 @@
-"""diagnose: where a campaign's simulation differs from the machine, which effect is missing, how far the gap shrinks."""
+"""diagnose: where the simulation differs from the machine, which effect is missing, how far the gap shrinks."""
 
 from __future__ import annotations
 
