@@ -117,11 +117,27 @@ class Acceleration:
         for index, kernel in enumerate(self.kernels):
             part = slice(offsets[index], offsets[index + 1])
             a[:, part] = convolve1d(a[:, part], kernel, axis=1)
-            if along.reading_error is not None:  # its second difference belongs to the measured acceleration
-                second = np.diff(along.reading_error[:, part], 2, axis=1) / inputs.dts[index] ** 2
-                second = np.pad(second, ((0, 0), (1, 1)))
-                a[:, part] += convolve1d(second, bump(self.half_widths[index]), axis=1)
+        if along.reading_error is not None:
+            a += self._seen(along.reading_error)
         return np.asarray(a[:, self.rows])
+
+    def _seen(self, reading_error: Array) -> Array:
+        """What a reading error (C, samples) in m adds to the measured acceleration: its second difference, smoothed."""
+        from scipy.ndimage import convolve1d
+
+        out = np.zeros_like(reading_error)
+        inputs = self.simulator.inputs
+        offsets = inputs.sample_offsets
+        for index, half in enumerate(self.half_widths):
+            part = slice(offsets[index], offsets[index + 1])
+            second = np.diff(reading_error[:, part], 2, axis=1) / inputs.dts[index] ** 2
+            out[:, part] = convolve1d(np.pad(second, ((0, 0), (1, 1))), bump(half), axis=1)
+        return out
+
+    def reading_acceleration(self, params: Array) -> Array:
+        """What the model's reading error alone adds to the measured acceleration at the rows, (C, N) m/s^2."""
+        readings = self.simulator.readings(params, self.motion.y, self.motion.v)
+        return np.asarray(self._seen(readings)[:, self.rows])
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) acceleration errors in m/s^2."""

@@ -66,6 +66,7 @@ class Regression:
         self.classes = part.classes
         self.stride = _STRIDE
         self.columns = ((rows[1 : 1 + p] - rows[0]) / steps[:, None] * self.weights).T
+        self._span: Array | None = None
         self._parts: dict[str, tuple[Acceleration, Array]] = {}
         self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, genes), strict=True)}
 
@@ -98,8 +99,10 @@ class Regression:
 
     def span(self) -> Array:
         """Orthonormal columns (N, r) of what the base parameters (and the effects added so far) can do."""
-        basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
-        return np.asarray(basis[0][:, basis[1] > 1e-9 * basis[1][0]])
+        if self._span is None:
+            basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
+            self._span = basis[0][:, basis[1] > 1e-9 * basis[1][0]]
+        return self._span
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
         """Derivatives by each amplitude at each entry of the grid, (N, entries * amplitudes), weighted."""
@@ -109,12 +112,18 @@ class Regression:
             self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
         part, plain = self._parts[effect.name]
         steps = [(name, _SMALL * size) for name, size in sizes.items()]
-        vectors = [model.vector(self.values | entry | {name: step}) for entry in entries for name, step in steps]
-        rows = (part.model_acceleration(np.array(vectors)) - plain) * self.weights
+        vectors = np.array(
+            [model.vector(self.values | entry | {name: step}) for entry in entries for name, step in steps]
+        )
+        if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
+            rows = part.reading_acceleration(vectors) * self.weights
+        else:
+            rows = (part.model_acceleration(vectors) - plain) * self.weights
         return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T)
 
     def add(self, effect: Effect, trial: Trial, sizes: Values) -> None:
         """From now on the amplitudes of this effect are free too."""
+        self._span = None
         self.columns = np.hstack([self.columns, self.effect_columns(effect, [trial.values], sizes)])
 
 

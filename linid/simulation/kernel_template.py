@@ -282,3 +282,13 @@ def simulate_tasks(
                 v_row,
             )
     return steps
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def reading_tasks(params, on, y, v, begin, end, out):
+    """Reading errors in m of candidates begin..end-1 along positions y and speeds v, for errors that hang on nothing
+    else. out: (candidates, samples)."""
+    for candidate in range(begin, end):
+        p = with_states(params[candidate], 0.0, 0.0)
+        for k in range(y.size):
+            out[candidate, k] = reading_error(on, 0.0, y[k], v[k], 0.0, 0.0, 0.0, p)
