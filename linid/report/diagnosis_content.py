@@ -31,7 +31,7 @@ MEASURE_MEANING = {
 SIGNIFICANT = 0.05
 CLOSURE_MEANING = (
     "Closed: share of the excess over the floor that the effect takes away on held-out recordings, "
-    "(before² - after²) / (before² - floor²)."
+    "(before² − after²) / (before² − floor²)."
 )
 
 
@@ -212,6 +212,8 @@ def percent(value: float) -> str:
     """A share as `84 %`, below one per cent as `0.4 %`; '-' if there is none."""
     if not math.isfinite(value):
         return "-"
+    if 0.995 <= value < 1:
+        return "> 99 %"  # not all
     return f"{100 * value:.0f} %" if abs(value) >= 0.0095 or value == 0 else f"{100 * value:.1f} %"
 
 
