@@ -144,7 +144,7 @@ def _position_edges(y: Array, field_wavenumber: float | None) -> Array:
     pair = 2.0 * math.pi / field_wavenumber
     fine = stroke / pair * _PER_PAIR <= _MOST_POSITIONS
     cell = pair / _PER_PAIR if fine else pair * max(1, round(stroke / pair / _POSITIONS))
-    edges: Array = float(y.min()) + cell * np.arange(math.ceil(stroke / cell) + 1)
+    edges: Array = float(y.min()) + cell * np.arange(math.ceil(stroke / cell) + 1, dtype=np.float64)
     return edges
 
 

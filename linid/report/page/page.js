@@ -15,6 +15,7 @@
     if (coarse) figure.layout.dragmode = false;
     return Plotly.react(figure.id, figure.data, figure.layout, config);
   };
+  const designed = Object.fromEntries(figures.map((figure) => [figure.id, figure.layout.height]));
   figures.forEach(draw);
   const choose = document.getElementById("choose-trace");
   if (choose) {
@@ -23,17 +24,22 @@
       document.getElementById("trace").setAttribute("aria-label", traces[choose.value].alt);
     });
   }
-  const resize = () => figures.forEach((figure) => Plotly.Plots.resize(figure.id));
+  // Plotly's own resize comes too late for the printer; setting the width acts at once.
+  const fit = (figure, share) => {
+    const width = document.getElementById(figure.id).clientWidth;
+    const height = Math.round(share * designed[figure.id]);
+    Plotly.relayout(figure.id, share < 1 ? { width, height } : { width: null, height, autosize: true });
+  };
   let closed = [];
   window.addEventListener("beforeprint", () => {
     closed = Array.from(document.querySelectorAll("details:not([open])"));
     closed.forEach((one) => { one.open = true; });
     document.body.classList.add("printing");
-    resize();
+    figures.forEach((figure) => fit(figure, 0.8));
   });
   window.addEventListener("afterprint", () => {
     closed.forEach((one) => { one.open = false; });
     document.body.classList.remove("printing");
-    resize();
+    figures.forEach((figure) => fit(figure, 1));
   });
 })();

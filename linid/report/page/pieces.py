@@ -92,4 +92,4 @@ def percent_ticks(values: list[float]) -> list[int]:
     """Ticks of an axis in per cent that leave room for words on its right."""
     largest = max(values, default=0.0)
     step = 25 if largest > 50 else 10 if largest > 15 else 5
-    return list(range(0, min(100, int(max(10.0, 1.3 * largest))) + 1, step))
+    return list(range(0, min(100, int(max(30.0, 1.2 * largest))) + 1, step))

@@ -92,7 +92,7 @@ def measure_plots(diagnosis: Diagnosis) -> list[Plot]:
             }  # fmt: skip
             data.append(after)
         shown = [x for column in columns.values() for x in column if x > 0]
-        layout = base_layout(f"{MEASURE_WORDS[measure]} ({display.unit})", "", 130 + 30 * len(some))
+        layout = base_layout(f"{MEASURE_WORDS[measure]}<br>({display.unit})", "", 130 + 30 * len(some))
         layout["xaxis"] |= log_axis(shown)
         layout["showlegend"] = False
         layout["yaxis"] |= {"autorange": "reversed", "showgrid": False}
@@ -127,10 +127,11 @@ def ranking_plot(diagnosis: Diagnosis) -> Plot:
             "textposition": "none", "hovertemplate": "%{y}<br>closed %{text}<extra></extra>",
         },
     ]  # fmt: skip
-    layout = base_layout("share (%)", "", 110 + 32 * len(rows))
+    layout = base_layout("share (%)", "", 110 + 36 * len(rows))
     layout |= {"barmode": "overlay"}
     layout["yaxis"] |= {"autorange": "reversed", "showgrid": False}
-    layout["xaxis"] |= {"zeroline": True, "zerolinecolor": "#888888"}
+    lowest = min((100 * x for x in (*ends[0], *closures) if math.isfinite(x)), default=0.0)
+    layout["xaxis"] |= {"zeroline": True, "zerolinecolor": "#888888", "range": [max(-60.0, min(0.0, lowest - 2)), 103]}
     alt = "Candidate effects with the share of the residual that they explain; numbers in the table of candidates."
     return Plot("ranking", alt, data, layout)
 
@@ -139,16 +140,18 @@ def shares_plot(diagnosis: Diagnosis) -> Plot:
     """Share of the residual's variance that each coordinate explains, with its p-value."""
     rows = by_share(diagnosis)
     values = [max(0.0, 100 * s.share) if math.isfinite(s.share) else 0.0 for s in rows]
+    chance = [p_words(s.p_value).replace(" ", "\u00a0") for s in rows]
     data: list[dict[str, Any]] = [
         {
-            "type": "bar", "orientation": "h", "y": [wrapped(s.label) for s in rows], "x": short(values),
+            "type": "bar", "orientation": "h", "x": short(values),
+            "y": [wrapped(f"{s.label} ({p})" if p else s.label, 24) for s, p in zip(rows, chance, strict=True)],
             "marker": {"color": [MEASURED if s.p_value < SIGNIFICANT else _GREY for s in rows]},
-            "text": [f"{share_words(s)}, {p_words(s.p_value)}".rstrip(", ") for s in rows], "textposition": "outside",
-            "cliponaxis": False, "hoverinfo": "skip",
+            "text": [share_words(s) for s in rows], "textposition": "outside", "cliponaxis": False,
+            "hoverinfo": "skip",
         }
     ]  # fmt: skip
-    layout = base_layout("share of variance (%)", "", 90 + 30 * len(rows))
-    layout["xaxis"] |= {"range": [0, max(10.0, 1.5 * max(values, default=0.0))], "tickvals": percent_ticks(values)}
+    layout = base_layout("share of variance (%)", "", 90 + 34 * len(rows))
+    layout["xaxis"] |= {"range": [0, max(30.0, 1.2 * max(values, default=0.0))], "tickvals": percent_ticks(values)}
     layout["yaxis"] |= {"autorange": "reversed", "showgrid": False}
     listed = "; ".join(f"{s.label} {share_words(s)}" for s in rows[:4])
     return Plot("shares", f"Share of the residual explained by each coordinate: {listed}.", data, layout)
