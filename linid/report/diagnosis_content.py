@@ -204,8 +204,8 @@ def rank_lines(diagnosis: Diagnosis) -> tuple[RankLine, ...]:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number for people, '-' if there is none."""
-    return format_number(value, digits) if math.isfinite(value) else "-"
+    """A number for people, '-' if there is none, 'inf' if the simulation diverged."""
+    return "-" if math.isnan(value) else format_number(value, digits)
 
 
 def percent(value: float) -> str:
@@ -214,6 +214,8 @@ def percent(value: float) -> str:
         return "-"
     if 0.995 <= value < 1:
         return "> 99 %"  # not all
+    if 0 < abs(value) < 0.0005:
+        return "< 0.1 %" if value > 0 else "> -0.1 %"  # not nothing
     return f"{100 * value:.0f} %" if abs(value) >= 0.0095 or value == 0 else f"{100 * value:.1f} %"
 
 

@@ -107,7 +107,7 @@ def test_percent_never_claims_all_or_nothing_falsely(share: float) -> None:
         assert share < 0
     if re.search(r"^-?0 %$", text):
         assert share == 0
-    assert abs(float(text.strip("> %")) - 100 * share) <= 1.0
+    assert abs(float(text.strip("<> %")) - 100 * share) <= 1.0
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -187,3 +187,26 @@ def test_heavy_packages_are_imported_late() -> None:
     code += "print([m for m in ('matplotlib', 'plotly', 'jinja2', 'scipy', 'rich', 'numba') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_what_is_missing_or_diverged_breaks_nothing(tmp_path: Path) -> None:
+    inf = float("inf")
+    base = unknown()
+    silent = replace(base.traces[0], before=np.full_like(base.traces[0].t, NAN), after=base.traces[0].t * NAN)
+    short = replace(base.traces[1], **{name: getattr(base.traces[1], name)[:5] for name in ("t", "y", "v")})
+    short = replace(short, before=np.zeros(5), after=np.zeros(5), deviation=NAN)
+    diverged = {"free_run": Change(inf, NAN, 0.0), "ahead": Change(NAN, NAN, NAN), "force": Change(0.0, 0.0, 0.0)}
+    rows = tuple(replace(one, changes=diverged) for one in base.recordings)
+    unclear = tuple(replace(share, share=NAN, p_value=NAN) for share in base.where)
+    cases = {
+        "empty": replace(base, candidates=(), where=(), recordings=(), traces=(), ceiling=NAN),
+        "odd": replace(base, recordings=rows, traces=(silent, short), where=unclear, field_wavenumber=222.0),
+        "after": replace(
+            base, recordings=rows, traces=(), candidates=(candidate("cogging", NAN),),
+            verdict=Verdict("identified", ("cogging",), (), "s", ""),
+        ),
+    }  # fmt: skip
+    for name, diagnosis in cases.items():
+        assert {p.name for p in write_diagnosis(diagnosis, tmp_path / name)} >= {"diagnosis.json", "report.html"}
+        strict((tmp_path / name / "diagnosis.json").read_text(encoding="utf-8"))
+        Console(file=io.StringIO(), width=80).print(diagnosis_console(diagnosis))

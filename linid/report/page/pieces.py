@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.report.display import log_limits
+
 Array = NDArray[np.float64]
 DIVERGING = [[0.0, "#053061"], [0.25, "#4393C3"], [0.5, "#F7F7F7"], [0.75, "#D6604D"], [1.0, "#67001F"]]
 _DIGITS = 5
@@ -77,10 +79,8 @@ def _transparent(colour: str) -> str:
 
 
 def log_axis(values: list[float]) -> dict[str, Any]:
-    """A logarithmic axis with room on both sides, at least 0.6 decades, and ticks at 1, 2, 5 or at decades."""
-    low, high = (math.log10(min(values)), math.log10(max(values))) if values else (0.0, 1.0)
-    room = max(0.12 * (high - low), (0.6 - (high - low)) / 2)
-    low, high = low - room, high + room
+    """A logarithmic axis with ticks at 1, 2, 5 or at decades."""
+    low, high = map(math.log10, log_limits(values))
     factors = (1, 2, 5) if high - low < 1 else (1, 3) if high - low < 2 else (1,)
     ticks = [factor * 10.0**decade for decade in range(math.floor(low), math.ceil(high)) for factor in factors]
     return {

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 MOST_POINTS = 3000  # of a drawn line
 _ALL_POINTS = 240_000  # of all recordings together: the page stays below 8 MB
+_ENDS = ("before", "after", "floor", "low", "high")
 _GREY = "#C9C9C9"
 
 
@@ -91,7 +92,7 @@ def measure_plots(diagnosis: Diagnosis) -> list[Plot]:
                 "thickness": 2, "width": 4, "color": MEASURED,
             }  # fmt: skip
             data.append(after)
-        shown = [x for column in columns.values() for x in column if x > 0]
+        shown = [getattr(c, end) * display.factor for _, c in some for end in _ENDS]
         layout = base_layout(f"{MEASURE_WORDS[measure]}<br>({display.unit})", "", 130 + 30 * len(some))
         layout["xaxis"] |= log_axis(shown)
         layout["showlegend"] = False
