@@ -31,7 +31,7 @@ MEASURE_MEANING = {
 SIGNIFICANT = 0.05
 CLOSURE_MEANING = (
     "Closed: share of the excess over the floor that the effect takes away on held-out recordings, "
-    "(before² - after²) / (before² - floor²)."
+    "(before² − after²) / (before² − floor²)."
 )
 
 
@@ -204,14 +204,18 @@ def rank_lines(diagnosis: Diagnosis) -> tuple[RankLine, ...]:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number for people, '-' if there is none."""
-    return format_number(value, digits) if math.isfinite(value) else "-"
+    """A number for people, '-' if there is none, 'inf' if the simulation diverged."""
+    return "-" if math.isnan(value) else format_number(value, digits)
 
 
 def percent(value: float) -> str:
     """A share as `84 %`, below one per cent as `0.4 %`; '-' if there is none."""
     if not math.isfinite(value):
         return "-"
+    if 0.995 <= value < 1:
+        return "> 99 %"  # not all
+    if 0 < abs(value) < 0.0005:
+        return "< 0.1 %" if value > 0 else "> -0.1 %"  # not nothing
     return f"{100 * value:.0f} %" if abs(value) >= 0.0095 or value == 0 else f"{100 * value:.1f} %"
 
 

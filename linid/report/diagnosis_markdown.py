@@ -56,6 +56,9 @@ def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> s
 
 def _measures(diagnosis: Diagnosis) -> str:
     lines = measure_lines(diagnosis, totals(diagnosis))
+    if not changed(diagnosis):
+        rows = ((f"{m.label} ({m.unit})", m.before, m.floor) for m in lines)
+        return _table(("Held-out recordings", "Base model", "Floor"), rows)
     return _table(
         ("Held-out recordings", "Before", "After", "95 % for a new recording", "Floor", "Closed"),
         ((f"{m.label} ({m.unit})", m.before, m.after, m.interval or "-", m.floor, m.closed) for m in lines),
@@ -97,13 +100,18 @@ def _where(diagnosis: Diagnosis) -> list[str]:
 
 
 def _per_recording(diagnosis: Diagnosis) -> list[str]:
+    after = changed(diagnosis)
     rows = [
-        (one.recording, f"{m.label} ({m.unit})", m.before, m.after, m.floor, m.closed)
+        (
+            one.recording,
+            f"{m.label} ({m.unit})",
+            *((m.before, m.after, m.floor, m.closed) if after else (m.before, m.floor)),
+        )
         for one in held_out(diagnosis)
         for m in measure_lines(diagnosis, one.changes)
     ]
-    title = ("Recording", "Measure", "Before", "After", "Floor", "Closed")
-    return ["## Held-out recordings", _table(title, rows)] if rows else []
+    numbers = ("Before", "After", "Floor", "Closed") if after else ("Base model", "Floor")
+    return ["## Held-out recordings", _table(("Recording", "Measure", *numbers), rows)] if rows else []
 
 
 def _setting(diagnosis: Diagnosis) -> list[str]:

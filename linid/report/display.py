@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -54,6 +56,14 @@ def peak(*arrays: Array) -> float:
 def rms(values: Array) -> float:
     """Root mean square; nan if any value is not finite."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size and np.isfinite(values).all() else float("nan")
+
+
+def log_limits(values: Iterable[float], least: float = 0.6) -> tuple[float, float]:
+    """Ends of a logarithmic axis with room on both sides, at least `least` decades; 0.1 to 1 if there is no value."""
+    shown = [value for value in values if math.isfinite(value) and value > 0]
+    low, high = (math.log10(min(shown)), math.log10(max(shown))) if shown else (-1.0, 0.0)
+    room = max(0.12 * (high - low), (least - (high - low)) / 2)
+    return 10.0 ** (low - room), 10.0 ** (high + room)
 
 
 def envelope(t: Array, y: Array, bins: int = 1000) -> tuple[Array, Array]:

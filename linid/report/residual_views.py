@@ -123,7 +123,9 @@ def worst_first(traces: Sequence[ResidualTrace]) -> tuple[ResidualTrace, ...]:
     """Held-out recordings, then the fitted, those with the largest residual over its noise first."""
 
     def excess(trace: ResidualTrace) -> float:
-        return float(np.sqrt(np.nanmean(trace.before**2))) / max(trace.deviation, 1e-12)
+        good = trace.before[np.isfinite(trace.before)]
+        noise = trace.deviation if trace.deviation > 0 else 1e-12
+        return float(np.sqrt(np.mean(good**2))) / noise if good.size else 0.0
 
     return tuple(sorted(traces, key=lambda trace: (trace.split != "held_out", -excess(trace))))
 
@@ -144,7 +146,7 @@ def _position_edges(y: Array, field_wavenumber: float | None) -> Array:
     pair = 2.0 * math.pi / field_wavenumber
     fine = stroke / pair * _PER_PAIR <= _MOST_POSITIONS
     cell = pair / _PER_PAIR if fine else pair * max(1, round(stroke / pair / _POSITIONS))
-    edges: Array = float(y.min()) + cell * np.arange(math.ceil(stroke / cell) + 1)
+    edges: Array = float(y.min()) + cell * np.arange(math.ceil(stroke / cell) + 1, dtype=np.float64)
     return edges
 
 

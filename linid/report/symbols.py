@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 
 _GREEK = re.compile(
     r"alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|phi|chi|psi|omega|"
@@ -14,6 +15,7 @@ _SPECIAL = {
     "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}", "<": r"\textless{}", ">": r"\textgreater{}",
     "±": r"$\pm$", "µ": r"$\mu$", "²": r"$^{2}$", "→": r"$\to$", "≈": r"$\approx$",
 }  # fmt: skip
+_NAMES = {"lambda": "lamda", "Lambda": "lamda"}  # as Unicode spells it
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
@@ -25,6 +27,16 @@ def symbol_math(symbol: str) -> str:
     base, digits, subscripts, primes = match.groups()
     subs = [_letters(part) for part in ([digits] if digits else []) + subscripts.split("_")[1:]]
     return _letters(base) + ("_{" + ",".join(subs) + "}" if subs else "") + primes
+
+
+def symbol_parts(symbol: str) -> tuple[str, str]:
+    """A symbol and its subscript as plain Unicode, for HTML: `sigma_0` -> (`σ`, `0`)."""
+    match = _SYMBOL.match(symbol)
+    if match is None:
+        return symbol, ""
+    base, digits, subscripts, primes = match.groups()
+    subs = ([digits] if digits else []) + subscripts.split("_")[1:]
+    return _unicode(base) + primes, ",".join(_unicode(part) for part in subs)
 
 
 def symbol_label(symbol: str) -> str:
@@ -47,6 +59,12 @@ def unit_label(unit: str) -> str:
 def latex_escape(text: str) -> str:
     """Running text made safe for LaTeX."""
     return "".join(_SPECIAL.get(char, char) for char in text)
+
+
+def _unicode(part: str) -> str:
+    if not _GREEK.fullmatch(part):
+        return part
+    return unicodedata.lookup(f"GREEK {'CAPITAL' if part[0].isupper() else 'SMALL'} LETTER {_NAMES.get(part, part)}")
 
 
 def _letters(part: str) -> str:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BatchRow",
     "batch_table_console",
+    "console_table",
     "gap_latex",
     "gap_table_console",
     "identifiability_notes",
@@ -66,7 +67,9 @@ def parameter_table_console(result: FitResult) -> Table:
     """Parameters, then derived quantities: value ± std, 95 % interval, unit, numbered notes below; fits 80 columns."""
     from rich.text import Text
 
-    table = _table(f"Parameters of the {result.model} model" + (" (forces per kilogram)" if result.per_mass else ""))
+    table = console_table(
+        f"Parameters of the {result.model} model" + (" (forces per kilogram)" if result.per_mass else "")
+    )
     table.add_column("Parameter", no_wrap=True)
     table.add_column("Symbol", no_wrap=True)
     table.add_column("Value ± std", justify="right", overflow="fold")
@@ -116,7 +119,7 @@ def gap_table_console(gaps: Sequence[RecordingGap], axis: str = "linear") -> Tab
     from rich.text import Text
 
     ahead_unit, force_unit = gap_units(axis)
-    table = _table("Gap between simulation and machine, each measure beside its floor")
+    table = console_table("Gap between simulation and machine, each measure beside its floor")
     table.padding = (0, 0)  # the box's own blank between columns is enough; nine columns are many
     table.add_column("Recording", overflow="fold", min_width=16)
     table.add_column("Kind", no_wrap=True)
@@ -150,7 +153,7 @@ def batch_table_console(rows: Iterable[BatchRow | Mapping[str, object]]) -> Tabl
     """Summary of a batch; a row is a BatchRow or a mapping with its field names."""
     from rich.text import Text
 
-    table = _table("Batch")
+    table = console_table("Batch")
     table.add_column("Job", overflow="fold")
     table.add_column("Status", no_wrap=True)
     table.add_column("Seconds", justify="right", no_wrap=True)
@@ -207,7 +210,8 @@ def gap_units(axis: str) -> tuple[str, str]:
 _STATUS_STYLE = {"fixed": "dim", "not_identifiable": "yellow", "at_bound": "yellow"}
 
 
-def _table(title: str) -> Table:
+def console_table(title: str) -> Table:
+    """An empty table in the look of all console tables."""
     from rich import box
     from rich.table import Table
 

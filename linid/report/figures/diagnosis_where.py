@@ -133,7 +133,7 @@ def shares_figure(diagnosis: Diagnosis) -> Figure:
             )  # fmt: skip
         axes.set_yticks(range(len(rows)), [share.label for share in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
-        axes.set_xlim(0, max(1.35 * max(values, default=0.0), 10.0))
+        axes.set_xlim(0, max(1.35 * max(values, default=0.0), 30.0))
         axes.set_xlabel("share of the residual's variance, cross-validated (%)")
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)

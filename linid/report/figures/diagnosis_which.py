@@ -19,6 +19,7 @@ from linid.report.diagnosis_content import (
     role,
     totals,
 )
+from linid.report.display import log_limits
 from linid.report.figures.common import shorten
 from linid.report.style import ACCENT, ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, new_figure, style
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from linid.diagnosis.report_data import Change, Diagnosis
 
 MOST_CANDIDATES = 15
-_LEAST_RATIO = 4.0  # of the ends of an axis
 
 
 def ranking_figure(diagnosis: Diagnosis) -> Figure:
@@ -79,12 +79,13 @@ def measures_figure(diagnosis: Diagnosis) -> Figure:
         panels: Any = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
         for axes, measure in zip(panels, shown, strict=True):
             display = measure_display(diagnosis, measure)
+            axes.set_xscale("log")
+            sizes = [c[measure] for _, c in rows if measure in c]
+            ends = [x for c in sizes for x in (c.before, c.after, c.floor, c.low, c.high)]
+            axes.set_xlim(*log_limits(x * display.factor for x in ends))
             for row, (_, changes) in enumerate(rows):
                 if measure in changes:
                     _dumbbell(axes, row, changes[measure], display.factor, changed(diagnosis))
-            axes.set_xscale("log")
-            axes.margins(x=0.08)
-            _widen(axes)
             _readable_ticks(axes)
             axes.set_xlabel(f"{MEASURE_WORDS[measure]} ({display.unit})")
             axes.grid(False, axis="y")
@@ -111,13 +112,6 @@ def _dumbbell(axes: Any, row: int, change: Change, factor: float, after: bool) -
             )
         axes.plot([now], [row], marker="o", markersize=4.5, color=MEASURED, zorder=5)
     axes.plot([before], [row], marker="o", markersize=4.5, color=ERROR, markerfacecolor="white", zorder=4)
-
-
-def _widen(axes: Any) -> None:
-    """At least half a decade, so that a gap near the floor looks small."""
-    low, high = axes.get_xlim()
-    room = max(1.0, _LEAST_RATIO / (high / low)) ** 0.5
-    axes.set_xlim(low / room, high * room)
 
 
 def _readable_ticks(axes: Any) -> None:

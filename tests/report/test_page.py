@@ -1,0 +1,199 @@
+"""The page of a diagnosis in a real browser: it draws every figure, fits its width, prints, and stays silent."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from linid.diagnosis.report_data import Diagnosis
+from linid.report.page.build import page_html
+from linid.report.page.pieces import wrapped
+
+from .diagnosis_samples import SAMPLES, identified, recordings, traces
+
+CHROMIUM = shutil.which("chromium")
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+HOSTILE = "a<b> & \"c'</script><script>throw 1</script>"
+WIDTHS = (1280, 400)
+# Reports what a reader would see, after trying every recording of the choice.
+PROBE = """<script>
+window.addEventListener("load", () => setTimeout(() => {
+  const choose = document.getElementById("choose-trace");
+  for (const option of choose.options) { choose.value = option.value; choose.dispatchEvent(new Event("change")); }
+  setTimeout(() => parent.postMessage({
+    name: new URLSearchParams(location.search).get("is"),
+    overflow: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+    drawn: Array.from(document.querySelectorAll(".plot")).map((plot) => plot.querySelectorAll(".main-svg").length),
+    wide: Array.from(document.querySelectorAll(".plot")).filter((plot) =>
+      plot.querySelector(".main-svg").getBoundingClientRect().width > plot.clientWidth + 1).length,
+  }, "*"), 500);
+}, 500));
+window.addEventListener("beforeprint", () => {
+  const widths = Array.from(document.querySelectorAll(".main-svg")).map((svg) => svg.getBoundingClientRect().width);
+  console.log("PRINT " + Math.max(...widths) + " of " + document.querySelector("main").clientWidth);
+});
+</script>"""
+FRAMES = """<!DOCTYPE html><body><script>
+const found = [];
+window.addEventListener("message", (event) => {
+  found.push(event.data);
+  document.getElementById("found").textContent = JSON.stringify(found);
+});
+</script><pre id="found"></pre>"""
+
+
+def hostile() -> Diagnosis:
+    """The sample with a recording whose name is a script."""
+    made = traces(lambda t, y, v: np.sin(222.0 * y))
+    made = (*made[:2], replace(made[2], recording=HOSTILE), *made[3:])
+    return identified(traces=made, recordings=recordings(made), name=HOSTILE, where=identified().where)
+
+
+PAGES = {"identified": identified, "unknown": SAMPLES["unknown"], "hostile": hostile}
+
+
+@cache
+def page_of(name: str) -> str:
+    """The page of a sample, made once."""
+    return page_html({**SAMPLES, **PAGES}[name]())
+
+
+def chromium(page: Path, *arguments: str) -> tuple[str, list[str]]:
+    """Standard output, and the console's messages, of a headless run."""
+    assert CHROMIUM is not None
+    command = [
+        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--v=0",
+        f"--user-data-dir={page.parent / 'profile'}", "--virtual-time-budget=15000", *arguments, page.as_uri(),
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Copies of the pages with the probe."""
+    folder = tmp_path_factory.mktemp("page")
+    paths = {}
+    for name in PAGES:
+        paths[name] = folder / f"{name}.html"
+        paths[name].write_text(page_of(name).replace("</body>", PROBE + "</body>"), encoding="utf-8")
+    return paths
+
+
+@pytest.fixture(scope="module")
+def seen(pages: dict[str, Path]) -> tuple[dict[str, Any], list[str]]:
+    """What the probe found of each page at each width, and the console's messages."""
+    frames = "".join(
+        f'<iframe src="{name}.html?is={name}-{width}" style="width:{width}px;height:900px;border:0"></iframe>'
+        for name in pages
+        for width in WIDTHS
+    )
+    path = pages["identified"].with_name("frames.html")
+    path.write_text(FRAMES + frames, encoding="utf-8")
+    dom, console = chromium(path, "--window-size=1400,1000", "--dump-dom")
+    found = re.search(r'<pre id="found">(.*?)</pre>', dom, re.S)
+    assert found is not None
+    return {one["name"]: one for one in json.loads(html.unescape(found[1]) or "[]")}, console
+
+
+@needs_chromium
+def test_every_figure_is_drawn_and_nothing_overflows(seen: tuple[dict[str, Any], list[str]]) -> None:
+    found, _ = seen
+    assert set(found) == {f"{name}-{width}" for name in PAGES for width in WIDTHS}
+    for name, one in found.items():
+        assert len(one["drawn"]) >= 8 and min(one["drawn"]) >= 1, name
+        assert (one["overflow"], one["wide"]) == (0, 0), name
+
+
+@needs_chromium
+def test_the_console_stays_silent(seen: tuple[dict[str, Any], list[str]]) -> None:
+    assert seen[1] == []
+
+
+@needs_chromium
+def test_an_error_would_be_seen(tmp_path: Path) -> None:
+    path = tmp_path / "broken.html"
+    path.write_text("<!DOCTYPE html><script>missing()</script>")
+    assert len(chromium(path, "--dump-dom")[1]) == 1
+
+
+@needs_chromium
+def test_it_prints_within_the_paper(pages: dict[str, Path]) -> None:
+    pdf = pages["identified"].with_name("page.pdf")
+    _, console = chromium(
+        pages["identified"], "--window-size=1280,1000", "--no-pdf-header-footer", f"--print-to-pdf={pdf}"
+    )
+    assert pdf.read_bytes().startswith(b"%PDF") and 2 <= len(re.findall(rb"/Type\s*/Page\b", pdf.read_bytes())) <= 12
+    (message,) = console  # the probe's own, and no error
+    widest, paper = map(float, re.findall(r"PRINT ([\d.]+) of ([\d.]+)", message)[0])
+    assert widest <= paper <= 690  # A4 between margins of 14 mm is 688 px wide
+
+
+def test_the_page_needs_no_network_and_is_reproducible() -> None:
+    text = page_of("identified")
+    assert text == page_html(identified())
+    without_plotly = re.sub(r"<script>/\*\*\n\* plotly\.js.*?</script>", "", text, flags=re.S)
+    assert len(without_plotly) < len(text) - 1e6
+    assert not re.search(r"(?:src|href)\s*=|url\(|@import|https?:", without_plotly)
+    assert "default-src 'none'" in text
+
+
+def test_the_page_says_what_the_diagnosis_says() -> None:
+    for name, make in SAMPLES.items():
+        diagnosis, text = make(), html.unescape(page_of(name))
+        for part in (diagnosis.verdict.sentence, diagnosis.verdict.next_experiment, *diagnosis.warnings):
+            assert part in text
+        for part in (*diagnosis.assumptions, *(one.name for one in diagnosis.candidates)):
+            assert part in text
+        assert ">nan<" not in text.lower()
+    assert "0.828 ± 0.011" in page_of("identified")
+
+
+def test_no_name_becomes_markup() -> None:
+    text = page_of("hostile")
+    assert HOSTILE not in text and "<script>throw" not in text
+    assert wrapped("a<b>_c & d") == "a&lt;b>_c &amp; d"
+    assert wrapped("position_dependent_friction", 20) == "position_dependent_<br>friction"
+
+
+def figures_of(text: str) -> list[dict[str, Any]]:
+    """The plotly descriptions inside a page."""
+    blocks = re.findall(r'<script type="application/json" id="(?:figures|traces)">(.*?)</script>', text, re.S)
+    figures, by_name = (json.loads(block) for block in blocks)
+    return [*figures, *by_name.values()]
+
+
+def test_plotly_accepts_every_figure() -> None:
+    from plotly.graph_objects import Figure
+
+    for name in SAMPLES:
+        for one in figures_of(page_of(name)):
+            Figure({"data": one["data"], "layout": one["layout"]})  # raises for an unknown property
+            assert one["alt"]
+
+
+def test_a_large_campaign_stays_small_and_keeps_its_peaks() -> None:
+    made = tuple(
+        replace(
+            one, recording=f"moves_{number}", t=np.arange(40_000) * 1e-3, deviation=0.1,
+            **{name: np.resize(getattr(one, name), 40_000) for name in ("y", "v", "before", "after")},
+        )
+        for number, one in enumerate(traces(lambda t, y, v: np.sin(222.0 * y)) * 5)
+    )  # fmt: skip
+    made[7].before[12_345] = 77.0
+    text = page_html(identified(traces=made, recordings=recordings(made)))
+    assert len(text.encode()) < 8e6
+    lines = [line for one in figures_of(text) for line in one["data"] if line["type"] == "scatter"]
+    assert max(len(line["x"]) for line in lines) <= 3000
+    forces = [line for line in lines if line.get("yaxis") != "y2"]
+    assert max(y for line in forces for y in line["y"] if isinstance(y, float)) == 77.0
