@@ -91,7 +91,10 @@ def _effect_box(
             if parameter.name in effect.amplitudes:
                 box[parameter.name] = amplitude_range(parameter, outlook, force, values["mass"])
             elif parameter.reach > 0.0 and parameter.name in first:
-                box[parameter.name] = (first[parameter.name] / parameter.reach, first[parameter.name] * parameter.reach)
+                centre, reach = first[parameter.name], parameter.reach
+                box[parameter.name] = (
+                    (centre / reach, centre * reach) if parameter.log else (centre - reach, centre + reach)
+                )
     return box
 
 

@@ -25,7 +25,8 @@ class Parameter:
 
     lower, upper: search bounds in SI units; log: search on a logarithmic scale (positive scale
     parameters); default: value when it is neither fitted nor given; reach: search only within this
-    factor of the first value (0: the whole range), for what has many local optima, such as a period.
+    factor (without log: this distance) of the first value, for what has many local optima, such as a period;
+    0: the whole range.
     """
 
     name: str

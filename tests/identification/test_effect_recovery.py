@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from linid.errors import UsageError
@@ -18,10 +20,11 @@ from linid.physics.model import Model
 from tests.simulation.axis_with_effects import AXIS, NAMES, SAMPLES, campaign_with
 
 QUICK = FitSettings(search=SearchSettings(population=16, generations=2), jobs=2, objective="acceleration")
-# The play hides the motion that the force balance is about; predictions find it (see the slow test).
+# The play hides the motion that the force balance and the start states of predictions are taken from: it is not
+# recovered by a fit yet.
 SEEN_IN_THE_BALANCE = tuple(name for name in NAMES if name != "backlash")
-# The robust weights take the flanks of a pulse for a burst.
-TOLERANCE = {"external_disturbance": 0.1}
+# Breakaways pass within a few samples, which biases the weak form's `dwell_length` by a tenth; predictions do not.
+AHEAD = {"dwell_stiction": replace(QUICK, objective="auto")}
 # Equal gain errors of the outer phases look like another winding displacement while the currents sum to zero.
 KNOWN = {"phase_gain_imbalance": {"winding_displacement": AXIS["winding_displacement"]}}
 
@@ -57,7 +60,7 @@ def test_regression_along_the_motion_explains_the_gap(name: str) -> None:
     trial = best_trial(regression, find_effect(name), outlook, given(name), sizes)
     assert trial.explained > (0.04 if name == "external_disturbance" else 0.3)  # of one recording in eight
     if name == "payload_change":
-        assert trial.values["payload_recordings"] == 4.0
+        assert trial.values["payload_recordings"] == 16.0
     strongest = max(find_effect(name).amplitudes, key=lambda k: abs(SAMPLES[name][k]))
     if name not in ("phase_gain_imbalance", "force_saturation", "thermal_derating"):  # degenerate; far from linear
         assert trial.amplitudes[strongest] == pytest.approx(SAMPLES[name][strongest], rel=0.7)
@@ -72,8 +75,8 @@ def test_fit_recovers_the_effect(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SEEN_IN_THE_BALANCE)
 def test_fit_recovers_every_effect(name: str) -> None:
-    result = fit("sine", campaign_with((name,)), settings=QUICK, effects=(name,), known=given(name))
-    check(name, result, TOLERANCE.get(name, 0.03))
+    result = fit("sine", campaign_with((name,)), settings=AHEAD.get(name, QUICK), effects=(name,), known=given(name))
+    check(name, result)
 
 
 def test_two_effects_are_guessed_together() -> None:

@@ -55,12 +55,12 @@ SAMPLES: dict[str, dict[str, float]] = {
     },
     "external_disturbance": {
         "disturbance_force": 4.0, "disturbance_start": 0.31, "disturbance_duration": 0.14,
-        "disturbance_recording": 3.0,
+        "disturbance_recording": 5.0,
     },
     "friction_drift": {
         "drift_warm_up": -0.3, "drift_per_campaign": -0.1, "drift_time": 0.3, "drift_campaign_time": 10.0,
     },
-    "payload_change": {"payload_mass": 0.3, "payload_recordings": 4.0},
+    "payload_change": {"payload_mass": 0.3, "payload_recordings": 16.0},
     "backlash": {"backlash_gap": 2e-4},
     "eddy_current_drag": {"eddy_damping": 5.0, "eddy_speed": 0.2},
     "dwell_stiction": {"dwell_growth": 0.15, "dwell_length": 2e-4, "dwell_time": 0.05},
@@ -69,7 +69,7 @@ SAMPLES: dict[str, dict[str, float]] = {
 NAMES = tuple(effect.name for effect in EFFECTS)
 
 
-def synchronous_run(duration: float = 0.8, number: int = 3) -> Recording:
+def synchronous_run(duration: float = 0.8, number: int = 5) -> Recording:
     """Currents that turn the field to and fro; the axis follows, with reversals and a rest at the end."""
     t = np.arange(0.0, duration, 1e-3)
     path = 0.05 * np.sin(2.0 * np.pi * 1.7 * t) * np.minimum(1.0, np.maximum(0.0, (duration - 0.1 - t) / 0.2))

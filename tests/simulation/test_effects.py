@@ -192,7 +192,7 @@ def test_a_delay_is_a_shift_of_the_input(delay: float) -> None:
 
 def test_records_and_running_time_reach_the_effects() -> None:
     """Effects of one recording act in that alone; the campaign's running time drifts on."""
-    numbered = [replace(RUN, name=f"r{k}", number=k, elapsed=float(k)) for k in (2, 3)]
+    numbered = [replace(RUN, name=f"r{k}", number=k, elapsed=float(k)) for k in (4, 5)]
     payload = [simulate(("payload_change",), r, START) for r in numbered]
     base = simulate((), RUN, START)
     assert np.array_equal(payload[0], base) and rms(payload[1] - base) > 1e-4

@@ -39,7 +39,9 @@ EFFECT = Effect(
     physics="A smooth push of size F_d, from t_d on for T_d seconds, acts in one recording.",
     parameters=(
         Parameter("disturbance_force", "F_d", "N", -500.0, 500.0, 0.0, meaning="peak of the push"),
-        Parameter("disturbance_start", "t_d", "s", -10.0, 1e4, 0.0, meaning="its start on the recording's clock"),
+        Parameter(
+            "disturbance_start", "t_d", "s", -10.0, 1e4, 0.0, meaning="its start on the recording's clock", reach=0.3
+        ),
         Parameter("disturbance_duration", "T_d", "s", 5e-3, 10.0, 0.2, log=True, meaning="its duration"),
         Parameter("disturbance_recording", "n_d", "1", 0.0, 1e4, 1.0, meaning="number of the recording"),
     ),
