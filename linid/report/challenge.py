@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linid.report.numbers import format_number
-from linid.report.tables import _table, _write_csv
+from linid.report.tables import _write_csv, console_table
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -44,11 +44,11 @@ def _short(rate: Rate) -> str:
     return f"{100 * rate.value:.0f} ({100 * rate.low:.0f}-{100 * rate.high:.0f})" if rate.total else "-"
 
 
-def score_table(score: Score) -> Table:
+def scoreconsole_table(score: Score) -> Table:
     """The rates of a challenge with 95 % intervals, and its closures."""
     from rich.text import Text
 
-    table = _table("Score of the challenge")
+    table = console_table("Score of the challenge")
     table.add_column("Figure", overflow="fold")
     table.add_column("Count", justify="right", no_wrap=True)
     table.add_column("Rate (95 % interval)", justify="right", no_wrap=True)
@@ -64,11 +64,11 @@ def score_table(score: Score) -> Table:
     return table
 
 
-def bin_table(score: Score) -> Table:
+def binconsole_table(score: Score) -> Table:
     """Rates of single effects against strength."""
     from rich.text import Text
 
-    table = _table("Single effects by strength, % (95 % interval)")
+    table = console_table("Single effects by strength, % (95 % interval)")
     for title in ("Strength", "n", "Named first", "First three", "Wrong name", "Said none"):
         table.add_column(title, justify="right", no_wrap=True)
     for one in score.bins:

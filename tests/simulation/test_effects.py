@@ -150,7 +150,7 @@ def test_prediction_windows_start_from_the_hidden_states_along_the_motion() -> N
     values = AXIS | {k: v for name in effects for k, v in SAMPLES[name].items()}
     y = simulate(effects, RUN, (START[0], 0.0, math.nan), 16)
     model = Model("sine", effects)
-    part = Ahead(model, (replace(RUN, y=y),), 8, 1, project=False, skip_jumps=False)
+    part = Ahead(model, (replace(RUN, y=y),), 8, 1, project=False, skip_jumps=False, guided=False)
     params = model.vector(values)[None, :]
     warm = rms((part.simulate(params) - part.measured)[0])
     along = part.simulator.along(params, part.motion.y, part.motion.v, part.motion.standstill, np.full((1, 1), np.nan))
