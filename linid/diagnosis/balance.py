@@ -19,6 +19,7 @@ Integers = NDArray[np.int64]
 
 BLOCK = 0.1  # s, rows of one block are resampled together
 _DRAWS = 3
+_MOST_MASKED = 0.8  # of a recording; with more jumps than that its input is not made of jumps
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
 
 
@@ -128,10 +129,10 @@ def _rows(part: Acceleration, recordings: tuple[Recording, ...]) -> Rows:
         current[mine] = thrust_current(recording)[sample[mine]]
         reach = part.half_widths[index] + 8  # the spline rings for some samples beside a jump
         jumps = np.flatnonzero(input_jumps(recording))
-        if 0 < jumps.size < recording.y.size // (8 * reach):
-            bad = np.zeros(recording.y.size, dtype=bool)
-            for jump in jumps:
-                bad[max(0, jump - reach) : jump + reach + 2] = True
+        bad = np.zeros(recording.y.size, dtype=bool)
+        for jump in jumps:
+            bad[max(0, jump - reach) : jump + reach + 2] = True
+        if np.mean(bad) < _MOST_MASKED:
             keep[mine] = ~bad[sample[mine]]
         bins = ((t[mine] - recording.t[0]) // BLOCK).astype(np.int64)
         block[mine] = bins + first

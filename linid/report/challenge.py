@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linid.report.numbers import format_number
-from linid.report.tables import _write_csv, console_table
+from linid.report.tables import console_table, write_csv
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -44,7 +44,7 @@ def _short(rate: Rate) -> str:
     return f"{100 * rate.value:.0f} ({100 * rate.low:.0f}-{100 * rate.high:.0f})" if rate.total else "-"
 
 
-def scoreconsole_table(score: Score) -> Table:
+def score_table(score: Score) -> Table:
     """The rates of a challenge with 95 % intervals, and its closures."""
     from rich.text import Text
 
@@ -64,7 +64,7 @@ def scoreconsole_table(score: Score) -> Table:
     return table
 
 
-def binconsole_table(score: Score) -> Table:
+def bin_table(score: Score) -> Table:
     """Rates of single effects against strength."""
     from rich.text import Text
 
@@ -98,8 +98,8 @@ def write_score_csv(score: Score, folder: Path) -> tuple[Path, Path]:
         for name, rate in (("top_1", one.top_1), ("top_3", one.top_3), ("wrong", one.wrong), ("said_none", one.silent))
     ]  # fmt: skip
     return (
-        _write_csv(folder / "campaigns.csv", CAMPAIGN_COLUMNS, rows),
-        _write_csv(folder / "strength.csv", BIN_COLUMNS, bins),
+        write_csv(folder / "campaigns.csv", CAMPAIGN_COLUMNS, rows),
+        write_csv(folder / "strength.csv", BIN_COLUMNS, bins),
     )
 
 

@@ -189,7 +189,7 @@ def write_parameter_csv(result: FitResult, path: Path) -> Path:
     """
     rows = [_csv_row(e, e.status) for e in result.estimates]
     rows += [_csv_row(e, "derived" if e.status == "fitted" else e.status) for e in result.derived]
-    return _write_csv(path, PARAMETER_COLUMNS, rows)
+    return write_csv(path, PARAMETER_COLUMNS, rows)
 
 
 def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear") -> Path:
@@ -199,7 +199,7 @@ def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear"
     for gap in gaps:
         numbers = [_exact(getattr(gap, column)) for column in GAP_COLUMNS[3:10]]
         rows.append([gap.recording, gap.kind, gap.split, *numbers, str(gap.repeats), si_ahead, si_force])
-    return _write_csv(path, GAP_COLUMNS, rows)
+    return write_csv(path, GAP_COLUMNS, rows)
 
 
 def gap_units(axis: str) -> tuple[str, str]:
@@ -253,7 +253,7 @@ def _exact(number: float) -> str:
     return "" if math.isnan(number) else repr(float(number))
 
 
-def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(header)

@@ -55,6 +55,7 @@ def along_one(
     i_1 = i_2 = i_3 = 0.0
     factor = level = 1.0
     previous = 1.0
+    unknown = False
     for k in range(count):
         t = t_start + k * dt
         if powered:
@@ -67,7 +68,8 @@ def along_one(
         if k == 0:
             if on & STATES:
                 start_states(on, t, y[0], v[0], i_1, i_2, i_3, p)
-            if math.isnan(w):
+            unknown = math.isnan(w)
+            if unknown:
                 w = steady_bristle(
                     p, motor, on, powered, i_1, i_2, i_3, t, y[0], v[0], table, harmonics, wavenumber, phase
                 )
@@ -77,6 +79,12 @@ def along_one(
             factor = friction_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
         if on & LEVELS:
             level = level_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
+        if k == 0 and unknown and not standstill[0] and count > 3:
+            # An axis that has just set off need not slide yet: its bristle holds what the acceleration leaves.
+            settled = SETTLING * level * static / sigma_0
+            if abs(v[0]) * SETTLING_TIME < settled:
+                held = (force - mass * (v[3] - v[0]) / (3.0 * dt) - sigma_2 * v[0]) / (factor * sigma_0)
+                w = min(max(held, -level * static / sigma_0), level * static / sigma_0)
         if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
             held = min(max(force / factor, -level * static), level * static) / sigma_0
             w += min(1.0, dt / REST_AVERAGE) * (held - w)

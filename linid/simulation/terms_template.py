@@ -17,6 +17,8 @@ import numpy as np
 
 # <constants>
 
+SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
+SETTLING_TIME = 0.1  # s before a recording for which its first speed is taken to have lasted
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
 
 FINEST = 12  # a base step is halved at most this often around a reversal
