@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from linid.diagnosis.alone import PER_RECORDING
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.confirm import Fitted, Judge, fit_base, judge_of
+from linid.diagnosis.gap import Trace
 from linid.diagnosis.locate import ceiling, coordinates, locate, recording_masses
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.report_data import (
@@ -40,11 +41,13 @@ _FRICTION_SEARCH = SearchSettings(population=32, generations=12, patience=4)
 
 @dataclass(frozen=True)
 class Found:
-    """A diagnosis and the models before and after, as fits write them."""
+    """A diagnosis, the models before and after as fits write them, and their traces of all recordings."""
 
     diagnosis: Diagnosis
     before: FitResult
     after: FitResult
+    traces_before: tuple[Trace, ...]
+    traces_after: tuple[Trace, ...]
 
 
 def diagnose(
@@ -89,7 +92,7 @@ def diagnose(
     verdict = decide(chosen, groups, excess, where, most, screened)
     best = chosen.fitted if chosen is not None and verdict.status in ("identified", "ambiguous") else base
     before, after = _models(base, best, fitted, jobs, seed, watch)
-    changes = _changes(recordings, before, after, jobs, seed, watch)
+    changes, traces_before, traces_after = _changes(recordings, before, after, jobs, seed, watch)
     explained = dict(screened)
     diagnosis = Diagnosis(
         name=name,
@@ -111,7 +114,7 @@ def diagnose(
         seed=seed,
         warnings=tuple(before.warnings),
     )
-    return Found(diagnosis, before, after)
+    return Found(diagnosis, before, after, traces_before, traces_after)
 
 
 def _numbered(recordings: Sequence[Recording]) -> list[Recording]:
@@ -211,21 +214,24 @@ def _models(
 
 def _changes(
     recordings: Sequence[Recording], before: FitResult, after: FitResult, jobs: int, seed: int, watch: Progress
-) -> tuple[RecordingChange, ...]:
-    out = []
+) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:
+    """The measures of every recording before and after, and the traces behind them."""
+    out, traces_before, traces_after = [], [], []
     for done, recording in enumerate(recordings, 1):
-        (first,), _ = measure_gaps(before, [recording], jobs=jobs, seed=seed, among=recordings)
-        second = first
+        (first,), (trace,) = measure_gaps(before, [recording], jobs=jobs, seed=seed, among=recordings)
+        second, later = first, trace
         if after is not before:
-            (second,), _ = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)
+            (second,), (later,) = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)
         changes = {
             "free_run": Change(first.free_run, second.free_run, second.free_run_floor),
             "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
             "force": Change(first.force, second.force, second.force_floor),
         }
         out.append(RecordingChange(recording.name, recording.kind, recording.split, changes))
+        traces_before.append(trace)
+        traces_after.append(later)
         watch("measures", done, len(recordings))
-    return tuple(out)
+    return tuple(out), tuple(traces_before), tuple(traces_after)
 
 
 def _together(changes: Sequence[RecordingChange]) -> dict[str, Change]:

@@ -91,7 +91,7 @@ class ResidualTrace:
     """Residual force of one recording along the measured motion, (n,) SI arrays on its own clock.
 
     before, after: measured minus modelled force in N; deviation: standard deviation that encoder and current noise
-    alone give it; predicted_*: position 0.1 s ahead (stitched, nan between pieces) on predicted_t.
+    alone give it.
     """
 
     recording: str

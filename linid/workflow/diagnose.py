@@ -14,6 +14,7 @@ from linid.workflow.run_folder import identity_of, recorded, write_text
 from linid.workflow.stage import decisive
 
 if TYPE_CHECKING:
+    from linid.diagnosis.diagnose import Found
     from linid.diagnosis.report_data import Diagnosis
     from linid.identification.result import ModelKind
     from linid.recording import Recording
@@ -48,6 +49,7 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
         )  # fmt: skip
         _write(found.diagnosis, folder.path, request)
         _write_models(found, folder.path)
+        _write_predictions(found, folder.path)
         outcome = _outcome(found.diagnosis, folder.path)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome
@@ -87,11 +89,43 @@ def _write(diagnosis: Diagnosis, folder: Path, request: Request) -> None:
     write_diagnosis(diagnosis, folder, formats=settings.figure_formats, figures=settings.figures)
 
 
-def _write_models(found: Any, folder: Path) -> None:
+def _write_models(found: Found, folder: Path) -> None:
     from linid.identification.model_file import model_to_text
 
     write_text(folder / BEFORE_FILE, model_to_text(found.before))
     write_text(folder / AFTER_FILE, model_to_text(found.after))
+
+
+def _write_predictions(found: Found, folder: Path) -> None:
+    """predictions/RECORDING.csv: time, measured position, and what both models say, so that anyone can check."""
+    import numpy as np
+
+    from linid.report.files import file_stems
+
+    stems = file_stems(t.recording for t in found.traces_before)
+    for before, after, stem in zip(found.traces_before, found.traces_after, stems, strict=True):
+        columns = [before.t, before.y_measured, before.y_simulated, after.y_simulated]
+        names = ["t", "measured", "free_run_before", "free_run_after"]
+        for trace, name in ((before, "ahead_before"), (after, "ahead_after")):
+            if trace.ahead is not None:
+                columns.append(_on_grid(trace.ahead.t, trace.ahead.y, before.t))
+                names.append(name)
+        rows = [",".join(names)]
+        for row in np.column_stack(columns):
+            rows.append(",".join("" if x != x else f"{x:.9g}" for x in row))
+        write_text(folder / "predictions" / f"{stem}.csv", "\n".join(rows) + "\n")
+
+
+def _on_grid(t: Any, y: Any, grid: Any) -> Any:
+    """Stitched predictions on the recording's own samples: the piece that began first has the say at a seam."""
+    import numpy as np
+
+    out = np.full(grid.size, np.nan)
+    known = np.isfinite(t) & np.isfinite(y)
+    period = (grid[-1] - grid[0]) / (grid.size - 1)
+    place = np.rint((t[known] - grid[0]) / period).astype(int)
+    out[place[::-1]] = y[known][::-1]
+    return out
 
 
 def _outcome(diagnosis: Diagnosis, folder: Path) -> Outcome:
