@@ -60,7 +60,7 @@ def confirm(
         out.append(judged(judge, reference, found, item.trial.explained))
         if watch is not None:
             watch(number, len(screened))
-    return tuple(sorted(out, key=lambda c: -c.gain))
+    return tuple(sorted(out, key=lambda c: -c.closure))
 
 
 def judged(judge: Judge, reference: Fitted, found: Fitted, explained: float) -> Confirmed:

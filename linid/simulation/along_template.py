@@ -79,12 +79,36 @@ def along_one(
             factor = friction_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
         if on & LEVELS:
             level = level_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
-        if k == 0 and unknown and not standstill[0] and count > 3:
+        if k == 0 and unknown and not standstill[0] and count > START_SAMPLES:
             # An axis that has just set off need not slide yet: its bristle holds what the acceleration leaves.
-            settled = SETTLING * level * static / sigma_0
-            if abs(v[0]) * SETTLING_TIME < settled:
-                held = (force - mass * (v[3] - v[0]) / (3.0 * dt) - sigma_2 * v[0]) / (factor * sigma_0)
-                w = min(max(held, -level * static / sigma_0), level * static / sigma_0)
+            breakaway = level * static / sigma_0
+            if abs(v[0]) * SETTLING_TIME < SETTLING * breakaway:
+                mean = travelled = 0.0
+                for n in range(START_SAMPLES):
+                    j_1, j_2, j_3 = i_1, i_2, i_3
+                    if powered:
+                        j_1, j_2, j_3 = late_inputs(coefficients, dt, n * dt - lag)
+                    mean += external_force(
+                        motor,
+                        on,
+                        powered,
+                        t + n * dt,
+                        y[n],
+                        v[n],
+                        j_1,
+                        j_2,
+                        j_3,
+                        p,
+                        table,
+                        harmonics,
+                        wavenumber,
+                        phase,
+                    )
+                    mean -= sigma_2 * v[n]
+                    travelled += y[n] - y[0]
+                mean -= mass * (v[START_SAMPLES - 1] - v[0]) / ((START_SAMPLES - 1) * dt) * START_SAMPLES
+                held = (mean / (factor * sigma_0) - travelled) / START_SAMPLES
+                w = min(max(held, -breakaway), breakaway)
         if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
             held = min(max(force / factor, -level * static), level * static) / sigma_0
             w += min(1.0, dt / REST_AVERAGE) * (held - w)

@@ -17,6 +17,7 @@ import numpy as np
 
 # <constants>
 
+START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
 SETTLING_TIME = 0.1  # s before a recording for which its first speed is taken to have lasted
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces

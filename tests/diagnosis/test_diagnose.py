@@ -1,0 +1,68 @@
+"""The whole diagnosis on the generated stand: nothing hidden, a mass that nobody wrote down, too little to decide."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.diagnosis.alone import acts_in
+from linid.diagnosis.diagnose import Found, diagnose
+from linid.errors import UsageError
+from linid.recording.recording import Recording
+from tests.identification.stand import stand
+
+NAMES = (
+    "freewheel_1", "freewheel_2", "freewheel_3", "freewheel_4", "sine_current_2", "sine_current_3", "sine_position_1",
+    "moves_1", "moves_2", "moves_3",
+)  # fmt: skip
+
+
+def recordings() -> tuple[Recording, ...]:
+    found = stand(only=NAMES).recordings
+    return tuple(replace(r, number=k) for k, r in enumerate(found, 1))
+
+
+def run(chosen: tuple[Recording, ...]) -> Found:
+    return diagnose("stand", chosen, "sine", jobs=2, seed=1)
+
+
+def test_nothing_is_missing_where_nothing_is_hidden() -> None:
+    found = run(recordings())
+    assert found.diagnosis.verdict.status == "none"
+    assert found.diagnosis.excess_before < 0.3 * found.diagnosis.floor
+    assert found.after is found.before
+
+
+def test_a_wrong_added_mass_is_found_with_its_recordings() -> None:
+    """Two recordings carried 0.15 kg more than the campaign says."""
+    heavier = ("moves_2", "moves_3")
+    wrong = tuple(replace(r, added_mass=r.added_mass - 0.15) if r.name in heavier else r for r in recordings())
+    verdict = run(wrong).diagnosis
+    assert verdict.verdict.status == "identified"
+    assert verdict.verdict.effects == ("payload_change",)
+    named = verdict.candidates[0]
+    assert named.closure > 0.9
+    values = {e.name: e for e in named.parameters}
+    assert abs(values["payload_mass"].value - 0.15) < 0.003
+    marked = {r.name for r in wrong if acts_in("payload_change", {k: e.value for k, e in values.items()}, r)}
+    assert marked == set(heavier)
+
+
+def test_what_is_seen_in_held_out_recordings_alone_is_not_named() -> None:
+    """A force that only the held-out recordings have: no effect fitted to the others can be the cause."""
+    random = np.random.default_rng(1)
+    bent = []
+    for r in recordings():
+        if r.split == "held_out" and r.kind != "free_wheel":
+            wave = np.convolve(random.standard_normal(r.t.size), np.hanning(60), mode="same")
+            bent.append(replace(r, y=r.y + 2e-6 * wave / np.std(wave)))
+        else:
+            bent.append(r)
+    assert run(tuple(bent)).diagnosis.verdict.status in ("unknown", "none")
+
+
+def test_without_held_out_recordings_there_is_no_judge() -> None:
+    with pytest.raises(UsageError, match="held-out"):
+        run(tuple(replace(r, split="fit") for r in recordings()))
