@@ -21,7 +21,7 @@ from linid.diagnosis.report_data import (
     RecordingChange,
     ResidualTrace,
 )
-from linid.diagnosis.select import LARGEST, Confirmed, judged, pays, rivals, screen_and_confirm
+from linid.diagnosis.select import LARGEST, WORTH, Confirmed, judged, pays, rivals, screen_and_confirm
 from linid.diagnosis.verdict import decide
 from linid.errors import UsageError
 from linid.identification.first_values import first_values
@@ -172,25 +172,15 @@ def _select(
         screened, found = screen_and_confirm(judge, step, base, known, recordings, jobs, told)
         if number == 0:
             singles, shares = found, [(s.name, s.trial.explained) for s in screened]
-        better = [c for c in found if pays(_over(judge, step, c))]
-        if not better:
+        # What counts is what a candidate adds to the step before.
+        over = sorted((judged(judge, step, c.fitted, c.explained) for c in found), key=lambda c: -c.closure)
+        better = [c for c in over if pays(c)]
+        if not better or (chosen is not None and better[0].closure < WORTH):
             break
         best = better[0]
-        if chosen is not None and not _worth(judge, step, best):
-            break
         groups.append(rivals(judge, best, better[1:]))
-        chosen, step = best, best.fitted
+        chosen, step = judged(judge, base, best.fitted, best.explained), best.fitted
     return chosen, groups, singles, shares
-
-
-def _over(judge: Judge, step: Fitted, candidate: Confirmed) -> Confirmed:
-    """The candidate judged against the model of the step before."""
-    return judged(judge, step, candidate.fitted, candidate.explained)
-
-
-def _worth(judge: Judge, step: Fitted, candidate: Confirmed) -> bool:
-    """Whether one more effect closes a good part of what was left."""
-    return _over(judge, step, candidate).closure > 0.3
 
 
 def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING
-from linid.diagnosis.balance import Balance
-from linid.diagnosis.confirm import Fitted, Judge, affected_rows, fit_together, rows_to_judge
+from linid.diagnosis.confirm import Fitted, Judge, fit_together, rows_to_judge
 from linid.diagnosis.screen import Screened, screen
 from linid.recording.recording import Recording
 
@@ -22,6 +21,7 @@ LARGEST = 3  # effects in one verdict
 LEAST_SIGNIFICANCE = 4.0
 LEAST_GAIN = 0.004
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
+WORTH = 0.3  # of what is left that one more effect must close
 RIVAL = 0.1  # closure by which a rival must fall behind
 # The first is the second with some parameters at zero.
 NESTED = {
@@ -105,16 +105,6 @@ def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[
         if lead < 3.0 and other.closure > best.closure - RIVAL:
             out.append(rival)
     return tuple(out)
-
-
-def affected(balance: Balance, candidate: Confirmed) -> NDArray[np.bool_]:
-    """Rows of the recordings that per-recording effects of a candidate act in (all, for other effects)."""
-    chosen = np.zeros(balance.rows.recording.size, dtype=bool)
-    for name in candidate.effects:
-        if name not in PER_RECORDING:
-            return np.ones_like(chosen)
-        chosen |= affected_rows(balance, name, candidate.fitted.structural)
-    return chosen
 
 
 def screen_and_confirm(
