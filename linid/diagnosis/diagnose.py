@@ -21,7 +21,7 @@ from linid.diagnosis.report_data import (
     RecordingChange,
     ResidualTrace,
 )
-from linid.diagnosis.select import LARGEST, WORTH, Confirmed, judged, pays, rivals, screen_and_confirm
+from linid.diagnosis.select import LARGEST, Confirmed, judged, pays, rivals, screen_and_confirm, worth_adding
 from linid.diagnosis.verdict import decide
 from linid.errors import UsageError
 from linid.identification.first_values import first_values
@@ -175,7 +175,9 @@ def _select(
         # What counts is what a candidate adds to the step before.
         over = sorted((judged(judge, step, c.fitted, c.explained) for c in found), key=lambda c: -c.closure)
         better = [c for c in over if pays(c)]
-        if not better or (chosen is not None and better[0].closure < WORTH):
+        if chosen is not None:
+            better = [c for c in better if worth_adding(c, 1.0 - chosen.closure)]
+        if not better:
             break
         best = better[0]
         groups.append(rivals(judge, best, better[1:]))

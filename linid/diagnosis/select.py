@@ -21,7 +21,11 @@ LARGEST = 3  # effects in one verdict
 LEAST_SIGNIFICANCE = 4.0
 LEAST_GAIN = 0.004
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
-WORTH = 0.3  # of what is left that one more effect must close
+# One more effect must close this share of what the step before left, and that share of the whole excess: real effects
+# never have quite the library's form, and what is left of a strong one must not call in others.
+WORTH = 0.3
+WORTH_OF_ALL = 0.03
+WORTH_ALONE = 0.5  # of what is left, for effects of single recordings, which fit themselves to much
 RIVAL = 0.1  # closure by which a rival must fall behind
 # The first is the second with some parameters at zero.
 NESTED = {
@@ -84,6 +88,12 @@ def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
 def pays(candidate: Confirmed) -> bool:
     """Whether an effect's held-out gain is significant and not negligible."""
     return candidate.significance >= LEAST_SIGNIFICANCE and candidate.gain >= LEAST_GAIN
+
+
+def worth_adding(candidate: Confirmed, left: float) -> bool:
+    """Whether an effect judged against the step before deserves its place; left: closure still missing before it."""
+    least = WORTH_ALONE if candidate.effects[-1] in PER_RECORDING else WORTH
+    return candidate.closure >= least and candidate.closure * left >= WORTH_OF_ALL
 
 
 def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[str, ...]:
