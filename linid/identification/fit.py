@@ -15,6 +15,7 @@ from linid.identification.genes import SearchSpace
 from linid.identification.genetic import SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
 from linid.identification.meaning import derived_quantities
+from linid.identification.noise_bias import without_noise_bias
 from linid.identification.objectives import FULL, Look, check_recordings, make_parts, without_rest
 from linid.identification.polish import PolishResult, polish
 from linid.identification.problem import Cost, Problem
@@ -117,8 +118,8 @@ def _refine(
     """Polish the best candidate, estimate the uncertainty and put the result together."""
     looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
     stages = [Problem(space, make_parts(space.model, recordings, settings, steps, look=look)) for steps, look in looks]
-    polished = _polish_in_stages(stages, state, settings, hooks)
     problem = stages[-1]
+    polished = without_noise_bias(problem, _polish_in_stages(stages, state, settings, hooks), seed=settings.search.seed)
     uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     profiles = _profiles(problem, polished, uncertainty, settings, hooks)
     result = _assemble(

@@ -117,14 +117,28 @@ def input_jumps(recording: Recording) -> NDArray[np.bool_]:
     return jumps
 
 
-def with_input_noise(recording: Recording, generator: np.random.Generator) -> Recording:
-    """The recording with its inputs' own white noise added once more (free wheels: as it is)."""
-    currents, command = recording.phase_currents, recording.drive_input
+def input_noise(recording: Recording, generator: np.random.Generator) -> Array:
+    """One draw of the inputs' own white noise: (3, n) or (n,) in their unit; zeros where there is no input."""
+    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    if channels is None or recording.kind == "free_wheel":
+        return np.zeros(recording.y.size)
+    levels = np.array([noise_level(channel) for channel in np.atleast_2d(channels)])
+    return np.asarray(levels[:, None] * generator.standard_normal((levels.size, recording.y.size))).reshape(
+        channels.shape
+    )
+
+
+def with_inputs_moved(recording: Recording, change: Array) -> Recording:
+    """The recording with its inputs changed by what `input_noise` drew (free wheels: as it is)."""
     if recording.kind == "free_wheel":
         return recording
-    if currents is not None:
-        levels = np.array([noise_level(channel) for channel in currents])
-        currents = currents + levels[:, None] * generator.standard_normal(currents.shape)
-    if command is not None:
-        command = command + noise_level(command) * generator.standard_normal(command.size)
-    return replace(recording, phase_currents=currents, drive_input=command)
+    if recording.phase_currents is not None:
+        return replace(recording, phase_currents=recording.phase_currents + change)
+    if recording.drive_input is not None:
+        return replace(recording, drive_input=recording.drive_input + change)
+    return recording
+
+
+def with_input_noise(recording: Recording, generator: np.random.Generator) -> Recording:
+    """The recording with its inputs' own white noise added once more (free wheels: as it is)."""
+    return with_inputs_moved(recording, input_noise(recording, generator))

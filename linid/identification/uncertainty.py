@@ -23,18 +23,22 @@ _NORMAL = 1.959964
 _NOISE_DRAWS = 3
 # Least share of J'J that is taken for information; the draws cannot tell less from none.
 _LEAST_SHARE = 0.02
+# Share of a phase's first-order information, beyond what the second order tells, that noise must feign to be left out.
+_FEIGNED = 0.5
 
 
 @dataclass(frozen=True)
 class Uncertainty:
     """gene_covariance: (p, p) robust covariance in gene units; condition_number: of the scaled information
     matrix; conditional_std: (p,) gene standard deviation if all other parameters were known; intervals: 95 %
-    intervals in gene units of those genes that the covariance cannot describe."""
+    intervals in gene units of those genes that the covariance cannot describe; aligned: the currents keep with the
+    field, so that its phase shows to second order only."""
 
     gene_covariance: Array
     condition_number: float
     conditional_std: Array
     intervals: dict[int, tuple[float, float]] = field(default_factory=dict)
+    aligned: bool = False
 
 
 def _blocks(problem: Problem, residuals: Array, jacobian: Array) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
@@ -150,8 +154,20 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     n = fit.jacobian.shape[1]
     pair = field_phase.columns(problem.space)
     jacobian = fit.jacobian
+    spurious = np.zeros((n, n))
+    if problem.space.model.kind in ("sine", "theta"):
+        spurious = _spurious_information(problem, fit, seed)
+    aligned = False
     if pair is not None:
         jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])
+        first, second = fit.jacobian[:, pair], jacobian[:, n:]
+        told = second @ np.linalg.lstsq(second, first, rcond=1e-10)[0]
+        beyond = np.einsum("ij,ij->j", first - told, first - told)
+        aligned = bool(np.all(np.diag(spurious)[list(pair)] > _FEIGNED * beyond))
+        if aligned:  # beyond what second order tells of the estimate's own phase error there is only noise
+            jacobian[:, pair] = told
+            spurious[list(pair)] = 0.0
+            spurious[:, list(pair)] = 0.0
     meat = _meat(problem, fit.residuals, jacobian, p)
     full = jacobian.T @ jacobian
     information = full[:n, :n]
@@ -159,8 +175,7 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     noise = float(np.trace(np.linalg.pinv(information) @ meat[:n, :n])) / max(n, 1)
     prior = np.zeros(n)
     prior[:p] = max(noise, 1e-12) / _BOX_STD**2
-    if problem.space.model.kind in ("sine", "theta"):
-        information = _without_spurious(information, _spurious_information(problem, fit, seed))
+    information = _without_spurious(information, spurious)
     regular = information + np.diag(prior)
     inverse = np.linalg.inv(regular)
     scores = meat.copy()
@@ -183,7 +198,7 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     values = np.linalg.eigvalsh(scaled)
     condition = float(values[-1] / max(values[0], 1e-16))
     conditional = np.sqrt(max(noise, 1e-12) / np.diag(regular)[:p])
-    return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals)
+    return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals, aligned)
 
 
 def _second_order(problem: Problem, fit: PolishResult, pair: tuple[int, int]) -> Array:
