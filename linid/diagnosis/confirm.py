@@ -22,7 +22,7 @@ from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
-_RESAMPLES = 1000
+_RESAMPLES = 2000
 _ROUNDS = 3
 
 
@@ -64,8 +64,9 @@ class Judge:
         """What the noise gives in the mean of `power` over the chosen rows."""
         return float(np.mean((self.noise / self.scale)[self.balance.rows.recording[chosen]] ** 2))
 
-    def closure(self, before: Array, after: Array, chosen: NDArray[np.bool_]) -> tuple[float, float, float, float]:
-        """Closure over the chosen rows with its 95 % block-bootstrap interval, and the gain over its deviation."""
+    def closure(self, before: Array, after: Array, chosen: NDArray[np.bool_]) -> tuple[float, ...]:
+        """Closure over the chosen rows, its 95 % block-bootstrap interval, the share of resamples that gain nothing,
+        and the gain over its standard deviation."""
         first, second = self.power(before)[chosen], self.power(after)[chosen]
         floor = self.floor(chosen)
         blocks = np.unique(self.balance.rows.block[chosen], return_inverse=True)[1]
@@ -79,9 +80,9 @@ class Judge:
         least = 0.02 * floor * float(counts.sum())
         ratio = drawn / np.maximum(below, least)
         low, high = np.quantile(ratio, [0.025, 0.975])
-        deviation = float(np.std(drawn))
+        doubt = float(np.mean(drawn <= 0.0))
         value = float(gains.sum()) / max(float(excess.sum()), least)
-        return value, float(low), float(high), float(gains.sum()) / max(deviation, 1e-300)
+        return value, float(low), float(high), doubt, float(gains.sum()) / max(float(np.std(drawn)), 1e-300)
 
 
 def judge_of(balance: Balance, model: Model, vector: Array, seed: int) -> Judge:

@@ -17,8 +17,11 @@ Array = NDArray[np.float64]
 
 CONFIRMED = 5  # effects refitted per step
 LARGEST = 3  # effects in one verdict
-# An effect pays if its held-out gain stands out of the bootstrap and is no smaller than this share of the floor.
+# An effect pays if its gain is many deviations of the bootstrap, or, where few blocks hold it (a mass shows only while
+# the axis accelerates), large and without doubt; and never below a share of the floor.
 LEAST_SIGNIFICANCE = 4.0
+LARGEST_DOUBT = 0.002
+LARGE_GAIN = 0.1
 LEAST_GAIN = 0.004
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
 # One more effect must close this share of what the step before left, and that share of the whole excess: real effects
@@ -44,6 +47,7 @@ class Confirmed:
     closure: float
     low: float
     high: float
+    doubt: float
     significance: float
     gain: float
 
@@ -71,10 +75,10 @@ def judged(judge: Judge, reference: Fitted, found: Fitted, explained: float) -> 
     """Closure of a fitted model over the reference."""
     effects = found.model.effects
     chosen = rows_to_judge(judge.balance, effects, found.structural)
-    closure, low, high, significance = judge.closure(reference.residual, found.residual, chosen)
+    closure, low, high, doubt, significance = judge.closure(reference.residual, found.residual, chosen)
     gain = float(np.sum(judge.power(reference.residual)[chosen] - judge.power(found.residual)[chosen]))
     gain /= max(judge.floor(chosen) * judge.balance.rows.recording.size, 1e-300)
-    return Confirmed(effects, explained, found, closure, low, high, significance, gain)
+    return Confirmed(effects, explained, found, closure, low, high, doubt, significance, gain)
 
 
 def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
@@ -87,7 +91,8 @@ def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
 
 def pays(candidate: Confirmed) -> bool:
     """Whether an effect's held-out gain is significant and not negligible."""
-    return candidate.significance >= LEAST_SIGNIFICANCE and candidate.gain >= LEAST_GAIN
+    clear = candidate.doubt <= LARGEST_DOUBT and candidate.gain >= LARGE_GAIN
+    return (candidate.significance >= LEAST_SIGNIFICANCE or clear) and candidate.gain >= LEAST_GAIN
 
 
 def worth_adding(candidate: Confirmed, left: float) -> bool:

@@ -22,7 +22,7 @@ def test_intervals_cover_where_the_first_derivative_vanishes(truth: tuple[float,
     noise = 2e-3
     room = np.array([[-1.0, 1.0], [-1.0, 1.0]])
     hits = 0
-    draws = 300
+    draws = 100
     for _ in range(draws):
         estimate = truth + 0.05 * random.standard_normal(2)  # wherever a search may have ended in the flat valley
         d, e = estimate - truth
