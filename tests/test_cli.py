@@ -19,7 +19,7 @@ COMMANDS = sorted(cli.commands)
 
 def test_the_commands() -> None:
     assert COMMANDS == [
-        "batch", "challenge", "completion", "effects", "fit-friction", "fit-motor", "generate", "inspect", "simulate",
+        "batch", "challenge", "completion", "diagnose", "effects", "fit-friction", "fit-motor", "generate", "inspect", "simulate",
         "validate",
     ]  # fmt: skip
 
