@@ -82,11 +82,10 @@ def judged(judge: Judge, reference: Fitted, found: Fitted, explained: float) -> 
 
 
 def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
-    """The fitted recordings, and for an effect that lives in single recordings every second block of held-out ones."""
-    fitted = [r for r in recordings if r.split == "fit"]
-    if item.name not in PER_RECORDING:
-        return fitted
-    return list(recordings)
+    """The fitted recordings; all, for an effect that lives in single recordings and may show in held-out ones only."""
+    if item.name in PER_RECORDING:
+        return list(recordings)
+    return [r for r in recordings if r.split == "fit"]
 
 
 def pays(candidate: Confirmed) -> bool:

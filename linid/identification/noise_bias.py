@@ -16,10 +16,10 @@ from linid.identification import field_phase
 from linid.identification.motion import input_noise, with_inputs_moved
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
+from linid.identification.uncertainty import BOX_STD
 
 Array = NDArray[np.float64]
 _PAIRS = 6
-_BOX_STD = 1.0 / np.sqrt(12.0)
 
 
 def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) -> PolishResult:
@@ -52,7 +52,7 @@ def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) ->
     moved = np.array([column for column in range(x.size) if column not in pair])
     jacobian = fit.jacobian[:, moved]
     information = jacobian.T @ jacobian
-    information[np.diag_indices_from(information)] += np.where(moved < p, 1.0 / _BOX_STD**2, 1e-12)
+    information[np.diag_indices_from(information)] += np.where(moved < p, 1.0 / BOX_STD**2, 1e-12)
     shift = np.zeros_like(x)
     shift[moved] = np.linalg.solve(information, jacobian.T @ bias)
     genes = np.clip(fit.genes + shift[:p], 0.0, 1.0)

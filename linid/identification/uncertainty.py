@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 # Standard deviation of a uniform prior over the search box in gene units: what a parameter that the data
 # say nothing about keeps.
-_BOX_STD = 1.0 / np.sqrt(12.0)
+BOX_STD = 1.0 / np.sqrt(12.0)
 _MINIMUM_LAGS = 4
 _NORMAL = 1.959964
 _NOISE_DRAWS = 3
@@ -174,7 +174,7 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     # The residuals have unit variance per group after weighting; the prior carries weight in the same unit.
     noise = float(np.trace(np.linalg.pinv(information) @ meat[:n, :n])) / max(n, 1)
     prior = np.zeros(n)
-    prior[:p] = max(noise, 1e-12) / _BOX_STD**2
+    prior[:p] = max(noise, 1e-12) / BOX_STD**2
     information = _without_spurious(information, spurious)
     regular = information + np.diag(prior)
     inverse = np.linalg.inv(regular)
