@@ -1,4 +1,4 @@
-"""`linid challenge`: make, run, score."""
+"""`linid challenge`: make, run, oracle, score."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ def challenge() -> None:
     """Prove the diagnosis on campaigns of an independent plant with withheld effects.
 
     `make` writes campaigns and, in a file of its own, the keys; `run` diagnoses the campaigns without opening the
-    keys; `score` compares.
+    keys; `oracle` opens them and fits the true effects, for comparison; `score` compares.
 
     \b
     Example:
       linid challenge make --count 40 --seed 1 --out proof
       linid challenge run proof --jobs 2
+      linid challenge oracle proof --jobs 2
       linid challenge score proof
     """
 
@@ -83,6 +84,26 @@ def run(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: 
       linid challenge run proof --jobs 2
     """
     from linid.workflow.challenge import run as work
+
+    _print(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@FOLDER
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
+@JOBS
+@click.option("--resume", is_flag=True, help="Keep what is there, do the rest.")
+@json_option
+@verbosity_options
+@debug_option
+def oracle(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Fit the true effects to every campaign: how far a diagnosis that knew them would close the gap.
+
+    \b
+    Example:
+      linid challenge oracle proof --jobs 2
+    """
+    from linid.workflow.challenge import oracle as work
 
     _print(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from linid.challenge.files import DIAGNOSIS_FILE, RESULTS_FOLDER, campaign_files
 from linid.errors import LinidError, UsageError
 
 ERROR_FILE = "error.txt"
+Result = TypeVar("Result")
 
 
 class Diagnose(Protocol):
@@ -63,11 +64,8 @@ def run_challenge(
             note(Diagnosed(path.parent.name, "kept", 0.0))
         else:
             waiting.append(path)
-    if jobs == 1:
-        for path in waiting:
-            note(diagnose_one(diagnose, path, results))
-    else:
-        _in_processes(diagnose, waiting, results, jobs, note)
+    for one in in_processes(diagnose_one, [(diagnose, path, results) for path in waiting], jobs):
+        note(one)
     return tuple(done[path.parent.name] for path in files)
 
 
@@ -92,18 +90,20 @@ def diagnose_one(diagnose: Diagnose, path: Path, results: Path) -> Diagnosed:
     return Diagnosed(name, "failed" if error else "done", time.monotonic() - began, error)
 
 
-def _in_processes(
-    diagnose: Diagnose, paths: Sequence[Path], results: Path, jobs: int, note: Callable[[Diagnosed], None]
-) -> None:
+def in_processes(work: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
+    """Results of work(*task) as they come, `jobs` at a time, each in a process of its own (one job: in this one)."""
     from multiprocessing import get_context
 
+    if jobs == 1:
+        yield from (work(*task) for task in tasks)
+        return
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        open_jobs: set[Future[Diagnosed]] = {pool.submit(diagnose_one, diagnose, path, results) for path in paths}
+        open_jobs: set[Future[Result]] = {pool.submit(work, *task) for task in tasks}
         try:
             while open_jobs:
                 finished, open_jobs = wait(open_jobs, return_when=FIRST_COMPLETED)
                 for future in finished:
-                    note(future.result())
+                    yield future.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

@@ -23,6 +23,8 @@ FAILED = "failed"
 BINS = (0.05, 0.1, 0.2, 0.5, 1.0)
 ORACLE_FILE = "oracle.json"
 FRESH_FILE = "fresh.json"
+# Share of the held-out excess that the true effects must close for an effect to count as visible, or as faint.
+VISIBLE, FAINT = 0.5, 0.2
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def read_answer(folder: Path) -> Answer:
         effects = tuple(map(str, verdict.get("effects", ())))
         equivalent = tuple(map(str, verdict.get("equivalent", ())))
         ranking = list(body.get("ranking", ()))
-        names = tuple(dict.fromkeys(str(entry["effect"]) for entry in ranking))
+        names = tuple(dict.fromkeys(str(n) for entry in ranking for n in entry.get("effects", [entry["effect"]])))
         closure = body.get("closure", verdict.get("closure"))
         if closure is None:
             # The model of the verdict, or the best one where nothing was named.
@@ -183,11 +185,15 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
     rates = {
         "top_1": rate(_marks(singles, lambda x: x.top_1)),
         "top_3": rate(_marks(singles, lambda x: x.top_3)),
+        "top_1_visible": rate(_marks(_reached(singles, VISIBLE, math.inf), lambda x: x.top_1)),
+        "top_3_visible": rate(_marks(_reached(singles, VISIBLE, math.inf), lambda x: x.top_3)),
+        "top_1_faint": rate(_marks(_reached(singles, FAINT, VISIBLE), lambda x: x.top_1)),
         "named_but_wrong": rate(_marks(lines, lambda x: x.wrong)),
         "false_alarms": rate(_marks(none, lambda x: x.answer.status in ("identified", "ambiguous", "unknown"))),
         "false_names": rate(_marks(none, lambda x: x.answer.status == "identified")),
         "unknown_recall": rate(_marks(unknown, lambda x: x.answer.status == "unknown")),
         "pairs_both_named": rate(_marks(pairs, lambda x: x.top_1)),
+        "pairs_both_visible": rate(_marks(_reached(pairs, VISIBLE, math.inf), lambda x: x.top_1)),
         "pairs_one_named": rate(
             _marks(pairs, lambda x: x.top_1 == 0 and bool(set(x.answer.named) & set(x.hidden)) and not x.wrong)
         ),
@@ -230,6 +236,11 @@ def confusion(lines: Sequence[Line]) -> tuple[tuple[str, ...], tuple[str, ...], 
 
 def _of(lines: Sequence[Line], kind: str) -> list[Line]:
     return [line for line in lines if line.kind == kind]
+
+
+def _reached(lines: Iterable[Line], low: float, high: float) -> list[Line]:
+    """Campaigns in which the true effects close a share of the excess in [low, high)."""
+    return [x for x in lines if x.answer.oracle is not None and low <= x.answer.oracle < high]
 
 
 def _marks(lines: Iterable[Line], mark: Callable[[Line], Any]) -> list[float]:

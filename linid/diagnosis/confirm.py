@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 _RESAMPLES = 2000
 _ROUNDS = 3
+_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,10 @@ def _fit(
     held = {k: x for k, x in fixed.items() if k in names} | structural
     space = _space(model, recordings, first, held)
     problem = Problem(space, (Acceleration(model, tuple(recordings), jobs),))
-    polished = polish(problem, Cost(problem), space.encode(first), rounds=_ROUNDS, max_evaluations=10, final=False)
+    start = space.encode(first)
+    polished = polish(
+        problem, Cost(problem), start, rounds=_ROUNDS, max_evaluations=10, tolerance=_TOLERANCE, final=False
+    )
     vector = space.vectors(polished.genes)[0]
     values = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
     return Fitted(space, polished.genes, values, vector, balance.residual(model, vector), structural)

@@ -9,34 +9,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING
-from linid.diagnosis.balance import Balance
-from linid.diagnosis.confirm import Fitted, Judge, fit_base, judge_of
+from linid.diagnosis.base import fit_base_model, numbered
+from linid.diagnosis.confirm import Fitted, Judge
+from linid.diagnosis.experiments import experiments, range_of
+from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.locate import ceiling, coordinates, locate, recording_masses
 from linid.diagnosis.measures import measure_gaps
+from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.report_data import (
     Candidate,
     Change,
     Diagnosis,
     RecordingChange,
     ResidualTrace,
+    Verdict,
 )
-from linid.diagnosis.select import LARGEST, Confirmed, judged, pays, rivals, screen_and_confirm, worth_adding
-from linid.diagnosis.verdict import decide
+from linid.diagnosis.select import Confirmed, Selection, forward_selection
+from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
-from linid.identification.first_values import first_values
-from linid.identification.fit import fit, refine
+from linid.identification.fit import refine
 from linid.identification.genetic import SearchSettings
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings
 from linid.physics.effects.registry import find_effect
-from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
-# Base, friction and Stribeck parameters come from the free wheels; a short search is enough to start from.
-_FRICTION_SEARCH = SearchSettings(population=32, generations=12, patience=4)
+# The models start from where the force balance has brought them.
+_ROUNDS, _TOLERANCE = 3, 1e-4
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def diagnose(
     """
     known = dict(known or {})
     watch = progress or (lambda stage, done, total: None)
-    recordings = tuple(_numbered(recordings))
+    recordings = numbered(recordings)
     fitted = [r for r in recordings if r.split == "fit"]
     if not fitted or len(fitted) == len(recordings):
         raise UsageError(
@@ -76,7 +78,7 @@ def diagnose(
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
     assumptions: list[str] = []
-    base, judge = _base(recordings, kind, known, jobs, seed, assumptions, watch)
+    base, judge = fit_base_model(recordings, kind, known, jobs, seed, assumptions, watch)
     balance = judge.balance
     held = balance.split
     floor = judge.floor(held)
@@ -88,12 +90,13 @@ def diagnose(
     where = locate(balance, base.residual, judge.scale, masses, axes, seed)
     most = ceiling(balance, base.residual, judge.scale, axes, judge.noise)
     watch("where", 1, 1)
-    chosen, groups, singles, screened = _select(judge, base, known, recordings, jobs, watch)
-    verdict = decide(chosen, groups, excess, where, most, screened)
+    found = forward_selection(judge, base, known, recordings, jobs, watch)
+    chosen = found.chosen
+    verdict = decide(chosen, found.rival_names, excess, where, most, found.screened)
+    verdict = replace(verdict, next_experiment=_next_experiment(verdict, found, judge, base, field))
     best = chosen.fitted if chosen is not None and verdict.status in ("identified", "ambiguous") else base
     before, after = _models(base, best, fitted, jobs, seed, watch)
     changes, traces_before, traces_after = _changes(recordings, before, after, jobs, seed, watch)
-    explained = dict(screened)
     diagnosis = Diagnosis(
         name=name,
         model=kind,
@@ -101,7 +104,7 @@ def diagnose(
         base_effects=(),
         assumptions=tuple(assumptions),
         verdict=verdict,
-        candidates=_candidates(singles, chosen, explained, changes, after, verdict.status),
+        candidates=_candidates(found.singles, chosen, dict(found.screened), changes, after, verdict.status),
         where=where,
         ceiling=most,
         ceiling_coordinates="pairs of time, position, velocity, direction, acceleration and current",
@@ -117,72 +120,26 @@ def diagnose(
     return Found(diagnosis, before, after, traces_before, traces_after)
 
 
-def _numbered(recordings: Sequence[Recording]) -> list[Recording]:
-    """Recordings that know their number (bare files have none)."""
-    if all(r.number for r in recordings):
-        return list(recordings)
-    return [replace(r, number=k) for k, r in enumerate(recordings, 1)]
-
-
-def _base(
-    recordings: Sequence[Recording], kind: ModelKind, known: dict[str, float], jobs: int, seed: int,
-    assumptions: list[str], watch: Progress,
-) -> tuple[Fitted, Judge]:  # fmt: skip
-    """The base model by the force balance of the fitted recordings, started from friction of the free wheels."""
-    fitted = [r for r in recordings if r.split == "fit"]
-    wheels = [r for r in fitted if r.kind == "free_wheel"]
-    model = Model(kind)
-    settings = FitSettings(search=replace(_FRICTION_SEARCH, seed=seed), jobs=jobs)
-    start: FitResult | None = None
-    fixed = dict(known)
-    watch("base", 0, 2)
-    if wheels:
-        names = {p.name for p in Model("friction").parameters}
-        start = fit("friction", wheels, settings=settings, known={k: x for k, x in known.items() if k in names})
-        assumptions.append(f"friction starts from {len(wheels)} free wheels")
-    elif kind == "force":
-        start = fit("force", fitted, settings=replace(settings, objective="acceleration"), known=known)
-        assumptions.append("no free wheels: friction comes from the driven recordings")
-    watch("base", 1, 2)
-    masses = {r.added_mass for r in fitted}
-    if "mass" not in fixed and len(masses) < 2 and not (kind == "force" and "force_constant" in fixed):
-        fixed["mass"] = 1.0 if start is None else start.value("mass")
-        assumptions.append("no recording tells the mass: forces are those of the friction result, or per kilogram")
-    first, _ = first_values(model, fitted, fixed, start)
-    balance = Balance(model, recordings, jobs, seed)
-    base = fit_base(balance, model, first, fixed, fitted, jobs)
-    watch("base", 2, 2)
-    return base, judge_of(balance, model, base.vector, seed)
-
-
-def _select(
-    judge: Judge, base: Fitted, known: dict[str, float], recordings: Sequence[Recording], jobs: int, watch: Progress
-) -> tuple[Confirmed | None, list[tuple[str, ...]], tuple[Confirmed, ...], list[tuple[str, float]]]:
-    """Forward selection. Returns the chosen effects, rivals per effect, the single candidates, the screened shares."""
-    chosen: Confirmed | None = None
-    groups: list[tuple[str, ...]] = []
-    singles: tuple[Confirmed, ...] = ()
-    shares: list[tuple[str, float]] = []
-    step = base
-    for number in range(LARGEST):
-
-        def told(stage: str, done: int, total: int, number: int = number) -> None:
-            watch(f"{stage} effect {number + 1}", done, total)
-
-        screened, found = screen_and_confirm(judge, step, base, known, recordings, jobs, told)
-        if number == 0:
-            singles, shares = found, [(s.name, s.trial.explained) for s in screened]
-        # What counts is what a candidate adds to the step before.
-        over = sorted((judged(judge, step, c.fitted, c.explained) for c in found), key=lambda c: -c.closure)
-        better = [c for c in over if pays(c)]
-        if chosen is not None:
-            better = [c for c in better if worth_adding(c, 1.0 - chosen.closure)]
-        if not better:
-            break
-        best = better[0]
-        groups.append(rivals(judge, best, better[1:]))
-        chosen, step = judged(judge, base, best.fitted, best.explained), best.fitted
-    return chosen, groups, singles, shares
+def _next_experiment(
+    verdict: Verdict, found: Selection, judge: Judge, base: Fitted, field_wavenumber: float | None
+) -> str:
+    """The recording to make next in words: of all that this axis can make, the one that tells most."""
+    balance = judge.balance
+    fitted = [k for k, r in enumerate(balance.recordings) if r.split == "fit"]
+    driven = [balance.recordings[k] for k in fitted if balance.recordings[k].kind != "free_wheel"]
+    chosen = found.chosen
+    if chosen is None or verdict.status not in ("identified", "ambiguous") or not driven:
+        return verdict.next_experiment
+    if any(name in PER_RECORDING for name in (*verdict.effects, *verdict.equivalent)):
+        return verdict.next_experiment
+    rows = balance.rows
+    span = range_of(balance.recordings, rows.v, rows.a, field_wavenumber)
+    rival = next((group[0].fitted for group in found.rivals if group), None)
+    ranking = prospects(
+        chosen.fitted, rival, [balance.recordings[k] for k in fitted], judge.scale[fitted],
+        experiments(base.model, base.vector, span, driven[0]),
+    )  # fmt: skip
+    return advice(verdict, ranking[0], float(np.median(judge.noise)), balance.recordings[0].axis)
 
 
 def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
@@ -195,7 +152,9 @@ def _models(
     base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, seed: int, watch: Progress
 ) -> tuple[FitResult, FitResult]:
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
-    settings = FitSettings(search=SearchSettings(seed=seed), jobs=jobs)
+    settings = FitSettings(
+        search=SearchSettings(seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
+    )
     watch("models", 0, 2)
     before = refine(base.space, base.genes, fitted, settings=settings)
     watch("models", 1, 2)
@@ -223,18 +182,7 @@ def _changes(
         traces_before.append(trace)
         traces_after.append(later)
         watch("measures", done, len(recordings))
-    return tuple(out), tuple(traces_before), tuple(traces_after)
-
-
-def _together(changes: Sequence[RecordingChange]) -> dict[str, Change]:
-    """The measures over all held-out recordings: RMS over the recordings, with intervals from their scatter."""
-    held = [c for c in changes if c.split == "held_out"]
-    out = {}
-    for measure in ("free_run", "ahead", "force"):
-        rows = np.array([[getattr(c.changes[measure], k) for k in ("before", "after", "floor")] for c in held])
-        rms = np.sqrt(np.mean(np.nan_to_num(rows, nan=1e3) ** 2, axis=0))
-        out[measure] = Change(float(rms[0]), float(rms[1]), float(rms[2]))
-    return out
+    return with_forecasts(out), tuple(traces_before), tuple(traces_after)
 
 
 def _candidates(
@@ -249,7 +197,7 @@ def _candidates(
         parameters = tuple(e for e in after.estimates if e.name in own)
         first = Candidate(
             named.effects, explained.get(named.effects[0], float("nan")), named.closure, named.low, named.high,
-            _together(changes), parameters,
+            together(changes, after.seed), parameters,
         )  # fmt: skip
         rows.append(first)
     for single in singles:

@@ -35,7 +35,8 @@ class Share:
 
 @dataclass(frozen=True)
 class Change:
-    """One gap measure before and after, beside its floor; low, high: 95 % interval of `after` for a new recording.
+    """One gap measure before and after, beside its floor; low, high: 95 % interval of `after` for a new recording
+    of the same kind (over several recordings: of their mean).
 
     free_run: NRMSE (1); ahead: m (rotary: rad); force: N (rotary: N m).
     """

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING, Alone, best_disturbance, best_payload
 from linid.diagnosis.confirm import Fitted
-from linid.identification.effect_guess import Regression, Trial, amplitude_sizes, best_trial
+from linid.identification.effect_guess import EffectColumns, Regression, Trial, amplitude_sizes, best_trial
 from linid.identification.outlook import look_out
 from linid.physics.effects.registry import EFFECTS
 from linid.recording.recording import Recording
@@ -24,38 +24,51 @@ class Screened:
     trial: Trial
 
 
-def screen(
-    base: Fitted,
-    recordings: Sequence[Recording],
-    scales: NDArray[np.float64],
-    known: dict[str, float],
-    jobs: int,
-    *,
-    watch: Callable[[int, int], None] | None = None,
-) -> tuple[Screened, ...]:
-    """All effects that make sense here and are not in the base yet, those that explain most first.
+class Screening:
+    """All effects of the library tried on a campaign, at each step of the selection.
 
-    recordings: both splits. Effects that live in single recordings are tried on all, the others on the fitted ones.
-    scales: (R,) m/s^2 in which their residuals are counted; known: SI values that are given.
+    base: the model without effects, whose outlook and effect columns all steps share; recordings: both splits. Effects
+    that live in single recordings are tried on all, the others on the fitted ones; known: SI values that are given.
     """
-    fitted = [k for k, r in enumerate(recordings) if r.split == "fit"]
-    regression = Regression(base.space, base.genes, [recordings[k] for k in fitted], jobs, scales[fitted])
-    outlook = look_out(base.model, regression.recordings, base.values)
-    everywhere = Regression(base.space, base.genes, recordings, jobs, scales)
-    alone = Alone(everywhere, jobs)
-    whole = look_out(base.model, recordings, base.values)
-    out = []
-    for number, effect in enumerate(EFFECTS, 1):
-        single = effect.name in PER_RECORDING
-        if effect.name not in base.model.effects and effect.applies(base.model.kind, whole if single else outlook):
-            if effect.name == "external_disturbance":
-                size = amplitude_sizes(everywhere, effect, whole)["disturbance_force"]
-                trial = best_disturbance(alone, effect.grid(whole), size)
-            elif effect.name == "payload_change":
-                trial = best_payload(alone, amplitude_sizes(everywhere, effect, whole)["payload_mass"])
-            else:
-                trial = best_trial(regression, effect, outlook, known, amplitude_sizes(regression, effect, outlook))
-            out.append(Screened(effect.name, trial))
-        if watch is not None:
-            watch(number, len(EFFECTS))
-    return tuple(sorted(out, key=lambda s: -s.trial.explained))
+
+    def __init__(self, base: Fitted, recordings: Sequence[Recording], known: dict[str, float], jobs: int) -> None:
+        self.recordings = tuple(recordings)
+        self.known = known
+        self.jobs = jobs
+        self.fitted = [k for k, r in enumerate(recordings) if r.split == "fit"]
+        chosen = [self.recordings[k] for k in self.fitted]
+        self.columns = EffectColumns(base.model.kind, base.values, chosen, jobs)
+        self.outlook = look_out(base.model, chosen, base.values)
+        self.whole = look_out(base.model, recordings, base.values)
+
+    def screen(
+        self, step: Fitted, scales: NDArray[np.float64], watch: Callable[[int, int], None] | None = None,
+        *, only: Sequence[str] = (),
+    ) -> tuple[Screened, ...]:  # fmt: skip
+        """All effects that make sense here and are not in `step` yet, those that explain most of its residual first.
+
+        scales: (R,) m/s^2 in which the recordings' residuals are counted; only: names of effects (empty: all).
+        """
+        jobs, whole = self.jobs, self.whole
+        regression = Regression(
+            step.space, step.genes, self.columns.recordings, jobs, scales[self.fitted], self.columns
+        )
+        everywhere = Regression(step.space, step.genes, self.recordings, jobs, scales)
+        alone = Alone(everywhere, jobs)
+        out = []
+        for number, effect in enumerate(EFFECTS, 1):
+            outlook = whole if effect.name in PER_RECORDING else self.outlook
+            wanted = effect.name in only if only else effect.name not in step.model.effects
+            if wanted and effect.applies(step.model.kind, outlook):
+                if effect.name == "external_disturbance":
+                    size = amplitude_sizes(everywhere, effect, whole)["disturbance_force"]
+                    trial = best_disturbance(alone, effect.grid(whole), size)
+                elif effect.name == "payload_change":
+                    trial = best_payload(alone, amplitude_sizes(everywhere, effect, whole)["payload_mass"])
+                else:
+                    sizes = amplitude_sizes(regression, effect, outlook)
+                    trial = best_trial(regression, effect, outlook, self.known, sizes)
+                out.append(Screened(effect.name, trial))
+            if watch is not None:
+                watch(number, len(EFFECTS))
+        return tuple(sorted(out, key=lambda s: -s.trial.explained))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING
 from linid.diagnosis.confirm import Fitted, Judge, fit_together, rows_to_judge
-from linid.diagnosis.screen import Screened, screen
+from linid.diagnosis.screen import Screened, Screening
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -50,6 +50,25 @@ class Confirmed:
     doubt: float
     significance: float
     gain: float
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What the forward selection found.
+
+    chosen: all effects that paid, together (None: none did); rivals: per chosen effect those that explain as much;
+    singles: the first step's candidates; screened: effect and explained share in the first step, best first.
+    """
+
+    chosen: Confirmed | None
+    rivals: tuple[tuple[Confirmed, ...], ...]
+    singles: tuple[Confirmed, ...]
+    screened: tuple[tuple[str, float], ...]
+
+    @property
+    def rival_names(self) -> tuple[tuple[str, ...], ...]:
+        """Per chosen effect the names of its rivals."""
+        return tuple(tuple(c.effects[-1] for c in group) for group in self.rivals)
 
 
 def confirm(
@@ -100,7 +119,7 @@ def worth_adding(candidate: Confirmed, left: float) -> bool:
     return candidate.closure >= least and candidate.closure * left >= WORTH_OF_ALL
 
 
-def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[str, ...]:
+def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[Confirmed, ...]:
     """Effects that explain as much as the best one's last effect, as far as these rows can tell."""
     name = best.effects[-1]
     out = []
@@ -117,23 +136,64 @@ def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[
         if (name, rival) in NESTED and lead > -2.0:
             continue  # the simpler one will do
         if lead < 3.0 and other.closure > best.closure - RIVAL:
-            out.append(rival)
+            out.append(other)
     return tuple(out)
 
 
+def scales_between(judge: Judge, step: Fitted) -> Array:
+    """Scales (R,) m/s^2 between noise and gap: recordings with the gap must count, those without it must still hold
+    the base."""
+    owner = judge.balance.rows.recording
+    rms = np.sqrt(np.bincount(owner, step.residual**2) / np.bincount(owner))
+    return np.asarray(np.sqrt(judge.scale * np.maximum(rms, judge.scale)))
+
+
 def screen_and_confirm(
-    judge: Judge, base: Fitted, reference: Fitted, fixed: dict[str, float], recordings: Sequence[Recording], jobs: int,
-    watch: Callable[[str, int, int], None],
+    judge: Judge, screening: Screening, base: Fitted, reference: Fitted, watch: Callable[[str, int, int], None]
 ) -> tuple[tuple[Screened, ...], tuple[Confirmed, ...]]:  # fmt: skip
     """One step of the forward selection: every effect screened, the best confirmed."""
-    rms = np.sqrt(
-        np.bincount(judge.balance.rows.recording, base.residual**2) / np.bincount(judge.balance.rows.recording)
-    )
-    # Between noise and gap: recordings with the gap must count, those without it must still hold the base.
-    scales = np.sqrt(judge.scale * np.maximum(rms, judge.scale))
-    screened = screen(base, recordings, scales, fixed, jobs, watch=lambda done, total: watch("screen", done, total))
+    screened = screening.screen(base, scales_between(judge, base), lambda done, total: watch("screen", done, total))
     best = screened[:CONFIRMED]
     found = confirm(
-        judge, base, reference, best, fixed, recordings, jobs, lambda done, total: watch("confirm", done, total)
+        judge,
+        base,
+        reference,
+        best,
+        screening.known,
+        screening.recordings,
+        screening.jobs,
+        lambda done, total: watch("confirm", done, total),
     )
     return screened, found
+
+
+def forward_selection(
+    judge: Judge, base: Fitted, known: dict[str, float], recordings: Sequence[Recording], jobs: int,
+    watch: Callable[[str, int, int], None],
+) -> Selection:  # fmt: skip
+    """Effects added one at a time, the best first, while they pay."""
+    chosen: Confirmed | None = None
+    groups: list[tuple[Confirmed, ...]] = []
+    singles: tuple[Confirmed, ...] = ()
+    shares: tuple[tuple[str, float], ...] = ()
+    step = base
+    screening = Screening(base, recordings, known, jobs)
+    for number in range(LARGEST):
+
+        def told(stage: str, done: int, total: int, number: int = number) -> None:
+            watch(f"{stage} effect {number + 1}", done, total)
+
+        screened, found = screen_and_confirm(judge, screening, step, base, told)
+        if number == 0:
+            singles, shares = found, tuple((s.name, s.trial.explained) for s in screened)
+        # What counts is what a candidate adds to the step before.
+        over = sorted((judged(judge, step, c.fitted, c.explained) for c in found), key=lambda c: -c.closure)
+        better = [c for c in over if pays(c)]
+        if chosen is not None:
+            better = [c for c in better if worth_adding(c, 1.0 - chosen.closure)]
+        if not better:
+            break
+        best = better[0]
+        groups.append(rivals(judge, best, better[1:]))
+        chosen, step = judged(judge, base, best.fitted, best.explained), best.fitted
+    return Selection(chosen, tuple(groups), singles, shares)

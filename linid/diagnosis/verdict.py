@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from linid.diagnosis.next_experiment import Prospect
 from linid.diagnosis.report_data import Share, Status, Verdict
 from linid.diagnosis.select import LEAST_CLOSURE, Confirmed
 from linid.physics.effects.registry import find_effect
@@ -62,6 +63,22 @@ def decide(
             dict.fromkeys(find_effect(name).exposed_by for name in (*names[-1:], *rivals[:1]))
         )
     return Verdict(status, names, rivals, sentence, step)
+
+
+def advice(verdict: Verdict, best: Prospect, noise: float, axis: str) -> str:
+    """The computed next recording in words; noise: m/s^2 of the recordings at hand."""
+    unit = "rad/s^2" if axis == "rotary" else "m/s^2"
+    times = max(best.difference / max(noise, 1e-300), 0.0)
+    size = f"{best.difference:.2g} {unit} RMS ({times:.1f} times the noise)"
+    name = verdict.effects[-1].replace("_", " ")
+    if verdict.status == "ambiguous":
+        rival = verdict.equivalent[0].replace("_", " ")
+        return f"To tell {name} from {rival}, record {best.words}: there the two differ by {size}."
+    sharper = (1.0 + best.gain) ** 0.5
+    return (
+        f"To measure {name} better, record {best.words}: a tenth of it shows there with {size}, "
+        f"and its interval would shrink to {100.0 / sharper:.0f} % of its width."
+    )
 
 
 def _percent(share: float) -> str:

@@ -40,15 +40,56 @@ class Trial:
     explained: float
 
 
+class EffectColumns:
+    """Derivatives of the acceleration along the measured motion by the amplitudes of effects, at one set of values.
+
+    They depend on the motion far more than on the other parameters, so they are computed once and kept.
+    kind: of the base model; values: SI values of its parameters by name.
+    """
+
+    def __init__(self, kind: str, values: Values, recordings: Sequence[Recording], jobs: int) -> None:
+        self.kind = kind
+        self.values = values
+        self.recordings = tuple(recordings)
+        self.jobs = jobs
+        self._parts: dict[str, tuple[Acceleration, Array]] = {}
+        self._kept: dict[tuple[object, ...], NDArray[np.float32]] = {}
+
+    def of(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> NDArray[np.float32]:
+        """Columns (N, entries * amplitudes) in m/s^2 per unit; sizes: upper ends of the amplitudes' ranges."""
+        key = (effect.name, tuple(sizes.items()), tuple(tuple(entry.items()) for entry in entries))
+        if key not in self._kept:
+            self._kept[key] = self._computed(effect, entries, sizes)
+        return self._kept[key]
+
+    def _computed(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> NDArray[np.float32]:
+        model = Model(self.kind, (effect.name,))
+        if effect.name not in self._parts:
+            part = Acceleration(model, self.recordings, self.jobs, stride=_STRIDE)
+            self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
+        part, plain = self._parts[effect.name]
+        steps = [(name, _SMALL * size) for name, size in sizes.items()]
+        vectors = np.array(
+            [model.vector(self.values | entry | {name: step}) for entry in entries for name, step in steps]
+        )
+        if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
+            rows = part.reading_acceleration(vectors)
+        else:
+            rows = part.model_acceleration(vectors) - plain
+        return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T, dtype=np.float32)
+
+
 class Regression:
     """Weighted residual of a base model along the measured motion and its columns, base parameters first.
 
-    scales: (R,) m/s^2 in which the recordings' residuals are counted (default: their own RMS).
+    scales: (R,) m/s^2 in which the recordings' residuals are counted (default: their own RMS); effects: columns kept
+    from an earlier regression on the same recordings (default: at the base's own values).
     """
 
     def __init__(
-        self, base: SearchSpace, genes: Array, recordings: Sequence[Recording], jobs: int, scales: Array | None = None
-    ) -> None:
+        self, base: SearchSpace, genes: Array, recordings: Sequence[Recording], jobs: int,
+        scales: Array | None = None, effects: EffectColumns | None = None,
+    ) -> None:  # fmt: skip
         self.recordings = tuple(recordings)
         self.jobs = jobs
         self.base = base
@@ -63,19 +104,15 @@ class Regression:
         self.half_widths = part.half_widths
         self.weights = 1.0 / np.maximum((rms if scales is None else scales)[part.classes], 1e-12)
         self.residual = residual * self.weights
-        self.classes = part.classes
-        self.stride = _STRIDE
         self.columns = ((rows[1 : 1 + p] - rows[0]) / steps[:, None] * self.weights).T
         self._span: Array | None = None
-        self._parts: dict[str, tuple[Acceleration, Array]] = {}
         self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, genes), strict=True)}
+        self.effects = effects or EffectColumns(base.model.kind, self.values, self.recordings, jobs)
 
     def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
         """A trial for each entry of the grid; sizes: upper ends of the ranges of its amplitudes, by name."""
         names = list(sizes)
-        basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
-        keep = basis[1] > 1e-9 * basis[1][0]
-        span = basis[0][:, keep]
+        span = self.span()
         rest = self.residual - span @ (span.T @ self.residual)
         sizes_of = np.bincount(self.classes)
         before = np.bincount(self.classes, rest**2)
@@ -106,20 +143,7 @@ class Regression:
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
         """Derivatives by each amplitude at each entry of the grid, (N, entries * amplitudes), weighted."""
-        model = Model(self.base.model.kind, (effect.name,))
-        if effect.name not in self._parts:
-            part = Acceleration(model, self.recordings, self.jobs, stride=_STRIDE)
-            self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
-        part, plain = self._parts[effect.name]
-        steps = [(name, _SMALL * size) for name, size in sizes.items()]
-        vectors = np.array(
-            [model.vector(self.values | entry | {name: step}) for entry in entries for name, step in steps]
-        )
-        if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
-            rows = part.reading_acceleration(vectors) * self.weights
-        else:
-            rows = (part.model_acceleration(vectors) - plain) * self.weights
-        return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T)
+        return self.effects.of(effect, entries, sizes) * self.weights[:, None]
 
     def add(self, effect: Effect, trial: Trial, sizes: Values) -> None:
         """From now on the amplitudes of this effect are free too."""

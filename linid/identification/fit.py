@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.identification import field_phase
 from linid.identification.estimates import make_estimates
 from linid.identification.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.free_run import FreeRun
@@ -107,6 +108,14 @@ def refine(
     )  # fmt: skip
 
 
+# A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
+_LOOSE_PHASE = 0.1
+_ALIGNED = (
+    "the currents keep with the field: a phase error d and a force constant larger by 1/cos d look the same, and both "
+    "intervals hold that; to tell them apart, move the axis under a constant current or feed one phase alone"
+)
+
+
 def _thinning(recordings: Sequence[Recording]) -> int:
     return 1 if sum(r.t.size for r in recordings) < 8000 else 4
 
@@ -177,8 +186,9 @@ def _polish_in_stages(
                 hooks.progress("polish", before + done, total, value)
 
         polished = polish(
-            problem, cost, genes, offsets, rounds=settings.polish_rounds, watch=watch, final=number == len(stages) - 1
-        )
+            problem, cost, genes, offsets, rounds=settings.polish_rounds, tolerance=settings.polish_tolerance,
+            watch=watch, final=number == len(stages) - 1,
+        )  # fmt: skip
         genes, offsets, evaluations = polished.genes, polished.offsets, polished.evaluations
         # The thinned problem has a cost of its own, which must not be read against the next.
         stage = "polish" if number == len(stages) - 1 else "polish of a part"
@@ -229,6 +239,8 @@ def _assemble(
         warnings.append(
             f"halving the internal step moves the predictions by {step_error:.2g} RMS; give --substeps {2 * substeps}"
         )
+    if uncertainty.aligned and _phase_is_loose(problem.space, uncertainty):
+        warnings.append(_ALIGNED)
     result = FitResult(
         model=model.kind,  # type: ignore[arg-type]
         axis=axis,
@@ -255,6 +267,17 @@ def _assemble(
         settings=settings.stored(),
     )
     return replace(result, derived=derived_quantities(result, recordings))
+
+
+def _phase_is_loose(space: SearchSpace, uncertainty: Uncertainty) -> bool:
+    """Whether the interval of the field's phase is wide enough to move the force constant."""
+    pair = field_phase.columns(space)
+    if pair is None or pair[1] not in uncertainty.intervals:
+        return False
+    gene = space.genes[pair[1]]
+    low, high = uncertainty.intervals[pair[1]]
+    turns = 2.0 if space.model.kind == "theta" else 1.0  # theta's shift is half the electrical angle
+    return bool(turns * (high - low) * (gene.upper - gene.lower) > 2.0 * _LOOSE_PHASE)
 
 
 def _balanced(recordings: Sequence[Recording]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,22 +82,26 @@ def measure_motion(recordings: Sequence[Recording]) -> Motion:
 
     The speed is only a start value for short predictions; it is never fitted.
     """
-    rows: list[tuple[Array, Array, Array, NDArray[np.bool_], float, float]] = []
-    for recording in recordings:
-        y = recording.y
-        dt = recording.duration / (y.size - 1)
-        smooth, speed, noise, speed_noise = _smooth(y, dt)
-        rests = _rests(y, noise, max(2, round(0.01 / dt)))
-        speed[rests] = 0.0
-        rows.append((y, smooth, speed, rests, noise, speed_noise))
+    rows = [_motion_of(recording) for recording in recordings]
     return Motion(
-        measured=np.concatenate([row[0] for row in rows]),
-        y=np.concatenate([row[1] for row in rows]),
-        v=np.concatenate([row[2] for row in rows]),
-        standstill=np.concatenate([row[3] for row in rows]),
-        position_noise=np.array([row[4] for row in rows]),
-        speed_noise=np.array([row[5] for row in rows]),
+        measured=np.concatenate([recording.y for recording in recordings]),
+        y=np.concatenate([row[0] for row in rows]),
+        v=np.concatenate([row[1] for row in rows]),
+        standstill=np.concatenate([row[2] for row in rows]),
+        position_noise=np.array([row[3] for row in rows]),
+        speed_noise=np.array([row[4] for row in rows]),
     )
+
+
+@lru_cache(maxsize=128)  # many objectives look at the same recordings
+def _motion_of(recording: Recording) -> tuple[Array, Array, NDArray[np.bool_], float, float]:
+    """Position, speed, standstill (n,) each, and the noise of position and speed of one recording."""
+    y = recording.y
+    dt = recording.duration / (y.size - 1)
+    smooth, speed, noise, speed_noise = _smooth(y, dt)
+    rests = _rests(y, noise, max(2, round(0.01 / dt)))
+    speed[rests] = 0.0
+    return smooth, speed, rests, noise, speed_noise
 
 
 def input_jumps(recording: Recording) -> NDArray[np.bool_]:

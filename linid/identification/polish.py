@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 _GENE_STEP = 1e-5
 _OFFSET_STEP = 0.3
 _SETTLED = 3e-4  # relative change of the cost between rounds of re-estimated weights
+POLISH_TOLERANCE = 1e-6
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -158,12 +159,14 @@ def polish(
     *,
     rounds: int = 6,
     max_evaluations: int = 15,
+    tolerance: float = POLISH_TOLERANCE,
     final: bool = True,
     watch: Callable[[int, float], None] | None = None,
 ) -> PolishResult:
     """Refine genes (p,) with scipy's bounded trust-region least squares.
 
-    offsets: start offsets (k,) to begin with; final: also return the linearisation at the end.
+    offsets: start offsets (k,) to begin with; tolerance: relative change of cost or genes that ends a round; final:
+    also return the linearisation at the end.
     Each round re-estimates the noise of the residual classes; rounds end when the cost has settled.
     """
     from scipy.optimize import least_squares
@@ -184,8 +187,8 @@ def polish(
             bounds=(lower, upper),
             x_scale="jac",
             max_nfev=max_evaluations,
-            ftol=1e-6,
-            xtol=1e-6,
+            ftol=tolerance,
+            xtol=tolerance,
             gtol=1e-12,
         )
         x = np.asarray(solution.x)

@@ -16,7 +16,7 @@ Split = Literal["fit", "held_out"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """One scope export: SI units, equal lengths, finite, t increasing.
 
@@ -26,7 +26,7 @@ class Recording:
     added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
     elapsed: running time of the campaign in s when this recording's clock shows 0; repeat_of: name of the first
     recording of the same command.
-    notes: what the reader corrected or noticed.
+    notes: what the reader corrected or noticed. Two recordings are equal only if they are the same object.
     """
 
     name: str

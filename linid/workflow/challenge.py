@@ -47,10 +47,72 @@ def make(
 
 
 def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
-    """The project's own diagnosis of a campaign file, results into `out`."""
-    from linid.workflow.diagnose import diagnose_campaign
+    """The project's own diagnosis of a campaign file into `out`, and then its forecast against fresh recordings."""
+    from linid.challenge.checks import fresh_gaps, fresh_text
+    from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, FRESH_FOLDER
+    from linid.challenge.score import FRESH_FILE
+    from linid.diagnosis.measures import measure_gaps
+    from linid.identification.model_file import load_model
+    from linid.workflow.diagnose import AFTER_FILE, diagnose_campaign
+    from linid.workflow.inputs import read_inputs
+    from linid.workflow.settings import Settings
 
-    return diagnose_campaign(path, out, jobs)
+    found = diagnose_campaign(path, out, jobs)
+    fresh = path.parent.parent / FRESH_FOLDER / path.parent.name / CAMPAIGN_FILE
+    if fresh.exists():
+        stated = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
+        recordings = read_inputs([fresh], Settings()).recordings
+        gaps, _ = measure_gaps(load_model(out / AFTER_FILE), recordings, jobs=jobs)
+        write_text(out / FRESH_FILE, fresh_text(fresh_gaps(stated, gaps)))
+    return found
+
+
+def true_effects_closure(path: Path, effects: Sequence[str]) -> float | None:
+    """Closure that the base with exactly these effects reaches on a campaign file; None if the library lacks one."""
+    from linid.diagnosis.oracle import oracle as known_to
+    from linid.physics.effects.registry import EFFECTS
+    from linid.workflow.diagnose import base_kind
+    from linid.workflow.inputs import read_inputs
+    from linid.workflow.settings import Settings
+
+    if not effects or not set(effects) <= {effect.name for effect in EFFECTS}:
+        return None
+    inputs = read_inputs([path], Settings())
+    reached = known_to(inputs.recordings, base_kind(inputs.recordings), effects, dict(inputs.known))
+    return None if reached is None else reached.closure
+
+
+def oracle(
+    folder: Path, reporter: Reporter, *, keys: Path | None = None, jobs: int = 1, resume: bool = False
+) -> Outcome:
+    """For every campaign the closure that its true effects reach, into results/NAME/oracle.json.
+
+    Raises DataError when the keys cannot be read.
+    """
+    from linid.challenge.files import CAMPAIGN_FILE, KEYS_FILE, RESULTS_FOLDER, read_keys
+    from linid.challenge.run import in_processes
+    from linid.challenge.score import ORACLE_FILE
+
+    sealed = read_keys(keys or folder / KEYS_FILE)
+    results = folder / RESULTS_FOLDER
+    tasks = [
+        (folder / name / CAMPAIGN_FILE, key.effects, results / name / ORACLE_FILE)
+        for name, key in sealed.items()
+        if not (resume and (results / name / ORACLE_FILE).exists())
+    ]
+    with reporter:
+        try:
+            for done, _ in enumerate(in_processes(_write_oracle, tasks, jobs), 1):
+                reporter.step("oracle", done, len(tasks))
+        except KeyboardInterrupt:
+            raise Interrupted(folder) from None
+    summary = {"command": f"{COMMAND} oracle", "folder": str(results), "campaigns": len(tasks), "exit_code": DONE}
+    return Outcome(COMMAND, results, DONE, f"{len(tasks)} campaigns", (), summary)
+
+
+def _write_oracle(path: Path, effects: Sequence[str], target: Path) -> None:
+    closure = true_effects_closure(path, effects)
+    write_text(target, json.dumps({"effects": list(effects), "closure": closure}) + "\n")
 
 
 def run(

@@ -94,7 +94,11 @@ def measures_figure(diagnosis: Diagnosis) -> Figure:
         panels[0].get_yticklabels()[0].set_fontweight("bold")
         panels[0].set_ylim(len(rows) - 0.4, -0.6)
         after = f" Filled blue: {after_words(diagnosis)}." if changed(diagnosis) else ""
-        interval = " Thick line: 95 % for a new recording." if any(c.low > 0 for c in together.values()) else ""
+        interval = (
+            " Thick line: 95 % for a new recording, above for all together."
+            if any(c.low > 0 for c in together.values())
+            else ""
+        )
         words = f"Hollow: {before_words(diagnosis)}.{after} Tick: floor of noise and repeats.{interval}"
         caption(figure, words)
     return figure
