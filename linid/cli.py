@@ -17,6 +17,7 @@ from linid.cli_options import (
     json_option,
     make_reporter,
     make_request,
+    model_options,
     run_options,
     settings_options,
     verbosity_options,
@@ -173,13 +174,15 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
 @FILES
 @click.option("--model", type=click.Choice(["sine", "theta", "force", "friction"]),
               help="Base model [sine with phase currents, force with one input].")  # fmt: skip
+@model_options
 @settings_options
 @run_options
 def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: Any) -> None:
     """Say where the simulation differs from the machine, which effect is missing, and how far the gap shrinks with it.
 
     The campaign's `fit` recordings identify base model and effects, its `held_out` ones judge. The verdict is `none`,
-    `identified`, `ambiguous` or `unknown`; report.html in the run folder shows it.
+    `identified`, `ambiguous` or `unknown`; report.html in the run folder shows it. Effects given by --effect belong to
+    the base.
 
     \b
     Example:

@@ -107,19 +107,23 @@ settings_options = _apply(
         click.option("--no-figures", is_flag=True, help="Write no figures."),
     ]
 )
+_MODEL = [
+    click.option("--mass", type=float, metavar="KG", help="Known moving mass (rotary: kg m^2)."),
+    click.option(
+        "--known", multiple=True, metavar="NAME=VALUE", help="Parameter held at this value, in SI; repeatable."
+    ),
+    click.option("--effect", multiple=True, metavar="NAME", help="Effect to identify too (see `linid effects`)."),
+]
+model_options = _apply(_MODEL)
 fit_options = _apply(
     [
-        click.option("--mass", type=float, metavar="KG", help="Known moving mass (rotary: kg m^2)."),
-        click.option(
-            "--known", multiple=True, metavar="NAME=VALUE", help="Parameter held at this value, in SI; repeatable."
-        ),
+        *_MODEL,
         click.option(
             "--bound",
             multiple=True,
             metavar="NAME=LO:HI",
             help="Search range of a parameter, in SI, e.g. mass=1:5; repeatable.",
         ),
-        click.option("--effect", multiple=True, metavar="NAME", help="Effect to identify too (see `linid effects`)."),
         click.option(
             "--objective",
             type=click.Choice(["auto", "free_run", "ahead", "acceleration"]),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import MutableMapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Memory = MutableMapping[str, Any]
 
 BLOCK = 0.1  # s, rows of one block are resampled together
 _DRAWS = 3
@@ -45,10 +47,16 @@ class Rows:
 
 
 class Balance:
-    """Residual accelerations of some recordings under any model, always at the same rows and bumps."""
+    """Residual accelerations of some recordings under any model, always at the same rows and bumps.
 
-    def __init__(self, base: Model, recordings: Sequence[Recording], jobs: int, seed: int) -> None:
+    memory: fits of an earlier run by key, and where new ones are kept.
+    """
+
+    def __init__(
+        self, base: Model, recordings: Sequence[Recording], jobs: int, seed: int, memory: Memory | None = None
+    ) -> None:
         self.recordings = tuple(recordings)
+        self.memory: Memory = {} if memory is None else memory
         self.jobs = jobs
         self.seed = seed
         part = Acceleration(base, self.recordings, jobs)

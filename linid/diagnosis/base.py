@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from linid.diagnosis.balance import Balance
+from linid.diagnosis.balance import Balance, Memory
 from linid.diagnosis.confirm import Fitted, Judge, fit_base, judge_of
 from linid.identification.first_values import first_values
 from linid.identification.fit import fit
@@ -29,7 +29,7 @@ def numbered(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 def fit_base_model(
     recordings: Sequence[Recording], kind: ModelKind, known: dict[str, float], jobs: int, seed: int,
-    assumptions: list[str], watch: Progress,
+    assumptions: list[str], watch: Progress, memory: Memory | None = None,
 ) -> tuple[Fitted, Judge]:  # fmt: skip
     """The base model by the force balance of the fitted recordings, started from friction of the free wheels."""
     fitted = [r for r in recordings if r.split == "fit"]
@@ -52,7 +52,7 @@ def fit_base_model(
         fixed["mass"] = 1.0 if start is None else start.value("mass")
         assumptions.append("no recording tells the mass: forces are those of the friction result, or per kilogram")
     first, _ = first_values(model, fitted, fixed, start)
-    balance = Balance(model, recordings, jobs, seed)
+    balance = Balance(model, recordings, jobs, seed, memory)
     base = fit_base(balance, model, first, fixed, fitted, jobs)
     watch("base", 2, 2)
     return base, judge_of(balance, model, base.vector, seed)

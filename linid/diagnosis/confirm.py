@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,8 +24,11 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 
 _RESAMPLES = 2000
-_ROUNDS = 3
-_TOLERANCE = 1e-4
+_BETTER = 0.01  # of the base's mean square: less is no reason to fit it again
+# Rounds, evaluations per round, and relative change that ends a round. The base must be right, for all is judged by
+# it, and commutated currents leave a flat valley; a candidate starts from there.
+_THOROUGH = (6, 30, 1e-7)
+_QUICK = (3, 10, 1e-4)
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,36 @@ def fit_base(
     jobs: int,
 ) -> Fitted:  # fmt: skip
     """Identify a model without effects by the force balance; first: SI values to start from."""
-    return _fit(balance, model, first, fixed, {}, recordings, jobs)
+    return _fit(balance, model, first, fixed, {}, recordings, jobs, thorough=True)
+
+
+def better_base(balance: Balance, base: Fitted, others: Sequence[Fitted], recordings: Sequence[Recording],
+                fixed: dict[str, float], jobs: int) -> Fitted:  # fmt: skip
+    """The base refitted from the values that it has in another model, where these alone beat it; else the base.
+
+    A base caught in a poor minimum makes every effect look good. recordings: those that the base is fitted to.
+    """
+    rows = ~balance.split
+    scale = np.maximum(rms_per_recording(balance, base.residual), 1e-300)[balance.rows.recording]
+
+    def size(residual: Array) -> float:
+        return float(np.mean((residual / scale)[rows] ** 2))
+
+    best, least = None, (1.0 - _BETTER) * size(base.residual)
+    for other in others:
+        values = {name: other.values[name] for name in base.values}
+        now = size(balance.residual(base.model, base.model.vector(values)))
+        if now < least:
+            best, least = values, now
+    if best is None:
+        return base
+    return _fit(balance, base.model, best, fixed, base.structural, recordings, jobs, thorough=True)
+
+
+def rms_per_recording(balance: Balance, residual: Array) -> Array:
+    """RMS (R,) of a residual (n,) per recording."""
+    owner = balance.rows.recording
+    return np.asarray(np.sqrt(np.bincount(owner, residual**2) / np.maximum(np.bincount(owner), 1)))
 
 
 def fit_together(
@@ -131,19 +164,31 @@ def fit_together(
 
 def _fit(
     balance: Balance, model: Model, first: dict[str, float], fixed: dict[str, float], structural: dict[str, float],
-    recordings: Sequence[Recording], jobs: int,
+    recordings: Sequence[Recording], jobs: int, *, thorough: bool = False,
 ) -> Fitted:  # fmt: skip
     names = {p.name for p in model.parameters}
     held = {k: x for k, x in fixed.items() if k in names} | structural
     space = _space(model, recordings, first, held)
     problem = Problem(space, (Acceleration(model, tuple(recordings), jobs),))
     start = space.encode(first)
-    polished = polish(
-        problem, Cost(problem), start, rounds=_ROUNDS, max_evaluations=10, tolerance=_TOLERANCE, final=False
-    )
-    vector = space.vectors(polished.genes)[0]
+    rounds, most, tolerance = _THOROUGH if thorough else _QUICK
+    key = _key(model, held, recordings, start, thorough)
+    if key in balance.memory:
+        genes = np.array(balance.memory[key])
+    else:
+        genes = polish(
+            problem, Cost(problem), start, rounds=rounds, max_evaluations=most, tolerance=tolerance, final=False
+        ).genes
+        balance.memory[key] = genes.tolist()
+    vector = space.vectors(genes)[0]
     values = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
-    return Fitted(space, polished.genes, values, vector, balance.residual(model, vector), structural)
+    return Fitted(space, genes, values, vector, balance.residual(model, vector), structural)
+
+
+def _key(model: Model, held: dict[str, float], recordings: Sequence[Recording], start: Array, thorough: bool) -> str:
+    """What decides the result of a fit, as a hash."""
+    parts = (model.kind, model.effects, sorted(held.items()), [r.name for r in recordings], start.tolist(), thorough)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
 def _space(

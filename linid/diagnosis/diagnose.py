@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING
+from linid.diagnosis.balance import Memory
 from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.confirm import Fitted, Judge
 from linid.diagnosis.experiments import experiments, range_of
@@ -25,14 +26,17 @@ from linid.diagnosis.report_data import (
     ResidualTrace,
     Verdict,
 )
-from linid.diagnosis.select import Confirmed, Selection, forward_selection
+from linid.diagnosis.screen import Screening
+from linid.diagnosis.select import Confirmed, Selection, fit_effects, forward_selection
 from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.fit import refine
 from linid.identification.genetic import SearchSettings
+from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings
 from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -57,15 +61,19 @@ def diagnose(
     recordings: Sequence[Recording],
     kind: ModelKind,
     *,
+    effects: Sequence[str] = (),
     known: dict[str, float] | None = None,
     jobs: int = 1,
     seed: int = 1,
+    memory: Memory | None = None,
     progress: Progress | None = None,
 ) -> Found:
     """Find the effects that a base model lacks on some recordings; held-out ones judge.
 
-    name: of the campaign; kind: force, sine, theta or friction; known: SI values that are not identified.
-    Raises UsageError where there is nothing to fit or nothing to judge by, DataError for unfit recordings.
+    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; known: SI values that
+    are not identified; memory: fits that an earlier run finished, and where new ones are kept.
+    Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
+    DataError for unfit recordings.
     """
     known = dict(known or {})
     watch = progress or (lambda stage, done, total: None)
@@ -78,7 +86,18 @@ def diagnose(
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
     assumptions: list[str] = []
-    base, judge = fit_base_model(recordings, kind, known, jobs, seed, assumptions, watch)
+    base, judge = fit_base_model(recordings, kind, known, jobs, seed, assumptions, watch, memory)
+    screening = Screening(base, recordings, known, jobs)
+    if effects:
+        extended = fit_effects(judge, screening, base, tuple(effects))
+        if extended is None:
+            raise UsageError(
+                "--effect", f"one of {', '.join(effects)} makes no sense with the {kind} model and these recordings",
+                "See what each needs: linid effects",
+            )  # fmt: skip
+        base = extended
+    found = forward_selection(judge, screening, base, watch)
+    base = found.base
     balance = judge.balance
     held = balance.split
     floor = judge.floor(held)
@@ -90,18 +109,17 @@ def diagnose(
     where = locate(balance, base.residual, judge.scale, masses, axes, seed)
     most = ceiling(balance, base.residual, judge.scale, axes, judge.noise)
     watch("where", 1, 1)
-    found = forward_selection(judge, base, known, recordings, jobs, watch)
     chosen = found.chosen
     verdict = decide(chosen, found.rival_names, excess, where, most, found.screened)
     verdict = replace(verdict, next_experiment=_next_experiment(verdict, found, judge, base, field))
     best = chosen.fitted if chosen is not None and verdict.status in ("identified", "ambiguous") else base
-    before, after = _models(base, best, fitted, jobs, seed, watch)
+    before, after = _models(base, best, fitted, jobs, seed, judge.balance.memory, watch)
     changes, traces_before, traces_after = _changes(recordings, before, after, jobs, seed, watch)
     diagnosis = Diagnosis(
         name=name,
         model=kind,
         axis=recordings[0].axis,
-        base_effects=(),
+        base_effects=tuple(effects),
         assumptions=tuple(assumptions),
         verdict=verdict,
         candidates=_candidates(found.singles, chosen, dict(found.screened), changes, after, verdict.status),
@@ -137,7 +155,7 @@ def _next_experiment(
     rival = next((group[0].fitted for group in found.rivals if group), None)
     ranking = prospects(
         chosen.fitted, rival, [balance.recordings[k] for k in fitted], judge.scale[fitted],
-        experiments(base.model, base.vector, span, driven[0]),
+        experiments(Model(base.model.kind), base.vector, span, driven[0]),
     )  # fmt: skip
     return advice(verdict, ranking[0], float(np.median(judge.noise)), balance.recordings[0].axis)
 
@@ -149,16 +167,23 @@ def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
 
 
 def _models(
-    base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, seed: int, watch: Progress
+    base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, seed: int, memory: Memory, watch: Progress
 ) -> tuple[FitResult, FitResult]:
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
     settings = FitSettings(
         search=SearchSettings(seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
     )
+
+    def refined(model: Fitted) -> FitResult:
+        key = f"refined {model.model.effects} {model.genes.tolist()}"
+        if key not in memory:
+            memory[key] = model_to_text(refine(model.space, model.genes, fitted, settings=settings))
+        return model_from_text(memory[key], "checkpoint")
+
     watch("models", 0, 2)
-    before = refine(base.space, base.genes, fitted, settings=settings)
+    before = refined(base)
     watch("models", 1, 2)
-    after = before if best is base else refine(best.space, best.genes, fitted, settings=settings)
+    after = before if best is base else refined(best)
     watch("models", 2, 2)
     return before, after
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from linid.diagnosis.alone import PER_RECORDING
 from linid.diagnosis.base import fit_base_model, numbered
-from linid.diagnosis.confirm import fit_together
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Confirmed, judged, scales_between
+from linid.diagnosis.select import Confirmed, fit_effects, judged
 from linid.identification.result import ModelKind
 from linid.recording.recording import Recording
 
@@ -23,11 +21,5 @@ def oracle(
     """
     recordings = numbered(recordings)
     base, judge = fit_base_model(recordings, kind, known, jobs, seed, [], lambda stage, done, total: None)
-    screening = Screening(base, recordings, known, jobs)
-    found = {s.name: s.trial for s in screening.screen(base, scales_between(judge, base), only=effects)}
-    if set(found) != set(effects):
-        return None
-    alone = any(name in PER_RECORDING for name in effects)
-    chosen = [r for r in recordings if alone or r.split == "fit"]
-    together = fit_together(judge.balance, base, [(name, found[name]) for name in effects], known, chosen, jobs)
-    return judged(judge, base, together, 0.0)
+    found = fit_effects(judge, Screening(base, recordings, known, jobs), base, effects)
+    return None if found is None else judged(judge, base, found, 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING
-from linid.diagnosis.confirm import Fitted, Judge, fit_together, rows_to_judge
+from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge
 from linid.diagnosis.screen import Screened, Screening
 from linid.recording.recording import Recording
 
@@ -25,7 +25,8 @@ LARGE_GAIN = 0.1
 LEAST_GAIN = 0.004
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
 # One more effect must close this share of what the step before left, and that share of the whole excess: real effects
-# never have quite the library's form, and what is left of a strong one must not call in others.
+# never have quite the library's form, and what is left of a strong one must not call in others. Its gain must be large
+# beside the floor, of which nobody knows the last tenth.
 WORTH = 0.3
 WORTH_OF_ALL = 0.03
 WORTH_ALONE = 0.5  # of what is left, for effects of single recordings, which fit themselves to much
@@ -56,10 +57,12 @@ class Confirmed:
 class Selection:
     """What the forward selection found.
 
+    base: the model without effects, fitted again where a candidate showed that it was caught in a poor minimum;
     chosen: all effects that paid, together (None: none did); rivals: per chosen effect those that explain as much;
     singles: the first step's candidates; screened: effect and explained share in the first step, best first.
     """
 
+    base: Fitted
     chosen: Confirmed | None
     rivals: tuple[tuple[Confirmed, ...], ...]
     singles: tuple[Confirmed, ...]
@@ -91,8 +94,8 @@ def confirm(
 
 
 def judged(judge: Judge, reference: Fitted, found: Fitted, explained: float) -> Confirmed:
-    """Closure of a fitted model over the reference."""
-    effects = found.model.effects
+    """Closure of a fitted model over the reference, by the effects that the reference lacks."""
+    effects = tuple(name for name in found.model.effects if name not in reference.model.effects)
     chosen = rows_to_judge(judge.balance, effects, found.structural)
     closure, low, high, doubt, significance = judge.closure(reference.residual, found.residual, chosen)
     gain = float(np.sum(judge.power(reference.residual)[chosen] - judge.power(found.residual)[chosen]))
@@ -116,7 +119,8 @@ def pays(candidate: Confirmed) -> bool:
 def worth_adding(candidate: Confirmed, left: float) -> bool:
     """Whether an effect judged against the step before deserves its place; left: closure still missing before it."""
     least = WORTH_ALONE if candidate.effects[-1] in PER_RECORDING else WORTH
-    return candidate.closure >= least and candidate.closure * left >= WORTH_OF_ALL
+    clear = candidate.closure >= least and candidate.closure * left >= WORTH_OF_ALL
+    return clear and candidate.gain >= LARGE_GAIN
 
 
 def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[Confirmed, ...]:
@@ -143,8 +147,7 @@ def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[
 def scales_between(judge: Judge, step: Fitted) -> Array:
     """Scales (R,) m/s^2 between noise and gap: recordings with the gap must count, those without it must still hold
     the base."""
-    owner = judge.balance.rows.recording
-    rms = np.sqrt(np.bincount(owner, step.residual**2) / np.bincount(owner))
+    rms = rms_per_recording(judge.balance, step.residual)
     return np.asarray(np.sqrt(judge.scale * np.maximum(rms, judge.scale)))
 
 
@@ -167,17 +170,27 @@ def screen_and_confirm(
     return screened, found
 
 
+def fit_effects(judge: Judge, screening: Screening, base: Fitted, effects: Sequence[str]) -> Fitted | None:
+    """The base with exactly these effects, each started where it explains most; None if one makes no sense here."""
+    found = {s.name: s for s in screening.screen(base, scales_between(judge, base), only=effects)}
+    if set(found) != set(effects):
+        return None
+    alone = next((s for s in found.values() if s.name in PER_RECORDING), found[effects[0]])
+    chosen = _to_fit(screening.recordings, alone)
+    added = [(name, found[name].trial) for name in effects]
+    return fit_together(judge.balance, base, added, screening.known, chosen, screening.jobs)
+
+
 def forward_selection(
-    judge: Judge, base: Fitted, known: dict[str, float], recordings: Sequence[Recording], jobs: int,
-    watch: Callable[[str, int, int], None],
-) -> Selection:  # fmt: skip
-    """Effects added one at a time, the best first, while they pay."""
+    judge: Judge, screening: Screening, base: Fitted, watch: Callable[[str, int, int], None]
+) -> Selection:
+    """Effects added to `base` one at a time, the best first, while they pay."""
     chosen: Confirmed | None = None
     groups: list[tuple[Confirmed, ...]] = []
     singles: tuple[Confirmed, ...] = ()
     shares: tuple[tuple[str, float], ...] = ()
     step = base
-    screening = Screening(base, recordings, known, jobs)
+    fitted = [r for r in screening.recordings if r.split == "fit"]
     for number in range(LARGEST):
 
         def told(stage: str, done: int, total: int, number: int = number) -> None:
@@ -185,6 +198,12 @@ def forward_selection(
 
         screened, found = screen_and_confirm(judge, screening, step, base, told)
         if number == 0:
+            mended = better_base(
+                judge.balance, base, [c.fitted for c in found], fitted, screening.known, screening.jobs
+            )
+            if mended is not base:
+                base = step = mended
+                screened, found = screen_and_confirm(judge, screening, step, base, told)
             singles, shares = found, tuple((s.name, s.trial.explained) for s in screened)
         # What counts is what a candidate adds to the step before.
         over = sorted((judged(judge, step, c.fitted, c.explained) for c in found), key=lambda c: -c.closure)
@@ -196,4 +215,4 @@ def forward_selection(
         best = better[0]
         groups.append(rivals(judge, best, better[1:]))
         chosen, step = judged(judge, base, best.fitted, best.explained), best.fitted
-    return Selection(chosen, tuple(groups), singles, shares)
+    return Selection(base, chosen, tuple(groups), singles, shares)

@@ -85,7 +85,8 @@ def fit(
     state, reason, silent = _search(coarse, seeds, settings, hooks)
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
-    return _refine(space, state, reason, recordings, settings, substeps, warnings, per_mass, hooks)
+    looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
+    return _refine(space, state, reason, recordings, settings, substeps, warnings, per_mass, hooks, looks)
 
 
 def refine(
@@ -96,7 +97,10 @@ def refine(
     settings: FitSettings | None = None,
     hooks: Hooks | None = None,
 ) -> FitResult:
-    """Polish parameters that are nearly right, without a search: genes (p,) of a search space -> FitResult."""
+    """Polish parameters that are nearly right, without a search: genes (p,) of a search space -> FitResult.
+
+    Of many windows every fourth is looked at, so intervals are somewhat wider than those of `fit`.
+    """
     settings = settings or FitSettings()
     vector = space.vectors(genes)[0]
     first = {p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters}
@@ -104,7 +108,7 @@ def refine(
     state = SearchState("none", 0, [], [], [float(g) for g in genes], float("nan"), 0, 0, None)
     return _refine(
         space, state, "no search: started from given values", recordings, settings, substeps, [], False,
-        hooks or Hooks(),
+        hooks or Hooks(), [(substeps, Look(_thinning(recordings)))],
     )  # fmt: skip
 
 
@@ -122,10 +126,12 @@ def _thinning(recordings: Sequence[Recording]) -> int:
 
 def _refine(
     space: SearchSpace, state: SearchState, reason: str, recordings: Sequence[Recording], settings: FitSettings,
-    substeps: int, warnings: list[str], per_mass: bool, hooks: Hooks,
+    substeps: int, warnings: list[str], per_mass: bool, hooks: Hooks, looks: Sequence[tuple[int, Look]],
 ) -> FitResult:  # fmt: skip
-    """Polish the best candidate, estimate the uncertainty and put the result together."""
-    looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
+    """Polish the best candidate, estimate the uncertainty and put the result together.
+
+    looks: the stages of the polish, each with its internal steps per sample; the last one gives the intervals.
+    """
     stages = [Problem(space, make_parts(space.model, recordings, settings, steps, look=look)) for steps, look in looks]
     problem = stages[-1]
     polished = without_noise_bias(problem, _polish_in_stages(stages, state, settings, hooks), seed=settings.search.seed)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import time
+from collections import UserDict
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError
 from linid.report.files import write_atomic
@@ -46,16 +47,48 @@ class Checkpoint:
         """The saved state, None if there is none; another problem's or a damaged one raises ConfigError."""
         from linid.identification.genetic import SearchState
 
-        if not self.path.exists():
+        state = _saved_state(self.path, self.identity)
+        if state is None:
             return None
         try:
-            body = json.loads(self.path.read_text(encoding="utf-8"))
-            identity, schema, state = body["identity"], body["schema"], SearchState(**body["state"])
-        except (OSError, ValueError, KeyError, TypeError):
-            raise ConfigError(str(self.path), "is not a search state", "Delete it to start this search anew.") from None
-        if identity != self.identity or schema != SCHEMA:
-            raise ConfigError(
-                str(self.path), "belongs to a search with other inputs, settings or program versions",
-                "Resume with the command and files it was started with, or choose another --out.",
-            )  # fmt: skip
-        return state
+            return SearchState(**state)
+        except TypeError:
+            raise _damaged(self.path) from None
+
+
+class Memory(UserDict[str, Any]):
+    """Finished steps of a long computation by key, on disk as soon as they are there; identity: as above."""
+
+    def __init__(self, path: Path, identity: str) -> None:
+        self.path = path
+        self.identity = identity
+        super().__init__()
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        super().__setitem__(key, value)
+        body = {"schema": SCHEMA, "identity": self.identity, "state": self.data}
+        write_atomic(self.path, json.dumps(body).encode())
+
+    def load(self) -> None:
+        """Take over the steps that an earlier run finished; another problem's or a damaged file raises ConfigError."""
+        self.data = dict(_saved_state(self.path, self.identity) or {})
+
+
+def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
+    if not path.exists():
+        return None
+    try:
+        body = json.loads(path.read_text(encoding="utf-8"))
+        found, schema, state = body["identity"], body["schema"], dict(body["state"])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise _damaged(path) from None
+    if found != identity or schema != SCHEMA:
+        raise ConfigError(
+            str(path), "belongs to a search with other inputs, settings or program versions",
+            "Resume with the command and files it was started with, or choose another --out.",
+        )  # fmt: skip
+    return state
+
+
+def _damaged(path: Path) -> ConfigError:
+    return ConfigError(str(path), "is not a search state", "Delete it to start this search anew.")

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import UsageError
+from linid.workflow.checkpoint import Memory
 from linid.workflow.fit_run import announce, begin
 from linid.workflow.inputs import fingerprint, read_inputs
 from linid.workflow.outcome import DONE, Outcome
 from linid.workflow.request import Request
-from linid.workflow.run_folder import identity_of, recorded, write_text
+from linid.workflow.run_folder import CHECKPOINT_FILE, identity_of, recorded, write_text
 from linid.workflow.stage import decisive
 
 if TYPE_CHECKING:
@@ -42,9 +43,16 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
         return Outcome(COMMAND, None, DONE, "", (), plan)
     identity = identity_of(COMMAND, kind, fingerprint(inputs.recordings), decisive(request.settings), known)
     folder = begin(request, COMMAND, inputs, identity)
+    if folder.finished_before:
+        reporter.say(f"{folder.path}: already finished, nothing to resume")
+        return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
+    memory = Memory(folder.path / CHECKPOINT_FILE, identity)
+    if request.resume:
+        memory.load()
     with recorded(folder), reporter:
         found = find(
-            name, inputs.recordings, kind, known=known, jobs=request.jobs, seed=request.settings.seed,
+            name, inputs.recordings, kind, effects=request.settings.effects, known=known, jobs=request.jobs,
+            seed=request.settings.seed, memory=memory,
             progress=lambda stage, done, total: reporter.step(stage, done, total),
         )  # fmt: skip
         _write(found.diagnosis, folder.path, request)

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from linid.challenge.files import Key, write_keys
-from linid.challenge.score import rate, read_answer, score
+from linid.challenge.score import Answer, rate, read_answer, score
 from linid.errors import DataError
+from linid.physics.effects.registry import EFFECTS
 from tests.workflow.small import linid, summary
 
 
@@ -89,11 +90,15 @@ def test_the_figures_of_hand_made_results(proof: Path) -> None:
     assert rates == {
         "top_1": (1.5, 6),
         "top_3": (2.5, 6),
+        "top_1_visible": (1, 2),
+        "top_3_visible": (2, 2),
+        "top_1_faint": (0, 0),
         "named_but_wrong": (4, 14),
         "false_alarms": (2, 3),
         "false_names": (1, 3),
         "unknown_recall": (1, 2),
         "pairs_both_named": (1, 3),
+        "pairs_both_visible": (0, 0),
         "pairs_one_named": (1, 3),
         "interval_coverage": (2, 3),
         "failed": (1, 14),
@@ -164,3 +169,15 @@ def test_wilson_interval_is_scipys(n: int, data: st.DataObject) -> None:
 def test_without_campaigns_of_a_kind_there_is_no_rate() -> None:
     nothing = score({}, {})
     assert nothing.rates["top_1"].total == 0 and nothing.rates["top_1"].value != nothing.rates["top_1"].value
+
+
+def test_shuffled_labels_score_nothing(tmp_path: Path) -> None:
+    """A negative control: perfect answers, each for another campaign than its own."""
+    names = [effect.name for effect in EFFECTS]
+    keys = {f"axis_{k:04d}": Key("single", (name,), {name: 0.5}, {}, "sine", {}) for k, name in enumerate(names)}
+    answers = {f"axis_{k:04d}": Answer("identified", (name,), (), (name,)) for k, name in enumerate(names)}
+    own = score(keys, answers)
+    assert own.rates["top_1"].value == 1.0 and own.rates["named_but_wrong"].value == 0.0
+    turned = dict(zip(answers, [*list(answers.values())[1:], next(iter(answers.values()))], strict=True))
+    other = score(keys, turned)
+    assert other.rates["top_1"].value == 0.0 and other.rates["named_but_wrong"].value == 1.0
