@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 PER_RECORDING = {"external_disturbance": "disturbance_recording", "payload_change": "payload_recordings"}
 _CHUNK = 256
 _LIKE = 0.5  # of the largest payload: what a recording must show to be counted in
-_MOST_BITS = 50
+MOST_BITS = 50
 
 
 class Alone:
@@ -77,7 +77,7 @@ def best_payload(alone: Alone, size: float) -> Trial:
     effect = find_effect("payload_change")
     found: list[tuple[int, float, float, Array]] = []
     for index, recording in enumerate(alone.regression.recordings):
-        if not 1 <= recording.number <= _MOST_BITS:
+        if not 1 <= recording.number <= MOST_BITS:
             continue
         entry = {"payload_recordings": 2.0 ** (recording.number - 1)}
         column = alone.columns(effect, index, [entry], "payload_mass", 0.02 * size)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.alone import PER_RECORDING, acts_in
+from linid.diagnosis.alone import MOST_BITS, PER_RECORDING, acts_in
 from linid.diagnosis.balance import Balance, scale_of
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import Trial
@@ -24,6 +24,9 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 
 _RESAMPLES = 2000
+# A payload is in a recording if its gain there is so many deviations, and this share of the residual's power.
+_CLEAR = 2.0
+_WORTH = 0.05
 _BETTER = 0.01  # of the base's mean square: less is no reason to fit it again
 # Rounds, evaluations per round, and relative change that ends a round. The base must be right, for all is judged by
 # it, and commutated currents leave a flat valley; a candidate starts from there.
@@ -159,7 +162,37 @@ def fit_together(
         values |= trial.values | trial.amplitudes
         structural |= {key: x for key, x in trial.values.items() if key in find_effect(name).structural}
     model = Model(base.model.kind, base.model.effects + tuple(name for name, _ in added))
-    return _fit(balance, model, values, fixed, structural, recordings, jobs)
+    found = _fit(balance, model, values, fixed, structural, recordings, jobs)
+    if any(name == "payload_change" for name, _ in added):
+        mark = marked_by_payload(balance, found)
+        if mark not in (0.0, structural["payload_recordings"]):
+            structural["payload_recordings"] = mark
+            return _fit(balance, model, found.values | structural, fixed, structural, recordings, jobs)
+    return found
+
+
+def marked_by_payload(balance: Balance, fitted: Fitted) -> float:
+    """Mark (sum of 2^(number - 1)) of the recordings in which the fitted payload clearly lessens the residual.
+
+    The regression that chose them saw parameters that made up for the payload in other recordings.
+    """
+    slot = fitted.model.slot("payload_recordings")
+    able = [k for k, r in enumerate(balance.recordings) if 1 <= r.number <= MOST_BITS]
+    residuals = []
+    for mark in (0.0, float(sum(2.0 ** (balance.recordings[k].number - 1) for k in able))):
+        vector = fitted.vector.copy()
+        vector[slot] = mark
+        residuals.append(balance.residual(fitted.model, vector))
+    gain = residuals[0] ** 2 - residuals[1] ** 2
+    mark = 0.0
+    for k in able:
+        mine = balance.rows.recording == k
+        sums = np.bincount(np.unique(balance.rows.block[mine], return_inverse=True)[1], gain[mine])
+        total = float(sums.sum())
+        clear = total > _CLEAR * float(np.sqrt(np.sum(sums**2)))
+        if clear and total > _WORTH * float(np.sum(residuals[0][mine] ** 2)):
+            mark += 2.0 ** (balance.recordings[k].number - 1)
+    return mark
 
 
 def _fit(

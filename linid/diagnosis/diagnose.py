@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -111,7 +112,9 @@ def diagnose(
     watch("where", 1, 1)
     chosen = found.chosen
     verdict = decide(chosen, found.rival_names, excess, where, most, found.screened)
-    verdict = replace(verdict, next_experiment=_next_experiment(verdict, found, judge, base, field))
+    words = _waves(verdict, chosen, recordings[0].axis, field)
+    next_step = _next_experiment(verdict, found, judge, base, field)
+    verdict = replace(verdict, sentence=verdict.sentence + words, next_experiment=next_step)
     best = chosen.fitted if chosen is not None and verdict.status in ("identified", "ambiguous") else base
     before, after = _models(base, best, fitted, jobs, seed, judge.balance.memory, watch)
     changes, traces_before, traces_after = _changes(recordings, before, after, jobs, seed, watch)
@@ -136,6 +139,23 @@ def diagnose(
         warnings=tuple(before.warnings),
     )
     return Found(diagnosis, before, after, traces_before, traces_after)
+
+
+def _waves(verdict: Verdict, chosen: Confirmed | None, axis: str, field_wavenumber: float | None) -> str:
+    """Which waves a periodic effect is made of, where no field says so; the strongest first."""
+    if chosen is None or field_wavenumber is not None or verdict.status not in ("identified", "ambiguous"):
+        return ""
+    for effect in map(find_effect, verdict.effects):
+        if effect.orders:
+            values = chosen.fitted.values | chosen.fitted.structural
+            pairs = zip(effect.amplitudes[0::2], effect.amplitudes[1::2], strict=True)
+            sizes = [math.hypot(values[sine], values[cosine]) for sine, cosine in pairs]
+            ranked = sorted(zip(sizes, (values[name] for name in effect.orders), strict=True), reverse=True)
+            unit, length = ("N m", "revolution") if axis == "rotary" else ("N", "metre")
+            per = 1.0 if axis == "rotary" else values["cogging_wavenumber"] / (2.0 * math.pi)
+            named = ", ".join(f"{per * order:.4g} ({size:.2g} {unit})" for size, order in ranked)
+            return f" Its waves per {length}, strongest first: {named}."
+    return ""
 
 
 def _next_experiment(

@@ -226,11 +226,37 @@ def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: 
     entries = [entry | {k: v for k, v in known.items() if k in entry} for entry in effect.grid(outlook)]
     grid = [dict(x) for x in dict.fromkeys(tuple(sorted(entry.items())) for entry in entries)]
     lower = {p.name: p.lower for p in effect.parameters}
+    if effect.orders and outlook.field_wavenumber is None:
+        grid = [_orders_pursued(regression, effect, grid, sizes)]
     trials = regression.trials(effect, grid, sizes)
     inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
     best = max(inside or trials, key=lambda trial: trial.explained)
     held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}
     return Trial(best.values, held, best.explained)
+
+
+def _orders_pursued(regression: Regression, effect: Effect, grid: Sequence[Values], sizes: Values) -> Values:
+    """The orders that explain most, one pair of amplitudes after the other (orthogonal matching pursuit:
+    Pati, Rezaiifar and Krishnaprasad 1993, Asilomar Conf. 27, 40); grid: candidates of the first order."""
+    first = effect.orders[0]
+    pair = {name: sizes[name] for name in effect.amplitudes[:2]}
+    span = regression.span()
+    columns = regression.effect_columns(effect, grid, pair)
+    columns -= span @ (span.T @ columns)
+    rest = regression.residual - span @ (span.T @ regression.residual)
+    found: list[float] = []
+    for _ in effect.orders:
+        a, b = columns[:, 0::2], columns[:, 1::2]
+        aa, bb, ab = (np.einsum("ij,ij->j", x, y) for x, y in ((a, a), (b, b), (a, b)))
+        on_a, on_b = rest @ a, rest @ b
+        scale = np.maximum(aa * bb - ab**2, 1e-12 * aa * bb + 1e-300)
+        k = int(np.argmax((bb * on_a**2 - 2.0 * ab * on_a * on_b + aa * on_b**2) / scale))
+        found.append(grid[k][first])
+        basis = np.linalg.qr(columns[:, 2 * k : 2 * k + 2])[0]
+        rest = rest - basis @ (basis.T @ rest)
+        columns -= basis @ (basis.T @ columns)
+        columns[:, 2 * k : 2 * k + 2] = 0.0
+    return {**grid[0], **dict(zip(effect.orders, found, strict=True))}
 
 
 def amplitude_sizes(regression: Regression, effect: Effect, outlook: Outlook) -> Values:

@@ -21,9 +21,10 @@ def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, fl
     """What the recordings look like; values: SI values of the base model, for the wavenumber of its field."""
     density = values.get("guideway_density") if model.kind in ("sine", "theta") else None
     motion = measure_motion(recordings)
+    low, high = min(float(np.min(r.y)) for r in recordings), max(float(np.max(r.y)) for r in recordings)
     return Outlook(
-        stroke_low=min(float(np.min(r.y)) for r in recordings),
-        stroke_high=max(float(np.max(r.y)) for r in recordings),
+        stroke_low=low,
+        stroke_high=high,
         field_wavenumber=None if density is None else density * (2.0 if model.kind == "theta" else 1.0),
         top_speed=float(np.quantile(np.abs(motion.v), 0.999)),
         top_current=max(_top_current(r) for r in recordings),
@@ -31,6 +32,7 @@ def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, fl
         records=tuple(r.number for r in recordings),
         period=float(np.median([r.period for r in recordings])),
         campaign_duration=max(r.elapsed + float(r.t[-1]) for r in recordings),
+        revolving=recordings[0].axis == "rotary" and high - low > 2.0 * np.pi,
     )
 
 

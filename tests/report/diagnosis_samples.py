@@ -131,7 +131,7 @@ COGGING = (
     estimate("cogging_cosine_1", "C_c1", "N", 0.3511, 0.0121),
     estimate("cogging_sine_2", "C_s2", "N", 0.3482, 0.0098),
     estimate("cogging_cosine_2", "C_c2", "N", 0.0021, 0.0101),
-    estimate("cogging_sine_6", "C_s6", "N", 0.0, NAN, status="not_identifiable", note="the speed never stays low"),
+    estimate("cogging_sine_4", "C_s4", "N", 0.0, NAN, status="not_identifiable", note="the speed never stays low"),
 )
 RIVALS = (
     candidate("current_offset", 0.31, 0.29, 0.06),

@@ -1,55 +1,79 @@
-"""Cogging: the magnets pull at iron teeth and ends, a force that repeats with the pole pitch without any current."""
+"""Cogging: the magnets pull at iron teeth and ends, a force that repeats along the way without any current."""
 
 from __future__ import annotations
 
+import math
+
 from linid.physics.effects.effect import Effect, Outlook, Values, term
-from linid.physics.effects.shapes import sine_pair, wavenumbers
+from linid.physics.effects.shapes import sine_pair
 from linid.physics.parameter import Parameter
 
 
 @term
 def force(
     t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
-    cogging_wavenumber, sine_1, cosine_1, sine_2, cosine_2, sine_4, cosine_4, sine_6, cosine_6,
+    cogging_wavenumber, order_1, order_2, order_3, order_4, order_5, order_6, order_7, order_8,
+    sine_1, cosine_1, sine_2, cosine_2, sine_3, cosine_3, sine_4, cosine_4,
+    sine_5, cosine_5, sine_6, cosine_6, sine_7, cosine_7, sine_8, cosine_8,
 ):  # fmt: skip
-    """Sum over the orders 1, 2, 4 and 6 of the field's angle, N."""
+    """Sum over eight orders of the angle, N."""
     angle = cogging_wavenumber * y
-    return (
-        sine_pair(angle, sine_1, cosine_1)
-        + sine_pair(2.0 * angle, sine_2, cosine_2)
-        + sine_pair(4.0 * angle, sine_4, cosine_4)
-        + sine_pair(6.0 * angle, sine_6, cosine_6)
+    total = (
+        sine_pair(order_1 * angle, sine_1, cosine_1)
+        + sine_pair(order_2 * angle, sine_2, cosine_2)
+        + sine_pair(order_3 * angle, sine_3, cosine_3)
+        + sine_pair(order_4 * angle, sine_4, cosine_4)
     )
+    if sine_5 != 0.0 or cosine_5 != 0.0 or sine_6 != 0.0 or cosine_6 != 0.0:
+        total += sine_pair(order_5 * angle, sine_5, cosine_5) + sine_pair(order_6 * angle, sine_6, cosine_6)
+    if sine_7 != 0.0 or cosine_7 != 0.0 or sine_8 != 0.0 or cosine_8 != 0.0:
+        total += sine_pair(order_7 * angle, sine_7, cosine_7) + sine_pair(order_8 * angle, sine_8, cosine_8)
+    return total
+
+
+# With three phase currents: orders of the field's angle, which poles, teeth and ends cause.
+_FIELD_ORDERS = (1, 2, 4, 6)
+_MOST = 300  # candidate orders where nothing is known of the poles
+_ORDERS = tuple(
+    Parameter(
+        f"cogging_order_{k}", f"n_{k}", "1", 0.0, 2000.0, float(order),
+        meaning=f"waves of part {k} per wave of wavenumber k_c",
+    )
+    for k, order in enumerate((*_FIELD_ORDERS, 3, 5, 8, 12), 1)
+)  # fmt: skip
+_AMPLITUDES = tuple(
+    Parameter(f"cogging_{shape}_{k}", f"C_{shape[0]}{k}", "N", -500.0, 500.0, 0.0, meaning=f"{shape} of order {k}")
+    for k in range(1, len(_ORDERS) + 1)
+    for shape in ("sine", "cosine")
+)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
-    """The field's wavenumber; without a phase motor all that the stroke can tell apart."""
+    """The field's angle; without a phase motor every order of the first part that stroke or revolution tells apart."""
     if outlook.field_wavenumber is not None:
-        return ({"cogging_wavenumber": outlook.field_wavenumber},)
-    return wavenumbers("cogging_wavenumber", outlook, outlook.stroke, outlook.stroke / 60.0, 250)
+        return ({"cogging_wavenumber": outlook.field_wavenumber, **{p.name: p.default for p in _ORDERS[:4]}},)
+    step = 1.0 if outlook.revolving else 0.5 * math.pi / max(outlook.stroke, 1e-9)
+    first = 1 if outlook.revolving else 4
+    return tuple({"cogging_wavenumber": step, "cogging_order_1": float(first + k)} for k in range(_MOST))
 
-
-ORDERS = (1, 2, 4, 6)
-_AMPLITUDES = tuple(
-    Parameter(
-        f"cogging_{shape}_{n}", f"C_{shape[0]}{n}", "N", -500.0, 500.0, 0.0, meaning=f"{shape} of {n} times the angle"
-    )
-    for n in ORDERS
-    for shape in ("sine", "cosine")
-)
 
 EFFECT = Effect(
     name="cogging",
     slot="FORCE",
-    physics="A force periodic in position acts without current: sines of 1, 2, 4 and 6 times the field's angle.",
+    physics="A force periodic in position acts without current: sines of 1, 2, 4 and 6 times the field's angle, or of "
+    "the eight strongest orders where no field is known.",
     parameters=(
         Parameter(
             "cogging_wavenumber", "k_c", "1/m", 1e-2, 1e4, 200.0, log=True,
-            meaning="angle per travel of the lowest order: pi / pole pitch", reach=1.02,
+            meaning="angle per travel of order 1: pi / pole pitch, or 1 per radian", reach=1.02,
         ),
+        *_ORDERS,
         *_AMPLITUDES,
     ),
     amplitudes=tuple(p.name for p in _AMPLITUDES),
+    structural=tuple(p.name for p in _ORDERS),
+    single_only=tuple(p.name for p in (*_ORDERS, *_AMPLITUDES) if p.name[-1] in "5678"),
+    orders=tuple(p.name for p in _ORDERS),
     grid=grid,
     force=force,
     exposed_by="slow free wheels, or slow steady moves over several pole pitches",

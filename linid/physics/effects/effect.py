@@ -53,7 +53,8 @@ class Outlook:
 
     stroke_low, stroke_high: m (rotary: rad); field_wavenumber: of the motor's field (pi / pole pitch) in rad/m, None
     without a phase motor; top_speed: m/s; top_current: A; durations: s and records: numbers, one per recording;
-    period: sampling period in s; campaign_duration: running time of the whole campaign in s.
+    period: sampling period in s; campaign_duration: running time of the whole campaign in s; revolving: the axis turns
+    more than once, so that all repeats with every revolution.
     """
 
     stroke_low: float
@@ -65,6 +66,7 @@ class Outlook:
     records: tuple[int, ...]
     period: float
     campaign_duration: float = 0.0
+    revolving: bool = False
 
     @property
     def stroke(self) -> float:
@@ -91,8 +93,11 @@ class Effect:
 
     amplitudes: parameters that enter (nearly) linearly; the effect is absent where all are 0, their default.
     structural: parameters that are never searched but set by whoever fits. phase_only: parameters that exist only
-    with three phase currents. kinds: motors that the effect makes sense with. grid(outlook) -> starting values of
-    all parameters but the amplitudes, the likeliest first; an empty grid: nothing to be seen in such recordings.
+    with three phase currents, single_only: only without. orders: structural parameters, one per pair of
+    amplitudes (sine, cosine), that are chosen one after the other by what they explain where there are no phase
+    currents; the grid then holds the candidates for the first. kinds: motors that the effect makes sense with.
+    grid(outlook) -> starting values of all parameters but the amplitudes, the likeliest first; an empty grid: nothing
+    to be seen in such recordings.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike.
     """
 
@@ -105,6 +110,8 @@ class Effect:
     confused_with: tuple[str, ...] = ()
     structural: tuple[str, ...] = ()
     phase_only: tuple[str, ...] = ()
+    single_only: tuple[str, ...] = ()
+    orders: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ALL_KINDS
     grid: Callable[[Outlook], tuple[Values, ...]] = no_grid
     delay: Any = None
@@ -126,7 +133,8 @@ class Effect:
 
     def parameters_of(self, kind: str) -> tuple[Parameter, ...]:
         """The parameters that mean something for a motor model of this kind."""
-        return tuple(p for p in self.parameters if kind in PHASE_MOTORS or p.name not in self.phase_only)
+        absent = self.single_only if kind in PHASE_MOTORS else self.phase_only
+        return tuple(p for p in self.parameters if p.name not in absent)
 
     def amplitudes_of(self, kind: str) -> tuple[str, ...]:
         """The amplitudes that mean something for a motor model of this kind."""
@@ -161,7 +169,7 @@ def _fault(effect: Effect) -> str:
         return "it has `initial` but no `advance`"
     if len(set(names)) < len(names):
         return "two of its parameters have the same name"
-    for listed in ("amplitudes", "structural", "phase_only"):
+    for listed in ("amplitudes", "structural", "phase_only", "single_only", "orders"):
         strange = sorted(set(getattr(effect, listed)) - set(names))
         if strange:
             return f"`{listed}` names {strange[0]!r}, which is no parameter of it"
