@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from linid.errors import UsageError
@@ -17,7 +19,8 @@ from linid.identification.settings import FitSettings
 from linid.identification.space import build_space
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from tests.simulation.axis_with_effects import AXIS, NAMES, SAMPLES, campaign_with
+from linid.recording.recording import Recording
+from tests.simulation.axis_with_effects import AXIS, NAMES, SAMPLES, campaign_with, simulate
 
 QUICK = FitSettings(search=SearchSettings(population=16, generations=2), jobs=2, objective="acceleration")
 # The play hides the motion that the force balance and the start states of predictions are taken from: it is not
@@ -94,3 +97,41 @@ def test_an_effect_without_sense_is_refused() -> None:
     recordings = [r for r in campaign_with(()) if r.kind == "free_wheel"]
     with pytest.raises(UsageError, match="makes no sense with the friction model"):
         fit("friction", recordings, settings=QUICK, effects=("current_offset",))
+
+
+def test_the_orders_of_unknown_poles_are_found() -> None:
+    """A turning axis with one input: three waves per revolution that nobody has told."""
+    values = {
+        "coulomb_force": 2.4e-3, "static_force": 3e-3, "stribeck_velocity": 0.5, "stribeck_exponent": 2.0,
+        "bristle_stiffness": 5.0, "bristle_damping": 5e-3, "viscous_friction": 4e-5, "mass": 6e-6,
+        "force_constant": 0.0318,
+    }  # fmt: skip
+    waves = {5.0: 2e-4, 7.0: 1.5e-4, 12.0: 1e-4}
+    hidden = {"cogging_wavenumber": 1.0, "cogging_sine_4": 0.0, "cogging_cosine_4": 0.0}
+    for k, (order, size) in enumerate(waves.items(), 1):
+        hidden |= {f"cogging_order_{k}": order, f"cogging_sine_{k}": size, f"cogging_cosine_{k}": -0.3 * size}
+    generator = np.random.default_rng(2)
+    t = np.arange(0.0, 3.0, 1e-3)
+    recordings = []
+    for k, level in enumerate((0.1, -0.1, 0.11)):
+        empty = Recording(
+            f"turn_{k}", t, np.zeros_like(t), drive_input=level * (1.0 + 0.1 * np.sin(3.0 * t)), axis="rotary", number=k
+        )
+        start = (0.0, 190.0 * level, math.nan)
+        y = simulate(("cogging",), empty, start, 4, values=values | hidden, kind="force")
+        recordings.append(replace(empty, y=y + 1e-6 * generator.standard_normal(y.size)))
+    base = build_space(Model("force"), recordings, values, {"force_constant": 0.0318}, {}, False)
+    regression = Regression(base, base.encode(values), recordings, 1)
+    outlook = look_out(Model("force"), recordings, values)
+    cogging = find_effect("cogging")
+    trial = best_trial(regression, cogging, outlook, {}, amplitude_sizes(regression, cogging, outlook))
+    sizes = {
+        trial.values[f"cogging_order_{k}"]: math.hypot(
+            trial.amplitudes[f"cogging_sine_{k}"], trial.amplitudes[f"cogging_cosine_{k}"]
+        )
+        for k in range(1, 9)
+    }
+    assert sorted(sorted(sizes, key=lambda order: -sizes[order])[:3]) == sorted(waves)
+    for order, size in waves.items():
+        assert sizes[order] == pytest.approx(size * math.hypot(1.0, 0.3), rel=0.05)
+    assert trial.explained > 0.9

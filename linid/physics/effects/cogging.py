@@ -60,8 +60,7 @@ def grid(outlook: Outlook) -> tuple[Values, ...]:
 EFFECT = Effect(
     name="cogging",
     slot="FORCE",
-    physics="A force periodic in position acts without current: sines of 1, 2, 4 and 6 times the field's angle, or of "
-    "the eight strongest orders where no field is known.",
+    physics="A force periodic in position acts without current: waves of the field's angle, else the strongest orders.",
     parameters=(
         Parameter(
             "cogging_wavenumber", "k_c", "1/m", 1e-2, 1e4, 200.0, log=True,
