@@ -21,6 +21,7 @@ PER_RECORDING = {"external_disturbance": "disturbance_recording", "payload_chang
 _CHUNK = 256
 _LIKE = 0.5  # of the largest payload: what a recording must show to be counted in
 MOST_BITS = 50
+_PAUSE = 0.05  # s, between a push and another one
 
 
 class Alone:
@@ -55,21 +56,31 @@ class Alone:
 
 
 def best_disturbance(alone: Alone, grid: Sequence[Values], size: float) -> Trial:
-    """The push that explains most, of all places and lengths in all recordings."""
+    """The push that explains most, of all places and lengths in all recordings, and its lead over those elsewhere."""
     effect = find_effect("external_disturbance")
-    best = Trial({}, {}, -1.0)
+    found: list[tuple[float, float, float, Values]] = []  # explained, force, recording, entry
     for index, recording in enumerate(alone.regression.recordings):
-        entries = [e for e in grid if e["disturbance_recording"] == float(recording.number)]
+        number = float(recording.number)
+        entries = [e for e in grid if e["disturbance_recording"] == number]
         for first in range(0, len(entries), _CHUNK):
             batch = entries[first : first + _CHUNK]
             columns = alone.columns(effect, index, batch, "disturbance_force", 0.02 * size)
             moments, lengths = alone.scores(columns, index)
-            k = int(np.argmax(moments**2 / lengths))
-            explained = float(moments[k] ** 2 / lengths[k]) / max(alone.total, 1e-300)
-            if explained > best.explained:
-                force = float(np.clip(moments[k] / lengths[k], -size, size))
-                best = Trial(dict(batch[k]), {"disturbance_force": force}, explained)
-    return best
+            explained = moments**2 / lengths / max(alone.total, 1e-300)
+            found += zip(explained.tolist(), (moments / lengths).tolist(), [number] * len(batch), batch, strict=True)
+    if not found:
+        return Trial({}, {}, -1.0)
+    best, force, number, entry = max(found, key=lambda item: item[0])
+    other = max((x for x, _, there, e in found if there != number or _apart(entry, e)), default=0.0)
+    return Trial(
+        dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, best, best / max(other, 1e-300)
+    )
+
+
+def _apart(one: Values, other: Values) -> bool:
+    """Whether two pushes in the same recording leave time between them."""
+    first, second = sorted((one, other), key=lambda e: e["disturbance_start"])
+    return first["disturbance_start"] + first["disturbance_duration"] + _PAUSE < second["disturbance_start"]
 
 
 def best_payload(alone: Alone, size: float) -> Trial:

@@ -22,4 +22,4 @@ def oracle(
     recordings = numbered(recordings)
     base, judge = fit_base_model(recordings, kind, known, jobs, seed, [], lambda stage, done, total: None)
     found = fit_effects(judge, Screening(base, recordings, known, jobs), base, effects)
-    return None if found is None else judged(judge, base, found, 0.0)
+    return None if found is None else judged(judge, base, found)

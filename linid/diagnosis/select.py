@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from linid.diagnosis.alone import PER_RECORDING
 from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge
 from linid.diagnosis.screen import Screened, Screening
+from linid.identification.effect_guess import Trial
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -23,6 +25,9 @@ LEAST_SIGNIFICANCE = 4.0
 LARGEST_DOUBT = 0.002
 LARGE_GAIN = 0.1
 LEAST_GAIN = 0.004
+# A push must explain so many times as much as the best push at any other moment: residuals of other causes have many
+# moments that a push can mimic.
+LEAST_LEAD = 4.0
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
 # One more effect must close this share of what the step before left, and that share of the whole excess: real effects
 # never have quite the library's form, and what is left of a strong one must not call in others. Its gain must be large
@@ -40,7 +45,7 @@ NESTED = {
 
 @dataclass(frozen=True)
 class Confirmed:
-    """Effects fitted together with the base, judged on the rows that can tell."""
+    """Effects fitted together with the base, judged on the rows that can tell; lead: of the last one's trial."""
 
     effects: tuple[str, ...]
     explained: float
@@ -51,6 +56,7 @@ class Confirmed:
     doubt: float
     significance: float
     gain: float
+    lead: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -87,20 +93,21 @@ def confirm(
     for number, item in enumerate(screened, 1):
         chosen_recordings = _to_fit(recordings, item)
         found = fit_together(balance, base, [(item.name, item.trial)], fixed, chosen_recordings, jobs)
-        out.append(judged(judge, reference, found, item.trial.explained))
+        out.append(judged(judge, reference, found, item.trial))
         if watch is not None:
             watch(number, len(screened))
     return tuple(sorted(out, key=lambda c: -c.closure))
 
 
-def judged(judge: Judge, reference: Fitted, found: Fitted, explained: float) -> Confirmed:
+def judged(judge: Judge, reference: Fitted, found: Fitted, trial: Trial | None = None) -> Confirmed:
     """Closure of a fitted model over the reference, by the effects that the reference lacks."""
     effects = tuple(name for name in found.model.effects if name not in reference.model.effects)
     chosen = rows_to_judge(judge.balance, effects, found.structural)
     closure, low, high, doubt, significance = judge.closure(reference.residual, found.residual, chosen)
     gain = float(np.sum(judge.power(reference.residual)[chosen] - judge.power(found.residual)[chosen]))
     gain /= max(judge.floor(chosen) * judge.balance.rows.recording.size, 1e-300)
-    return Confirmed(effects, explained, found, closure, low, high, doubt, significance, gain)
+    explained, lead = (math.nan, math.inf) if trial is None else (trial.explained, trial.lead)
+    return Confirmed(effects, explained, found, closure, low, high, doubt, significance, gain, lead)
 
 
 def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
@@ -112,7 +119,10 @@ def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
 
 def pays(candidate: Confirmed) -> bool:
     """Whether an effect's held-out gain is significant and not negligible."""
-    clear = candidate.doubt <= LARGEST_DOUBT and candidate.gain >= LARGE_GAIN
+    if candidate.lead < LEAST_LEAD:
+        return False
+    unique = math.isfinite(candidate.lead)  # at one moment: no other blocks can vouch for it
+    clear = candidate.gain >= LARGE_GAIN and (unique or candidate.doubt <= LARGEST_DOUBT)
     return (candidate.significance >= LEAST_SIGNIFICANCE or clear) and candidate.gain >= LEAST_GAIN
 
 
@@ -123,6 +133,25 @@ def worth_adding(candidate: Confirmed, left: float) -> bool:
     return clear and candidate.gain >= LARGE_GAIN
 
 
+def _lead(judge: Judge, best: Confirmed, other: Confirmed) -> float:
+    """By how many deviations the best one's residual is the smaller, over the rows that can tell either."""
+    chosen = rows_to_judge(judge.balance, other.effects, other.fitted.structural)
+    chosen |= rows_to_judge(judge.balance, best.effects, best.fitted.structural)
+    difference = judge.power(other.fitted.residual)[chosen] - judge.power(best.fitted.residual)[chosen]
+    blocks = np.unique(judge.balance.rows.block[chosen], return_inverse=True)[1]
+    sums = np.bincount(blocks, difference)
+    return float(sums.sum()) / max(float(np.sqrt(np.sum(sums**2))), 1e-300)
+
+
+def _simplest(judge: Judge, better: Sequence[Confirmed]) -> Confirmed:
+    """The first candidate, or one that is the first with some parameters at zero and as good."""
+    best = better[0]
+    for other in better[1:]:
+        if (other.effects[-1], best.effects[-1]) in NESTED and _lead(judge, best, other) < 2.0:
+            return other
+    return best
+
+
 def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[Confirmed, ...]:
     """Effects that explain as much as the best one's last effect, as far as these rows can tell."""
     name = best.effects[-1]
@@ -131,12 +160,7 @@ def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[
         rival = other.effects[-1]
         if rival == name or not pays(other):
             continue
-        chosen = rows_to_judge(judge.balance, other.effects, other.fitted.structural)
-        chosen |= rows_to_judge(judge.balance, best.effects, best.fitted.structural)
-        difference = judge.power(other.fitted.residual)[chosen] - judge.power(best.fitted.residual)[chosen]
-        blocks = np.unique(judge.balance.rows.block[chosen], return_inverse=True)[1]
-        sums = np.bincount(blocks, difference)
-        lead = float(sums.sum()) / max(float(np.sqrt(np.sum(sums**2))), 1e-300)
+        lead = _lead(judge, best, other)
         if (name, rival) in NESTED and lead > -2.0:
             continue  # the simpler one will do
         if lead < 3.0 and other.closure > best.closure - RIVAL:
@@ -206,13 +230,14 @@ def forward_selection(
                 screened, found = screen_and_confirm(judge, screening, step, base, told)
             singles, shares = found, tuple((s.name, s.trial.explained) for s in screened)
         # What counts is what a candidate adds to the step before.
-        over = sorted((judged(judge, step, c.fitted, c.explained) for c in found), key=lambda c: -c.closure)
+        trials = {item.name: item.trial for item in screened}
+        over = sorted((judged(judge, step, c.fitted, trials[c.effects[-1]]) for c in found), key=lambda c: -c.closure)
         better = [c for c in over if pays(c)]
         if chosen is not None:
             better = [c for c in better if worth_adding(c, 1.0 - chosen.closure)]
         if not better:
             break
-        best = better[0]
-        groups.append(rivals(judge, best, better[1:]))
-        chosen, step = judged(judge, base, best.fitted, best.explained), best.fitted
+        best = _simplest(judge, better)
+        groups.append(rivals(judge, best, better))
+        chosen, step = judged(judge, base, best.fitted), best.fitted
     return Selection(base, chosen, tuple(groups), singles, shares)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -32,12 +33,14 @@ class Trial:
     """One entry of an effect's grid: its values, the amplitudes that the regression gives, and what they explain.
 
     explained: share of the base model's squared residual, after the base parameters had their say; of several
-    recordings the geometric mean of what is left counts, since each has a noise of its own.
+    recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an
+    effect at one moment, how many times as much it explains as the best such effect at any other moment.
     """
 
     values: Values
     amplitudes: Values
     explained: float
+    lead: float = math.inf
 
 
 class EffectColumns:
