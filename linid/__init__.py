@@ -2,5 +2,5 @@
 
 import os
 
-if "LINID_CACHE_DIR" in os.environ:  # numba reads this when it is first imported
-    os.environ.setdefault("NUMBA_CACHE_DIR", os.path.join(os.environ["LINID_CACHE_DIR"], "numba"))
+if _cache := os.environ.get("LINID_CACHE_DIR"):  # numba reads this when it is first imported
+    os.environ.setdefault("NUMBA_CACHE_DIR", os.path.join(_cache, "numba"))
