@@ -23,7 +23,8 @@ SAMPLES: dict[str, dict[str, float]] = {
     "cogging": {
         "cogging_wavenumber": 200.0, "cogging_sine_1": 0.6, "cogging_cosine_1": -0.4, "cogging_sine_2": 1.5,
         "cogging_cosine_2": 0.5, "cogging_sine_3": 0.3, "cogging_cosine_3": 0.2, "cogging_sine_4": 0.2,
-        "cogging_cosine_4": -0.3,
+        "cogging_cosine_4": -0.3, "cogging_order_1": 1.0, "cogging_order_2": 2.0, "cogging_order_3": 4.0,
+        "cogging_order_4": 6.0,
     },
     "force_ripple": {
         "ripple_wavenumber": 200.0, "ripple_sine_6": 0.06, "ripple_cosine_6": 0.04, "ripple_sine_12": 0.02,

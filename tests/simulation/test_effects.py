@@ -40,7 +40,7 @@ def rms(x: np.ndarray) -> float:
 def test_there_is_a_sample_of_every_effect() -> None:
     assert set(SAMPLES) == set(NAMES)
     for name, values in SAMPLES.items():
-        assert set(values) == {p.name for p in find_effect(name).parameters}
+        assert set(values) == {p.name for p in find_effect(name).parameters_of("sine")}
 
 
 @every_effect
