@@ -52,7 +52,7 @@ class Acceleration:
     """Force balance along the measured motion divided by the mass, in m/s^2, in weak form.
 
     The model's acceleration and the second difference of raw position are smoothed by the same bump.
-    The second difference is a triangle-weighted mean of acceleration: (1, 10, 1)/12 of its samples (Numerov).
+    The second difference is a triangle-weighted mean of acceleration; so is what the simulation gives.
     half_widths: of the bump in samples per recording (empty: chosen by the noise).
     """
 
@@ -84,8 +84,7 @@ class Acceleration:
             else:
                 half = _bump_half_width(recording.y, dt, float(self.motion.position_noise[index]))
             widths.append(half)
-            kernel = np.convolve(bump(half), [1.0, 10.0, 1.0]) / 12.0
-            self.kernels.append(kernel)
+            self.kernels.append(bump(half))
             self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)
             stride = self.stride or max(1, half // 2)
             rows = np.arange(half + 3, int(b - a) - half - 3, stride)

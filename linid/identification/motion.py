@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 _ORDER = 3
+_DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
 
 
 def noise_level(samples: Array) -> float:
@@ -47,22 +48,31 @@ class Motion:
 
 
 def _smooth(y: Array, dt: float) -> tuple[Array, Array, float, float]:
-    """Savitzky-Golay position and speed with the widest window that leaves only noise behind."""
+    """Savitzky-Golay position and speed, at each sample with the widest window that leaves only noise behind.
+
+    A stop or a reversal bends the motion within a few samples: windows across it must be narrow, or the bristle that
+    is followed along the smoothed motion misses its turn (local choice of the window: Lepski 1990).
+    """
+    from scipy.ndimage import uniform_filter1d
     from scipy.signal import savgol_coeffs, savgol_filter
 
     noise = noise_level(y)
-    chosen = _HALF_WIDTHS[0]
+    allowed = np.ones(y.size, dtype=bool)
+    smooth, speed = y, np.gradient(y, dt)
+    speed_noise = noise / (np.sqrt(2.0) * dt)
     for half in _HALF_WIDTHS:
-        if 2 * half + 1 > y.size:
+        width = 2 * half + 1
+        if width > y.size:
             break
-        residual = y - savgol_filter(y, 2 * half + 1, _ORDER)
-        if half > chosen and np.sqrt(np.mean(residual**2)) > 1.3 * max(noise, 1e-15):
+        wide = savgol_filter(y, width, _ORDER)
+        spread = np.sqrt(np.maximum(uniform_filter1d((y - wide) ** 2, width), 0.0))
+        allowed &= spread <= (1.0 + _DOUBT / np.sqrt(2.0 * width)) * max(noise, 1e-15)
+        if not np.any(allowed):
             break
-        chosen = half
-    width = 2 * chosen + 1
-    smooth = savgol_filter(y, width, _ORDER)
-    speed = savgol_filter(y, width, _ORDER, deriv=1, delta=dt)
-    speed_noise = noise * float(np.sqrt(np.sum(savgol_coeffs(width, _ORDER, deriv=1, delta=dt) ** 2)))
+        rate = savgol_filter(y, width, _ORDER, deriv=1, delta=dt)
+        smooth, speed = np.where(allowed, wide, smooth), np.where(allowed, rate, speed)
+        if np.mean(allowed) > 0.5:
+            speed_noise = noise * float(np.sqrt(np.sum(savgol_coeffs(width, _ORDER, deriv=1, delta=dt) ** 2)))
     return smooth, speed, noise, speed_noise
 
 

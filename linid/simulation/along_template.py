@@ -8,6 +8,16 @@ Appended to terms_template.py by the emitter; not run as it stands.
 
 
 @njit(cache=True, error_model="numpy")
+def decay_means(x):
+    """Means over s in [0, 1] of exp(-x s) and of s exp(-x s), x >= 0."""
+    if x < 0.02:
+        return 1.0 - x * (0.5 - x / 6.0), 0.5 - x * (1.0 / 3.0 - 0.125 * x)
+    decay = math.exp(-x)
+    first = (1.0 - decay) / x
+    return first, (first - decay) / x
+
+
+@njit(cache=True, error_model="numpy")
 def along_one(
     params,
     motor,
@@ -33,7 +43,8 @@ def along_one(
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
     y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
-    (the bristle then balances the other forces). a_out: (count,) m/s^2; w_out: (count,) m; states_out: (count, kept)
+    (the bristle then balances the other forces). a_out: (count,) m/s^2, its mean over both
+    neighbouring intervals with triangular weights, as second differences of position show it; w_out: (count,) m; states_out: (count, kept)
     hidden states number `kept`; reading_out: (count,) reading error in m, or empty if no effect has one.
     """
     p = params
@@ -54,7 +65,7 @@ def along_one(
         wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
     i_1 = i_2 = i_3 = 0.0
     factor = level = 1.0
-    previous = 1.0
+    last = before_last = mean = late = 0.0
     unknown = False
     for k in range(count):
         t = t_start + k * dt
@@ -74,7 +85,6 @@ def along_one(
                     p, motor, on, powered, i_1, i_2, i_3, t, y[0], v[0], table, harmonics, wavenumber, phase
                 )
         force = external_force(motor, on, powered, t, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
-        previous = factor
         if on & FRICTIONS:
             factor = friction_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
         if on & LEVELS:
@@ -83,12 +93,12 @@ def along_one(
             # An axis that has just set off need not slide yet: its bristle holds what the acceleration leaves.
             breakaway = level * static / sigma_0
             if abs(v[0]) * SETTLING_TIME < SETTLING * breakaway:
-                mean = travelled = 0.0
+                balance = travelled = 0.0
                 for n in range(START_SAMPLES):
                     j_1, j_2, j_3 = i_1, i_2, i_3
                     if powered:
                         j_1, j_2, j_3 = late_inputs(coefficients, dt, n * dt - lag)
-                    mean += external_force(
+                    balance += external_force(
                         motor,
                         on,
                         powered,
@@ -104,25 +114,29 @@ def along_one(
                         wavenumber,
                         phase,
                     )
-                    mean -= sigma_2 * v[n]
+                    balance -= sigma_2 * v[n]
                     travelled += y[n] - y[0]
-                mean -= mass * (v[START_SAMPLES - 1] - v[0]) / ((START_SAMPLES - 1) * dt) * START_SAMPLES
-                held = (mean / (factor * sigma_0) - travelled) / START_SAMPLES
+                balance -= mass * (v[START_SAMPLES - 1] - v[0]) / ((START_SAMPLES - 1) * dt) * START_SAMPLES
+                held = (balance / (factor * sigma_0) - travelled) / START_SAMPLES
                 w = min(max(held, -breakaway), breakaway)
         if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
             held = min(max(force / factor, -level * static), level * static) / sigma_0
             w += min(1.0, dt / REST_AVERAGE) * (held - w)
         w_out[k] = w
-        a_out[k] = (force - factor * sigma_0 * w - sigma_2 * v[k]) / mass
+        # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
+        outer = (force - sigma_2 * v[k]) / mass
+        if k > 1:
+            a_out[k - 1] += (before_last + 10.0 * last + outer) / 12.0
+        before_last = last
+        last = outer
+        bristle = factor / mass
+        a_out[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
         if on & STATES:
             for place in range(kept.size):
                 states_out[k, place] = p[STATE_START + kept[place]]
         if on & SENSORS:
             error = reading_error(on, t, y[k], v[k], i_1, i_2, i_3, p)  # at the reading, then at the position
             reading_out[k] = reading_error(on, t, y[k] - error, v[k], i_1, i_2, i_3, p)
-        # The bristle's rate is the difference of w: the equation's right-hand side would amplify noise.
-        if k > 1:
-            a_out[k - 1] -= previous * sigma_1 * (w - w_out[k - 2]) / (2.0 * dt * mass)
         if k < count - 1:
             travel = y[k + 1] - y[k]
             speed = travel / dt
@@ -136,10 +150,31 @@ def along_one(
                 if on & STATES:
                     advance_states(on, dt, middle, y_mid, speed, (v[k + 1] - v[k]) / dt, i_1, i_2, i_3, p)
                     keep_states(p)
-            rest = level * stribeck(speed, coulomb, static, v_s, alpha) / sigma_0
-            if travel < 0.0:
-                rest = -rest
-            w = rest + (w - rest) * math.exp(-abs(travel / rest))
+            pieces = 1
+            if abs(v[k + 1] - v[k]) > UNEVEN * abs(speed):
+                pieces = PIECES
+            done = mean = late = (
+                0.0  # of the way; mean of w over the interval, and with a weight that grows from 0 to 1
+            )
+            for piece in range(pieces):
+                reached = travel
+                if piece < pieces - 1:  # cubic through both samples with their speeds
+                    s = (piece + 1) / pieces
+                    reached = s * s * (3.0 - 2.0 * s) * travel
+                    reached += dt * s * (1.0 - s) * ((1.0 - s) * v[k] - s * v[k + 1])
+                part = reached - done
+                done = reached
+                rest = level * stribeck(part * pieces / dt, coulomb, static, v_s, alpha) / sigma_0
+                if part < 0.0:
+                    rest = -rest
+                first, second = decay_means(abs(part / rest))
+                started = w - rest
+                w = rest + started * math.exp(-abs(part / rest))
+                whole = rest + started * first
+                mean += whole / pieces
+                late += (piece * whole + 0.5 * rest + started * second) / pieces**2
+            # The bristle's rate is a difference of w: the equation's right-hand side would amplify noise.
+            a_out[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

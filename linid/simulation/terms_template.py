@@ -21,6 +21,8 @@ START_SAMPLES = 20  # over which the balance of forces at a recording's start is
 SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
 SETTLING_TIME = 0.1  # s before a recording for which its first speed is taken to have lasted
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
+UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
+PIECES = 8
 
 FINEST = 12  # a base step is halved at most this often around a reversal
 REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
