@@ -111,7 +111,9 @@ def diagnose(
     most = ceiling(balance, base.residual, judge.scale, axes, judge.noise)
     watch("where", 1, 1)
     chosen = found.chosen
-    verdict = decide(chosen, found.rival_names, excess, where, most, found.screened)
+    last = base if chosen is None else chosen.fitted
+    missed = float(np.mean(judge.power(last.residual)[held]) / np.mean(judge.power(balance.rows.a)[held]))
+    verdict = decide(chosen, found.rival_names, excess, where, most, found.screened, 1.0 - missed)
     words = _waves(verdict, chosen, recordings[0].axis, field)
     next_step = _next_experiment(verdict, found, judge, base, field)
     verdict = replace(verdict, sentence=verdict.sentence + words, next_experiment=next_step)

@@ -12,6 +12,8 @@ from linid.physics.effects.registry import find_effect
 # Held-out excess over the floor (in floors) below which a campaign counts as explained: generated campaigns without
 # any hidden effect stay below it.
 LEAST_EXCESS = 0.3
+# A model that explains less of the motion itself is none; real axes reach 0.9 and more.
+LEAST_MOTION = 0.5
 _TELLING = 0.05  # share from which a coordinate is worth a word
 
 
@@ -22,14 +24,22 @@ def decide(
     where: Sequence[Share],
     ceiling: float,
     screened: Sequence[tuple[str, float]],
+    motion: float = 1.0,
 ) -> Verdict:
     """The verdict of a diagnosis.
 
     chosen: the effects that paid (None: none did); groups: per chosen effect its rivals; excess: held-out mean square
     over the floor, in floors; where: shares by coordinate; ceiling: what any smooth function of the coordinates could
-    close; screened: effect and explained share, best first.
+    close; screened: effect and explained share, best first; motion: share of the held-out acceleration's power that
+    the best model explains.
     """
     status: Status
+    if motion < LEAST_MOTION:
+        sentence = (
+            f"The model explains {_percent(max(motion, 0.0))} of the held-out accelerations, so no effect can be judged: "
+            "units, signs or channels may be wrong."
+        )
+        return Verdict("unknown", (), (), sentence, "Check the channels with linid inspect, and one recording by hand.")
     if chosen is None or chosen.closure < LEAST_CLOSURE:
         if excess < LEAST_EXCESS and chosen is None:
             sentence = "The model explains the held-out recordings down to the noise floor: no effect is missing."
