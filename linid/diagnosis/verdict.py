@@ -36,8 +36,8 @@ def decide(
     status: Status
     if motion < LEAST_MOTION:
         sentence = (
-            f"The model explains {_percent(max(motion, 0.0))} of the held-out accelerations, so no effect can be judged: "
-            "units, signs or channels may be wrong."
+            f"The model explains {_percent(max(motion, 0.0))} of the held-out accelerations, so no effect can be "
+            "judged: units, signs or channels may be wrong."
         )
         return Verdict("unknown", (), (), sentence, "Check the channels with linid inspect, and one recording by hand.")
     if chosen is None or chosen.closure < LEAST_CLOSURE:
