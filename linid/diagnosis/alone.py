@@ -71,10 +71,11 @@ def best_disturbance(alone: Alone, grid: Sequence[Values], size: float) -> Trial
     if not found:
         return Trial({}, {}, -1.0)
     best, force, number, entry = max(found, key=lambda item: item[0])
-    other = max((x for x, _, there, e in found if there != number or _apart(entry, e)), default=0.0)
-    return Trial(
-        dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, best, best / max(other, 1e-300)
-    )
+    elsewhere = max((x for x, _, there, _ in found if there != number), default=0.0)
+    # A long push of another shape than the grid's leaves something beside the best entry.
+    beside = max((x for x, _, there, e in found if there == number and _apart(entry, e)), default=0.0)
+    lead = best / max(elsewhere, 0.5 * beside, 1e-300)
+    return Trial(dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, best, lead)
 
 
 def _apart(one: Values, other: Values) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.alone import PER_RECORDING
+from linid.diagnosis.alone import PER_RECORDING, acts_in
 from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge
 from linid.diagnosis.screen import Screened, Screening
 from linid.identification.effect_guess import Trial
@@ -28,6 +28,7 @@ LEAST_GAIN = 0.004
 # A push must explain so many times as much as the best push at any other moment: residuals of other causes have many
 # moments that a push can mimic.
 LEAST_LEAD = 4.0
+LIKE = 3.0  # times the other recordings' residual power, up to which a payload's recordings fit as well as they
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
 # One more effect must close this share of what the step before left, and that share of the whole excess: real effects
 # never have quite the library's form, and what is left of a strong one must not call in others. Its gain must be large
@@ -45,7 +46,10 @@ NESTED = {
 
 @dataclass(frozen=True)
 class Confirmed:
-    """Effects fitted together with the base, judged on the rows that can tell; lead: of the last one's trial."""
+    """Effects fitted together with the base, judged on the rows that can tell.
+
+    lead: of the last one's trial; 0 for a payload whose recordings still fit worse than others.
+    """
 
     effects: tuple[str, ...]
     explained: float
@@ -107,7 +111,22 @@ def judged(judge: Judge, reference: Fitted, found: Fitted, trial: Trial | None =
     gain = float(np.sum(judge.power(reference.residual)[chosen] - judge.power(found.residual)[chosen]))
     gain /= max(judge.floor(chosen) * judge.balance.rows.recording.size, 1e-300)
     explained, lead = (math.nan, math.inf) if trial is None else (trial.explained, trial.lead)
+    if "payload_change" in effects and not marked_like_others(judge, found):
+        lead = 0.0
     return Confirmed(effects, explained, found, closure, low, high, doubt, significance, gain, lead)
+
+
+def marked_like_others(judge: Judge, found: Fitted) -> bool:
+    """Whether the recordings with the payload fit as well as those without: a mass that only mends a part of what is
+    wrong with a recording is not what is wrong with it."""
+    balance = judge.balance
+    owner = balance.rows.recording
+    rest = np.bincount(owner, judge.power(found.residual)) / np.maximum(np.bincount(owner), 1)
+    rest = np.maximum(rest / (judge.noise / judge.scale) ** 2, 1.0)
+    marked = np.array([acts_in("payload_change", found.structural, r) for r in balance.recordings])
+    driven = np.array([r.kind != "free_wheel" for r in balance.recordings])
+    others = ~marked & driven if np.any(~marked & driven) else ~marked
+    return bool(np.any(others)) and float(np.max(rest[marked], initial=1.0)) <= LIKE * float(np.median(rest[others]))
 
 
 def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
