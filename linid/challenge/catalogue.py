@@ -133,7 +133,7 @@ def _thermal(r: Random, s: Scales) -> dict[str, float]:
 
 def _end(r: Random, s: Scales) -> dict[str, float]:
     edge = s.reach * _even(r, 0.3, 0.6)
-    return {"low": s.stroke / 2 - edge, "high": s.stroke / 2 + edge, "width": s.stroke * _even(r, 0.02, 0.05)}
+    return {"low": s.stroke / 2 - edge, "high": s.stroke / 2 + edge, "width": s.stroke * _even(r, 0.03, 0.08)}
 
 
 def _load(r: Random, s: Scales) -> dict[str, float]:

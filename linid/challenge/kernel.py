@@ -146,8 +146,8 @@ def _motor_factor(y: float, v: float, i_q: float, hidden: Array, p: Plant) -> fl
         heat = n[THERMAL, 3] * hidden[HEAT_FAST] + (1.0 - n[THERMAL, 3]) * hidden[HEAT_SLOW]
         factor /= 1.0 + n[THERMAL, 0] * heat
     if p.on & 1 << END:
-        low = 1.0 / (1.0 + math.exp((y - n[END, 1]) / n[END, 3]))
-        high = 1.0 / (1.0 + math.exp((n[END, 2] - y) / n[END, 3]))
+        low = 0.5 * math.erfc((y - n[END, 1]) / n[END, 3])
+        high = 0.5 * math.erfc((n[END, 2] - y) / n[END, 3])
         factor *= 1.0 - n[END, 0] * (low + high)
     if p.on & 1 << SPEED_DERATING:
         factor /= 1.0 + n[SPEED_DERATING, 0] * abs(v)

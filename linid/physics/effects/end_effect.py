@@ -8,30 +8,32 @@ from linid.physics.effects.effect import MOTORS, Effect, Outlook, Values, term
 from linid.physics.effects.shapes import bounded
 from linid.physics.parameter import Parameter
 
-_FURTHEST = 2.0  # lengths beyond an end, where the exponential is held
+_FURTHEST = 500.0  # lengths, where the exponential is held
 
 
 @term
-def thrust(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, loss_low, loss_high, length, low, high):
+def thrust(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, loss_low, loss_high, reach, length, low, high):
     """Factor on the thrust."""
-    below = math.exp(min(max((low - y) / length, -700.0), _FURTHEST))
-    above = math.exp(min(max((y - high) / length, -700.0), _FURTHEST))
+    below = 1.0 / (1.0 + math.exp(min(max((y - low - reach) / length, -_FURTHEST), _FURTHEST)))
+    above = 1.0 / (1.0 + math.exp(min(max((high - reach - y) / length, -_FURTHEST), _FURTHEST)))
     return bounded(1.0 - loss_low * below - loss_high * above)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
-    """Lengths of the loss as shares of the stroke; the ends of the stroke."""
+    """Reaches and lengths of the loss as shares of the stroke; the ends of the stroke."""
     ends = {"end_low": outlook.stroke_low, "end_high": outlook.stroke_high}
-    return tuple({"end_length": share * outlook.stroke, **ends} for share in (0.08, 0.03, 0.2))
+    shares = ((0.1, 0.05), (0.25, 0.05), (0.03, 0.03), (0.03, 0.12), (0.25, 0.1))
+    return tuple({"end_reach": r * outlook.stroke, "end_length": w * outlook.stroke, **ends} for r, w in shares)
 
 
 EFFECT = Effect(
     name="end_effect",
     slot="FORCE",
-    physics="Thrust falls near the ends: factor 1 - a_1 exp(-(y - y_1)/L) - a_2 exp(-(y_2 - y)/L).",
+    physics="Thrust falls near an end: factor 1 - a / (1 + exp((d - r)/L)), d the distance from that end.",
     parameters=(
-        Parameter("end_loss_low", "a_1", "1", -0.9, 0.9, 0.0, meaning="loss of thrust at the lower end of the stroke"),
-        Parameter("end_loss_high", "a_2", "1", -0.9, 0.9, 0.0, meaning="loss of thrust at the upper end of the stroke"),
+        Parameter("end_loss_low", "a_1", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the lower end"),
+        Parameter("end_loss_high", "a_2", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the upper end"),
+        Parameter("end_reach", "r_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance from an end to half the loss"),
         Parameter("end_length", "L_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance over which the loss fades"),
         Parameter("end_low", "y_1", "m", -1e3, 1e3, 0.0, meaning="lower end of the stroke"),
         Parameter("end_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
