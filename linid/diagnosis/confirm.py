@@ -29,9 +29,11 @@ _CLEAR = 2.0
 _WORTH = 0.05
 _BETTER = 0.01  # of the base's mean square: less is no reason to fit it again
 # Rounds, evaluations per round, and relative change that ends a round. The base must be right, for all is judged by
-# it, and commutated currents leave a flat valley; a candidate starts from there.
+# it, and commutated currents leave a flat valley; a candidate starts from there. What is chosen is settled before more
+# is added to it, or the next candidates would get the credit for what was left to gain.
 _THOROUGH = (6, 30, 1e-7)
-_QUICK = (3, 10, 1e-4)
+_SETTLING = (3, 15, 1e-5)
+_QUICK = (3, 10, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ def fit_base(
     jobs: int,
 ) -> Fitted:  # fmt: skip
     """Identify a model without effects by the force balance; first: SI values to start from."""
-    return _fit(balance, model, first, fixed, {}, recordings, jobs, thorough=True)
+    return _fit(balance, model, first, fixed, {}, recordings, jobs, _THOROUGH)
 
 
 def better_base(balance: Balance, base: Fitted, others: Sequence[Fitted], recordings: Sequence[Recording],
@@ -142,7 +144,7 @@ def better_base(balance: Balance, base: Fitted, others: Sequence[Fitted], record
             best, least = values, now
     if best is None:
         return base
-    return _fit(balance, base.model, best, fixed, base.structural, recordings, jobs, thorough=True)
+    return _fit(balance, base.model, best, fixed, base.structural, recordings, jobs, _THOROUGH)
 
 
 def rms_per_recording(balance: Balance, residual: Array) -> Array:
@@ -171,6 +173,14 @@ def fit_together(
     return found
 
 
+def settle(
+    balance: Balance, found: Fitted, fixed: dict[str, float], recordings: Sequence[Recording], jobs: int
+) -> Fitted:
+    """A candidate's fit brought to its minimum."""
+    values = found.values | found.structural
+    return _fit(balance, found.model, values, fixed, found.structural, recordings, jobs, _SETTLING)
+
+
 def marked_by_payload(balance: Balance, fitted: Fitted) -> float:
     """Mark (sum of 2^(number - 1)) of the recordings in which the fitted payload clearly lessens the residual.
 
@@ -197,15 +207,15 @@ def marked_by_payload(balance: Balance, fitted: Fitted) -> float:
 
 def _fit(
     balance: Balance, model: Model, first: dict[str, float], fixed: dict[str, float], structural: dict[str, float],
-    recordings: Sequence[Recording], jobs: int, *, thorough: bool = False,
+    recordings: Sequence[Recording], jobs: int, effort: tuple[int, int, float] = _QUICK,
 ) -> Fitted:  # fmt: skip
     names = {p.name for p in model.parameters}
     held = {k: x for k, x in fixed.items() if k in names} | structural
     space = _space(model, recordings, first, held)
     problem = Problem(space, (Acceleration(model, tuple(recordings), jobs),))
     start = space.encode(first)
-    rounds, most, tolerance = _THOROUGH if thorough else _QUICK
-    key = _key(model, held, recordings, start, thorough)
+    rounds, most, tolerance = effort
+    key = _key(model, held, recordings, start, effort)
     if key in balance.memory:
         genes = np.array(balance.memory[key])
     else:
@@ -218,9 +228,11 @@ def _fit(
     return Fitted(space, genes, values, vector, balance.residual(model, vector), structural)
 
 
-def _key(model: Model, held: dict[str, float], recordings: Sequence[Recording], start: Array, thorough: bool) -> str:
+def _key(
+    model: Model, held: dict[str, float], recordings: Sequence[Recording], start: Array, effort: tuple[int, int, float]
+) -> str:
     """What decides the result of a fit, as a hash."""
-    parts = (model.kind, model.effects, sorted(held.items()), [r.name for r in recordings], start.tolist(), thorough)
+    parts = (model.kind, model.effects, sorted(held.items()), [r.name for r in recordings], start.tolist(), effort)
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 

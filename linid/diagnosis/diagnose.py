@@ -43,7 +43,7 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 # The models start from where the force balance has brought them.
-_ROUNDS, _TOLERANCE = 3, 1e-4
+_ROUNDS, _TOLERANCE = 3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,9 @@ def _changes(
     """The measures of every recording before and after, and the traces behind them."""
     out, traces_before, traces_after = [], [], []
     for done, recording in enumerate(recordings, 1):
-        (first,), (trace,) = measure_gaps(before, [recording], jobs=jobs, seed=seed, among=recordings)
+        (first,), (trace,) = measure_gaps(
+            before, [recording], jobs=jobs, seed=seed, among=recordings, floors=after is before
+        )
         second, later = first, trace
         if after is not before:
             (second,), (later,) = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)

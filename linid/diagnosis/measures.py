@@ -38,6 +38,7 @@ def measure_gaps(
     jobs: int = 1,
     seed: int = 1,
     among: Sequence[Recording] = (),
+    floors: bool = True,
 ) -> tuple[tuple[RecordingGap, ...], tuple[Trace, ...]]:
     """Gap measures and traces of every recording under a fitted model.
 
@@ -45,6 +46,7 @@ def measure_gaps(
     a nuisance and no property of the axis). Floors: the noise of encoder and currents, estimated from the
     recording, is added to it once more in `_DRAWS` seeded draws, and the change of the errors is the floor. Where
     `among` (default: recordings) holds declared repeats, the floor is at least what of the error does not repeat.
+    Without `floors`, which take most of the time, they come back as nan.
     Raises UsageError or DataError where a recording lacks what the model needs.
     """
     model, vector = model_of(result)
@@ -58,7 +60,7 @@ def measure_gaps(
         check_recordings([recording], Model("friction") if recording.kind == "free_wheel" else model)
         task = _Task(model, vector, result.substeps, jobs)
         repeats = repeats_of(recording, among or recordings)
-        gap, trace = _measure(task, recording, repeats, seed)
+        gap, trace = _measure(task, recording, repeats, seed if floors else None)
         gaps.append(gap)
         traces.append(replace(trace, pole_pitch=pitch))
     return tuple(gaps), tuple(traces)
@@ -125,16 +127,21 @@ def ahead_pieces(part: Ahead, recording: Recording, predicted: Array) -> AheadPi
     return AheadPieces((length - 1) * period, lines[0], lines[1], lines[2], lines[3], t[:, -1], error[:, -1])
 
 
-def _measure(task: _Task, recording: Recording, repeats: Sequence[Recording], seed: int) -> tuple[RecordingGap, Trace]:
+def _measure(
+    task: _Task, recording: Recording, repeats: Sequence[Recording], seed: int | None
+) -> tuple[RecordingGap, Trace]:
+    """Measures and trace of one recording; seed: of the noise draws, None: no floors."""
     y_simulated, v_simulated = task.free_run(recording)
     spread = float(np.std(recording.y))
     ahead = task.ahead(recording)
     pieces = ahead_pieces(ahead, recording, ahead.simulate(task.vector))
     balance = task.balance(recording)
     force = task.force(recording, balance)
-    floors = _noise_floors(task, recording, y_simulated, pieces.end_error, balance, force, seed)
+    floors = np.full(3, np.nan)
+    if seed is not None:
+        floors = _noise_floors(task, recording, y_simulated, pieces.end_error, balance, force, seed)
     scatters = [_scatter(task, *pair) for pair in (aligned(recording, other) for other in repeats) if pair is not None]
-    if scatters:
+    if scatters and seed is not None:
         floors = np.maximum(floors, np.sqrt(np.mean(np.square(scatters), axis=0)))
     gap = RecordingGap(
         recording=recording.name,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING, acts_in
-from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge
+from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge, settle
 from linid.diagnosis.screen import Screened, Screening
 from linid.identification.effect_guess import Trial
 from linid.recording.recording import Recording
@@ -258,5 +258,8 @@ def forward_selection(
             break
         best = _simplest(judge, better)
         groups.append(rivals(judge, best, better))
-        chosen, step = judged(judge, base, best.fitted), best.fitted
+        alone = any(name in PER_RECORDING for name in best.effects)
+        recordings = screening.recordings if alone else fitted
+        step = settle(judge.balance, best.fitted, screening.known, recordings, screening.jobs)
+        chosen = judged(judge, base, step)
     return Selection(base, chosen, tuple(groups), singles, shares)

@@ -25,6 +25,7 @@ _STRIDE = 5
 _CHUNK = 48  # candidates per batch
 _GENE_STEP = 1e-4
 _FLOOR = 1e-5  # of a recording's mean square residual: what is below it does not count
+_LONG_GRID = 100  # entries, from which a grid is ranked by the first two amplitudes before all of them are tried
 _SMALL = 0.02  # of an amplitude's range, the step of its column
 
 
@@ -231,6 +232,10 @@ def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: 
     lower = {p.name: p.lower for p in effect.parameters}
     if effect.orders and outlook.field_wavenumber is None:
         grid = [_orders_pursued(regression, effect, grid, sizes)]
+    if len(grid) > _LONG_GRID and len(sizes) > 2:
+        pair = dict(list(sizes.items())[:2])
+        ranked = sorted(regression.trials(effect, grid, pair), key=lambda trial: -trial.explained)
+        grid = [trial.values for trial in ranked[: _LONG_GRID // 2]]
     trials = regression.trials(effect, grid, sizes)
     inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
     best = max(inside or trials, key=lambda trial: trial.explained)

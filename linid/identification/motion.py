@@ -92,7 +92,7 @@ def measure_motion(recordings: Sequence[Recording]) -> Motion:
 
     The speed is only a start value for short predictions; it is never fitted.
     """
-    rows = [_motion_of(recording) for recording in recordings]
+    rows = [_motion_of(_Track(recording.y, recording.duration / (recording.y.size - 1))) for recording in recordings]
     return Motion(
         measured=np.concatenate([recording.y for recording in recordings]),
         y=np.concatenate([row[0] for row in rows]),
@@ -103,11 +103,24 @@ def measure_motion(recordings: Sequence[Recording]) -> Motion:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Track:
+    """Positions y (n,) in m, dt s apart; the same array is the same track, whatever inputs go with it."""
+
+    y: Array
+    dt: float
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Track) and self.y is other.y and self.dt == other.dt
+
+    def __hash__(self) -> int:
+        return hash((id(self.y), self.dt))
+
+
 @lru_cache(maxsize=128)  # many objectives look at the same recordings
-def _motion_of(recording: Recording) -> tuple[Array, Array, NDArray[np.bool_], float, float]:
+def _motion_of(track: _Track) -> tuple[Array, Array, NDArray[np.bool_], float, float]:
     """Position, speed, standstill (n,) each, and the noise of position and speed of one recording."""
-    y = recording.y
-    dt = recording.duration / (y.size - 1)
+    y, dt = track.y, track.dt
     smooth, speed, noise, speed_noise = _smooth(y, dt)
     rests = _rests(y, noise, max(2, round(0.01 / dt)))
     speed[rests] = 0.0

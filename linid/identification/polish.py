@@ -179,6 +179,7 @@ def polish(
     best = line.reweight(x)
     history = []
     converged, reason = False, f"polish: {rounds} rounds used"
+    settled = max(_SETTLED, tolerance)
     for number in range(rounds):
         solution = least_squares(
             line.length,
@@ -198,8 +199,8 @@ def polish(
             watch(number + 1, current)
         gain = (best - current) / best
         best = min(best, current)
-        if number > 0 and abs(gain) < _SETTLED and solution.status > 0:
-            converged, reason = True, f"polish: relative gain {abs(gain):.1e} below {_SETTLED:g} ({solution.message})"
+        if number > 0 and abs(gain) < settled and solution.status > 0:
+            converged, reason = True, f"polish: relative gain {abs(gain):.1e} below {settled:g} ({solution.message})"
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
     return PolishResult(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -55,6 +56,12 @@ def command(*arguments: object) -> list[str]:
 def start(*arguments: object, cwd: Path) -> subprocess.Popen[str]:
     """Start the command line in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    # Where the tests themselves run in the background, SIGINT is ignored, and children would inherit that.
     return subprocess.Popen(
-        command(*arguments), cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+        command(*arguments), cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=_interruptible,
+    )  # fmt: skip
+
+
+def _interruptible() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
