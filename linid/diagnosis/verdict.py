@@ -40,8 +40,9 @@ def decide(
             "judged: units, signs or channels may be wrong."
         )
         return Verdict("unknown", (), (), sentence, "Check the channels with linid inspect, and one recording by hand.")
-    if chosen is None or chosen.closure < LEAST_CLOSURE:
-        if excess < LEAST_EXCESS and chosen is None:
+    left = excess if chosen is None else excess * (1.0 - chosen.closure)
+    if chosen is None or (chosen.closure < LEAST_CLOSURE and left >= LEAST_EXCESS):
+        if left < LEAST_EXCESS:
             sentence = "The model explains the held-out recordings down to the noise floor: no effect is missing."
             return Verdict(
                 "none", (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more."

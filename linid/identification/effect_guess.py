@@ -15,6 +15,7 @@ from linid.identification.genes import SearchSpace
 from linid.identification.outlook import amplitude_range, force_scale, look_out
 from linid.identification.polish import polish
 from linid.identification.problem import Cost, Problem
+from linid.identification.reading_spectrum import likely_periods
 from linid.physics.effects.effect import Effect, Outlook, Values
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
@@ -25,7 +26,8 @@ _STRIDE = 5
 _CHUNK = 48  # candidates per batch
 _GENE_STEP = 1e-4
 _FLOOR = 1e-5  # of a recording's mean square residual: what is below it does not count
-_LONG_GRID = 100  # entries, from which a grid is ranked by the first two amplitudes before all of them are tried
+_PERIODS = 16  # periods of a reading error that are tried, with their doubles
+_SHORTEST_PERIOD = 0.3e-3  # m (rotary: rad)
 _SMALL = 0.02  # of an amplitude's range, the step of its column
 
 
@@ -103,6 +105,7 @@ class Regression:
         rows = part.model_acceleration(base.vectors(np.vstack([genes, genes + np.diag(steps)])))
         residual = part.target - rows[0]
         rms = np.sqrt(np.bincount(part.classes, residual**2) / np.maximum(np.bincount(part.classes), 1))
+        self.part = part
         self.classes = part.classes
         self.stride = _STRIDE
         self.half_widths = part.half_widths
@@ -232,15 +235,25 @@ def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: 
     lower = {p.name: p.lower for p in effect.parameters}
     if effect.orders and outlook.field_wavenumber is None:
         grid = [_orders_pursued(regression, effect, grid, sizes)]
-    if len(grid) > _LONG_GRID and len(sizes) > 2:
-        pair = dict(list(sizes.items())[:2])
-        ranked = sorted(regression.trials(effect, grid, pair), key=lambda trial: -trial.explained)
-        grid = [trial.values for trial in ranked[: _LONG_GRID // 2]]
+    if effect.period and effect.period not in known:
+        grid += [{**grid[0], effect.period: period} for period in _likely_periods(regression, outlook)]
     trials = regression.trials(effect, grid, sizes)
     inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
     best = max(inside or trials, key=lambda trial: trial.explained)
     held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}
-    return Trial(best.values, held, best.explained)
+    explained = best.explained if any(held.values()) else 0.0  # a drag that would have to push explains nothing
+    return Trial(best.values, held, explained)
+
+
+def _likely_periods(regression: Regression, outlook: Outlook) -> tuple[float, ...]:
+    """Periods of a reading error that could explain the residual; a strong second harmonic has half the period."""
+    span = regression.span()
+    rest = regression.residual - span @ (span.T @ regression.residual)
+    longest = 0.2 * outlook.stroke
+    # Shorter ones pass too fast for the sampling at any speed above a tenth of the highest.
+    shortest = max(_SHORTEST_PERIOD, 0.2 * outlook.top_speed * outlook.period)
+    found = likely_periods(regression.part, rest, regression.weights, longest, shortest, _PERIODS)
+    return (*found, *(2.0 * period for period in found))
 
 
 def _orders_pursued(regression: Regression, effect: Effect, grid: Sequence[Values], sizes: Values) -> Values:

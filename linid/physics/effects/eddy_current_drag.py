@@ -23,7 +23,7 @@ EFFECT = Effect(
     slot="FORCE",
     physics="Induced currents brake with -c v / (1 + (v/v_c)^2): most at the critical speed v_c.",
     parameters=(
-        Parameter("eddy_damping", "c_e", "N s/m", -1e3, 1e3, 0.0, meaning="drag per speed at low speed"),
+        Parameter("eddy_damping", "c_e", "N s/m", 0.0, 1e3, 0.0, meaning="drag per speed at low speed"),
         Parameter("eddy_speed", "v_c", "m/s", 1e-2, 1e3, 1.0, log=True, meaning="speed of the largest drag"),
     ),
     amplitudes=("eddy_damping",),

@@ -95,7 +95,8 @@ class Effect:
     structural: parameters that are never searched but set by whoever fits. phase_only: parameters that exist only
     with three phase currents, single_only: only without. orders: structural parameters, one per pair of
     amplitudes (sine, cosine), that are chosen one after the other by what they explain where there are no phase
-    currents; the grid then holds the candidates for the first. kinds: motors that the effect makes sense with.
+    currents; the grid then holds the candidates for the first. period: the parameter that is a period in position of
+    a reading error, sought in the residual besides the grid. kinds: motors that the effect makes sense with.
     grid(outlook) -> starting values of all parameters but the amplitudes, the likeliest first; an empty grid: nothing
     to be seen in such recordings.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike.
@@ -112,6 +113,7 @@ class Effect:
     phase_only: tuple[str, ...] = ()
     single_only: tuple[str, ...] = ()
     orders: tuple[str, ...] = ()
+    period: str = ""
     kinds: tuple[str, ...] = ALL_KINDS
     grid: Callable[[Outlook], tuple[Values, ...]] = no_grid
     delay: Any = None

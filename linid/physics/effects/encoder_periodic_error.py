@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from linid.physics.effects.effect import Effect, Outlook, Values, term
-from linid.physics.effects.shapes import sine_pair, wavenumbers
+from linid.physics.effects.shapes import sine_pair
 from linid.physics.parameter import Parameter
 
 
@@ -20,11 +20,10 @@ def sensor(
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
-    """The pole pitch and its parts, usual graduations, then all periods that the stroke can tell apart."""
+    """The pole pitch and its parts, usual graduations; other periods are sought in the residual."""
     pitch = [2.0 * math.pi / outlook.field_wavenumber] if outlook.field_wavenumber else [2.0 * math.pi]
     usual = [1e-3, 2e-3, 0.5e-3, 4e-3, 0.25e-3, 5e-3, 10e-3]
     periods = [p / n for p in pitch for n in (1, 2, 4, 8, 12)] + usual
-    periods += [2.0 * math.pi / w["k"] for w in wavenumbers("k", outlook, 0.2 * outlook.stroke, 0.3e-3, 700)]
     seen = 2.0 * outlook.top_speed * outlook.period  # faster than the sampling can follow at any speed above a tenth
     return tuple({"encoder_period": p} for p in periods if 0.1 * seen < p < outlook.stroke)
 
@@ -45,6 +44,7 @@ EFFECT = Effect(
         _amplitude("encoder_cosine_2", "e_c2", "cosine of the second harmonic"),
     ),
     amplitudes=("encoder_sine_1", "encoder_cosine_1", "encoder_sine_2", "encoder_cosine_2"),
+    period="encoder_period",
     grid=grid,
     sensor=sensor,
     exposed_by="free wheels or moves at a steady speed of some periods per 0.1 s",

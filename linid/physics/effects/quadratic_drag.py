@@ -16,7 +16,7 @@ EFFECT = Effect(
     name="quadratic_drag",
     slot="FORCE",
     physics="A drag -c v |v| brakes the axis.",
-    parameters=(Parameter("drag_coefficient", "c_d", "N s^2/m^2", -1e3, 1e3, 0.0, meaning="drag per squared speed"),),
+    parameters=(Parameter("drag_coefficient", "c_d", "N s^2/m^2", 0.0, 1e3, 0.0, meaning="drag per squared speed"),),
     amplitudes=("drag_coefficient",),
     force=force,
     exposed_by="fast free wheels beside slow ones",

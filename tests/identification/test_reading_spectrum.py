@@ -1,0 +1,53 @@
+"""The periodogram of reading errors against the exact second differences and against planted errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.identification.acceleration import Acceleration
+from linid.identification.reading_spectrum import _lengths, _sent_back, likely_periods
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from tests.identification.stand import stand
+
+
+def recordings() -> list[Recording]:
+    return [r for r in stand().recordings if r.split == "fit" and r.name[:5] in ("sine_", "moves", "freew")]
+
+
+def balance(chosen: list[Recording]) -> Acceleration:
+    return Acceleration(Model("theta"), tuple(chosen), 1, stride=5)
+
+
+@pytest.mark.parametrize("period", [0.73e-3, 2.33e-3, 4.9e-3, 11e-3])
+def test_a_planted_period_is_the_likeliest(period: float) -> None:
+    planted = [replace(r, y=r.y + 3e-6 * np.sin(2.0 * np.pi * r.y / period + 0.7)) for r in recordings()]
+    part = balance(planted)
+    truth = Model("theta").vector(stand().truth)[None, :]
+    rest = -part.residuals(truth, np.zeros((1, 0)))[0]
+    stroke = float(np.ptp(part.motion.y))
+    found = likely_periods(part, rest, np.ones(rest.size), 0.2 * stroke, 0.3e-3, 5)
+    # Periods are told apart if they differ by one wave over the stroke.
+    assert abs(stroke / found[0] - stroke / period) < 0.5
+
+
+def test_moments_by_the_adjoint_are_those_of_the_second_differences() -> None:
+    part = balance(recordings()[:3])
+    random = np.random.default_rng(4)
+    residual, error = random.standard_normal(part.rows.size), random.standard_normal(part.motion.y.size)
+    seen = part._seen(error[None, :])[0][part.rows]
+    assert float(seen @ residual) == pytest.approx(float(error @ _sent_back(part, residual)), rel=1e-9)
+
+
+def test_lengths_are_near_enough_to_the_exact_ones_for_a_ranking() -> None:
+    part = balance(recordings())
+    wavenumbers = 2.0 * np.pi / np.array([20e-3, 6e-3, 2e-3, 0.8e-3])
+    exact = []
+    for k in wavenumbers:
+        pair = [part._seen(f(k * part.motion.y)[None, :])[0][part.rows] for f in (np.sin, np.cos)]
+        exact.append(0.5 * sum(float(column @ column) for column in pair))
+    ratio = _lengths(part, np.ones(part.rows.size), wavenumbers) / np.array(exact)
+    assert np.all((ratio > 0.6) & (ratio < 1.7)) and np.all(np.abs(ratio[:2] - 1.0) < 0.1)
