@@ -127,7 +127,9 @@ def diagnose(
         base_effects=tuple(effects),
         assumptions=tuple(assumptions),
         verdict=verdict,
-        candidates=_candidates(found.singles, chosen, dict(found.screened), changes, after, verdict.status),
+        candidates=_candidates(
+            found.singles, chosen, dict(found.screened), changes, traces_after, after, verdict.status
+        ),
         where=where,
         ceiling=most,
         ceiling_coordinates="pairs of time, position, velocity, direction, acceleration and current",
@@ -236,7 +238,7 @@ def _changes(
 
 def _candidates(
     singles: Sequence[Confirmed], chosen: Confirmed | None, explained: dict[str, float],
-    changes: Sequence[RecordingChange], after: FitResult, status: str,
+    changes: Sequence[RecordingChange], traces: Sequence[Trace], after: FitResult, status: str,
 ) -> tuple[Candidate, ...]:  # fmt: skip
     """The ranking: what was chosen first, then the confirmed ones by closure, then the screened ones."""
     rows: list[Candidate] = []
@@ -246,7 +248,7 @@ def _candidates(
         parameters = tuple(e for e in after.estimates if e.name in own)
         first = Candidate(
             named.effects, explained.get(named.effects[0], float("nan")), named.closure, named.low, named.high,
-            together(changes, after.seed), parameters,
+            together(changes, traces, after.seed), parameters,
         )  # fmt: skip
         rows.append(first)
     for single in singles:

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from linid.diagnosis.gap import Trace
 from linid.diagnosis.report_data import MEASURES, Change, RecordingChange
 
 _LEAST = 3  # recordings of a kind
+_PIECES = 20  # per recording, each long against what correlates
 
 
 def prediction_interval(values: Sequence[float]) -> tuple[float, float]:
@@ -46,20 +49,36 @@ def with_forecasts(changes: Sequence[RecordingChange]) -> tuple[RecordingChange,
     return tuple(out)
 
 
-def together(changes: Sequence[RecordingChange], seed: int) -> dict[str, Change]:
+def together(changes: Sequence[RecordingChange], traces: Sequence[Trace], seed: int) -> dict[str, Change]:
     """The measures over all held-out recordings: RMS over them, after with its 95 % interval over such recordings.
 
-    The interval resamples recordings, for what varies from one to the next.
+    traces: of the model after, in the order of the changes. The interval resamples recordings, for what varies from
+    one to the next; of fewer than three, pieces of them (free runs have none then: their errors hang together).
     """
-    held = [c for c in changes if c.split == "held_out"]
+    held = [(c, trace) for c, trace in zip(changes, traces, strict=True) if c.split == "held_out"]
     generator = np.random.default_rng(seed)
-    picks = generator.integers(0, len(held), (2000, len(held)))
     out = {}
     for measure in MEASURES:
-        rows = np.array([[getattr(c.changes[measure], k) for k in ("before", "after", "floor")] for c in held])
+        rows = np.array([[getattr(c.changes[measure], k) for k in ("before", "after", "floor")] for c, _ in held])
         rows = np.nan_to_num(rows, nan=1e3)
         before, after, floor = np.sqrt(np.mean(rows**2, axis=0)).tolist()
-        drawn = np.sqrt(np.mean(rows[picks, 1] ** 2, axis=1))
-        low, high = np.quantile(drawn, [0.025, 0.975]).tolist()
+        pieces = rows[:, 1] ** 2 if len(held) >= _LEAST else _pieces(measure, [trace for _, trace in held])
+        low = high = math.nan
+        if pieces.size:
+            picks = generator.integers(0, pieces.size, (2000, pieces.size))
+            low, high = np.quantile(np.sqrt(np.mean(pieces[picks], axis=1)), [0.025, 0.975]).tolist()
         out[measure] = Change(before, after, floor, low, high)
     return out
+
+
+def _pieces(measure: str, traces: Sequence[Trace]) -> NDArray[np.float64]:
+    """Mean square errors of consecutive pieces of the recordings, none where they hang together."""
+    errors = []
+    for trace in traces:
+        if measure == "force":
+            errors.append(trace.force_residual)
+        elif measure == "ahead" and trace.ahead is not None:
+            errors.append(trace.ahead.end_error)
+        else:
+            return np.zeros(0)
+    return np.array([np.mean(piece**2) for error in errors for piece in np.array_split(error, _PIECES) if piece.size])

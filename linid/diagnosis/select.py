@@ -214,14 +214,23 @@ def screen_and_confirm(
 
 
 def fit_effects(judge: Judge, screening: Screening, base: Fitted, effects: Sequence[str]) -> Fitted | None:
-    """The base with exactly these effects, each started where it explains most; None if one makes no sense here."""
-    found = {s.name: s for s in screening.screen(base, scales_between(judge, base), only=effects)}
-    if set(found) != set(effects):
-        return None
-    alone = next((s for s in found.values() if s.name in PER_RECORDING), found[effects[0]])
-    chosen = _to_fit(screening.recordings, alone)
-    added = [(name, found[name].trial) for name in effects]
-    return fit_together(judge.balance, base, added, screening.known, chosen, screening.jobs)
+    """The base with exactly these effects; None if one makes no sense here.
+
+    One after the other, each started where it explains most of what the others have left, the strongest first: beside
+    a strong one, a weak one's own first values cannot be seen.
+    """
+    step = base
+    while missing := [name for name in effects if name not in step.model.effects]:
+        found = screening.screen(step, scales_between(judge, step), only=missing)
+        if {s.name for s in found} != set(missing):
+            return None
+        alone = any(name in PER_RECORDING for name in (found[0].name, *step.model.effects))
+        recordings = screening.recordings if alone else [screening.recordings[k] for k in screening.fitted]
+        added = fit_together(
+            judge.balance, step, [(found[0].name, found[0].trial)], screening.known, recordings, screening.jobs
+        )
+        step = settle(judge.balance, added, screening.known, recordings, screening.jobs)
+    return step
 
 
 def forward_selection(

@@ -62,7 +62,7 @@ def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
     if fresh.exists():
         stated = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
         recordings = read_inputs([fresh], Settings()).recordings
-        gaps, _ = measure_gaps(load_model(out / AFTER_FILE), recordings, jobs=jobs)
+        gaps, _ = measure_gaps(load_model(out / AFTER_FILE), recordings, jobs=jobs, floors=False)
         write_text(out / FRESH_FILE, fresh_text(fresh_gaps(stated, gaps)))
     return found
 
@@ -111,8 +111,23 @@ def oracle(
 
 
 def _write_oracle(path: Path, effects: Sequence[str], target: Path) -> None:
-    closure = true_effects_closure(path, effects)
+    closure = _stated_closure(target.parent, effects)
+    if closure is None:
+        closure = true_effects_closure(path, effects)
     write_text(target, json.dumps({"effects": list(effects), "closure": closure}) + "\n")
+
+
+def _stated_closure(folder: Path, effects: Sequence[str]) -> float | None:
+    """The closure of exactly these effects if the diagnosis in a folder has fitted them together anyway."""
+    from linid.challenge.files import DIAGNOSIS_FILE
+
+    path = folder / DIAGNOSIS_FILE
+    if not path.exists():
+        return None
+    for entry in json.loads(path.read_text(encoding="utf-8"))["ranking"]:
+        if set(entry["effects"]) == set(effects) and entry["closure"] is not None:
+            return float(entry["closure"])
+    return None
 
 
 def run(
