@@ -12,6 +12,9 @@ from linid.physics.effects.registry import find_effect
 # Held-out excess over the floor (in floors) below which a campaign counts as explained: generated campaigns without
 # any hidden effect stay below it.
 LEAST_EXCESS = 0.3
+# An effect that closes less than half of the excess is named all the same if it leaves so little: the floor is not
+# known better than that.
+LEFT_OVER = 0.15
 # A model that explains less of the motion itself is none; real axes reach 0.9 and more.
 LEAST_MOTION = 0.5
 _TELLING = 0.05  # share from which a coordinate is worth a word
@@ -41,8 +44,8 @@ def decide(
         )
         return Verdict("unknown", (), (), sentence, "Check the channels with linid inspect, and one recording by hand.")
     left = excess if chosen is None else excess * (1.0 - chosen.closure)
-    if chosen is None or (chosen.closure < LEAST_CLOSURE and left >= LEAST_EXCESS):
-        if left < LEAST_EXCESS:
+    if chosen is None or (chosen.closure < LEAST_CLOSURE and left >= LEFT_OVER):
+        if chosen is None and excess < LEAST_EXCESS:
             sentence = "The model explains the held-out recordings down to the noise floor: no effect is missing."
             return Verdict(
                 "none", (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more."
