@@ -30,12 +30,15 @@ LEAST_GAIN = 0.004
 LEAST_LEAD = 4.0
 LIKE = 3.0  # times the other recordings' residual power, up to which a payload's recordings fit as well as they
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
-# One more effect must close this share of what the step before left, and that share of the whole excess: real effects
-# never have quite the library's form, and what is left of a strong one must not call in others. Its gain must be large
-# beside the floor, of which nobody knows the last tenth.
+# One more effect must gain this share of what those before it did: real effects never have quite the library's form, and
+# what is left of a strong one must not call in others. Either its gain is large beside the floor, of which nobody knows
+# the last tenth, and it closes a share of what was left; or it closes most of that, without doubt. Effects of
+# single recordings, which fit themselves to much, must do the first, and more of it.
+SHARE_OF_FIRST = 0.01
 WORTH = 0.3
-WORTH_OF_ALL = 0.03
-WORTH_ALONE = 0.5  # of what is left, for effects of single recordings, which fit themselves to much
+MOST = 0.5
+SMALL_GAIN = 0.02
+WORTH_ALONE = 0.5
 RIVAL = 0.1  # closure by which a rival must fall behind
 # The first is the second with some parameters at zero.
 NESTED = {
@@ -145,11 +148,15 @@ def pays(candidate: Confirmed) -> bool:
     return (candidate.significance >= LEAST_SIGNIFICANCE or clear) and candidate.gain >= LEAST_GAIN
 
 
-def worth_adding(candidate: Confirmed, left: float) -> bool:
-    """Whether an effect judged against the step before deserves its place; left: closure still missing before it."""
-    least = WORTH_ALONE if candidate.effects[-1] in PER_RECORDING else WORTH
-    clear = candidate.closure >= least and candidate.closure * left >= WORTH_OF_ALL
-    return clear and candidate.gain >= LARGE_GAIN
+def worth_adding(candidate: Confirmed, gained: float) -> bool:
+    """Whether an effect judged against the step before deserves its place; gained: by the effects before it."""
+    alone = candidate.effects[-1] in PER_RECORDING
+    if candidate.gain < SHARE_OF_FIRST * gained:
+        return False
+    if candidate.gain >= LARGE_GAIN and candidate.closure >= (WORTH_ALONE if alone else WORTH):
+        return True
+    certain = candidate.significance >= LEAST_SIGNIFICANCE and candidate.gain >= SMALL_GAIN
+    return certain and not alone and candidate.closure >= MOST
 
 
 def _lead(judge: Judge, best: Confirmed, other: Confirmed) -> float:
@@ -262,7 +269,7 @@ def forward_selection(
         over = sorted((judged(judge, step, c.fitted, trials[c.effects[-1]]) for c in found), key=lambda c: -c.closure)
         better = [c for c in over if pays(c)]
         if chosen is not None:
-            better = [c for c in better if worth_adding(c, 1.0 - chosen.closure)]
+            better = [c for c in better if worth_adding(c, chosen.gain)]
         if not better:
             break
         best = _simplest(judge, better)
