@@ -31,8 +31,8 @@ LEAST_LEAD = 4.0
 LIKE = 3.0  # times the other recordings' residual power, up to which a payload's recordings fit as well as they
 LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
 # One more effect must gain this share of what those before it did: real effects never have quite the library's form,
-# and what is left of a strong one must not call in others. Either its gain is large beside the floor, of which nobody knows
-# the last tenth, and it closes a share of what was left; or it closes most of that, without doubt. Effects of
+# and what is left of a strong one must not call in others. Either its gain is large beside the floor, of which nobody
+# knows the last tenth, and it closes a share of what was left; or it closes most of that, without doubt. Effects of
 # single recordings, which fit themselves to much, must do the first, and more of it.
 SHARE_OF_FIRST = 0.01
 WORTH = 0.3
