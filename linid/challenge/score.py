@@ -25,13 +25,18 @@ ORACLE_FILE = "oracle.json"
 FRESH_FILE = "fresh.json"
 # Share of the held-out excess that the true effects must close for an effect to count as visible, or as faint.
 VISIBLE, FAINT = 0.5, 0.2
+# Held-out excess, in floors, from which an effect outside the library matters.
+MATTERS = 0.3
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a diagnosis said of one campaign. named: effects of its verdict; group: those of an ambiguous one; ranking:
-    effects best first; closure: share of the gap closed by the verdict's model, oracle: by the true effects; covered,
-    fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for them."""
+    """What a diagnosis said of one campaign.
+
+    named: effects of its verdict; group: those of an ambiguous one; ranking: effects best first; closure: share of the
+    gap closed by the verdict's model, oracle: by the true effects; covered, fresh: how many of how many gaps of fresh
+    recordings lie in the 95 % intervals stated for them; excess: held-out excess of the base over the floor, in floors.
+    """
 
     status: str
     named: tuple[str, ...] = ()
@@ -41,6 +46,7 @@ class Answer:
     oracle: float | None = None
     covered: int = 0
     fresh: int = 0
+    excess: float | None = None
 
 
 @dataclass(frozen=True)
@@ -149,6 +155,7 @@ def read_answer(folder: Path) -> Answer:
         _finite(oracle),
         sum(gap["low"] <= gap["value"] <= gap["high"] for gap in gaps),
         len(gaps),
+        _excess(body.get("excess") or {}),
     )
 
 
@@ -191,6 +198,9 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
         "named_but_wrong": rate(_marks(lines, lambda x: x.wrong)),
         "false_alarms": rate(_marks(none, lambda x: x.answer.status in ("identified", "ambiguous", "unknown"))),
         "false_names": rate(_marks(none, lambda x: x.answer.status == "identified")),
+        "unknown_recall_visible": rate(
+            _marks((x for x in unknown if (x.answer.excess or 0.0) >= MATTERS), lambda x: x.answer.status == "unknown")
+        ),
         "unknown_recall": rate(_marks(unknown, lambda x: x.answer.status == "unknown")),
         "pairs_both_named": rate(_marks(pairs, lambda x: x.top_1)),
         "pairs_both_visible": rate(_marks(_reached(pairs, VISIBLE, math.inf), lambda x: x.top_1)),
@@ -277,6 +287,11 @@ def _json(path: Path) -> dict[str, Any]:
 
 def _bad(path: Path, fact: str) -> DataError:
     return DataError(str(path), fact, "Remove the folder and run the challenge with --resume.")
+
+
+def _excess(stated: Mapping[str, Any]) -> float | None:
+    before, floor = _finite(stated.get("before")), _finite(stated.get("floor"))
+    return None if before is None or not floor else before / floor
 
 
 def _finite(value: Any) -> float | None:

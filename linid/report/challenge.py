@@ -23,6 +23,7 @@ LABELS = {
     "named_but_wrong": "named, but wrong",
     "false_names": "nothing hidden: an effect named",
     "false_alarms": "nothing hidden: any alarm",
+    "unknown_recall_visible": "outside the library, excess over 0.3 floors: called unknown",
     "unknown_recall": "outside the library: called unknown",
     "pairs_both_named": "pairs: both named",
     "pairs_both_visible": "... where the true two close half of the gap",
