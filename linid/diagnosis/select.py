@@ -204,9 +204,12 @@ def scales_between(judge: Judge, step: Fitted) -> Array:
 def screen_and_confirm(
     judge: Judge, screening: Screening, base: Fitted, reference: Fitted, watch: Callable[[str, int, int], None]
 ) -> tuple[tuple[Screened, ...], tuple[Confirmed, ...]]:  # fmt: skip
-    """One step of the forward selection: every effect screened, the best confirmed."""
+    """One step of the forward selection: every effect screened, the best confirmed.
+
+    A push that other moments could mimic need not be fitted to be refused.
+    """
     screened = screening.screen(base, scales_between(judge, base), lambda done, total: watch("screen", done, total))
-    best = screened[:CONFIRMED]
+    best = [item for item in screened if item.trial.lead >= LEAST_LEAD][:CONFIRMED]
     found = confirm(
         judge,
         base,
