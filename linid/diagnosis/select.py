@@ -29,7 +29,7 @@ LEAST_GAIN = 0.004
 # moments that a push can mimic.
 LEAST_LEAD = 4.0
 LIKE = 3.0  # times the other recordings' residual power, up to which a payload's recordings fit as well as they
-LEAST_CLOSURE = 0.5  # of the excess, to be named: true effects close 0.7 to 1, wrong ones at most 0.4
+LEAST_CLOSURE = 0.7  # of the excess, to be named: true effects close 0.8 to 1, wrong ones at most 0.5
 # One more effect must gain this share of what those before it did: real effects never have quite the library's form,
 # and what is left of a strong one must not call in others. Either its gain is large beside the floor, of which nobody
 # knows the last tenth, and it closes a share of what was left; or it closes most of that, without doubt. Effects of

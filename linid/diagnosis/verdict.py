@@ -12,7 +12,7 @@ from linid.physics.effects.registry import find_effect
 # Held-out excess over the floor (in floors) below which a campaign counts as explained: generated campaigns without
 # any hidden effect stay below it.
 LEAST_EXCESS = 0.3
-# An effect that closes less than half of the excess is named all the same if it leaves so little: the floor is not
+# An effect that closes less of the excess is named all the same if it leaves so little: the floor is not
 # known better than that.
 LEFT_OVER = 0.15
 # A model that explains less of the motion itself is none; real axes reach 0.9 and more.
