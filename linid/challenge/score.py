@@ -34,7 +34,8 @@ class Answer:
     """What a diagnosis said of one campaign.
 
     named: effects of its verdict; group: those of an ambiguous one; ranking: effects best first; closure: share of the
-    gap closed by the verdict's model, oracle: by the true effects; covered, fresh: how many of how many gaps of fresh
+    gap closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of what
+    the others leave; covered, fresh: how many of how many gaps of fresh
     recordings lie in the 95 % intervals stated for them; excess: held-out excess of the base over the floor, in floors.
     """
 
@@ -44,6 +45,7 @@ class Answer:
     ranking: tuple[str, ...] = ()
     closure: float | None = None
     oracle: float | None = None
+    weakest: float | None = None
     covered: int = 0
     fresh: int = 0
     excess: float | None = None
@@ -144,7 +146,8 @@ def read_answer(folder: Path) -> Answer:
         raise _bad(folder / DIAGNOSIS_FILE, "does not follow the schema of a diagnosis") from None
     if status not in STATUSES:
         raise _bad(folder / DIAGNOSIS_FILE, f"has the status {status!r}")
-    oracle = _json(folder / ORACLE_FILE).get("closure") if (folder / ORACLE_FILE).exists() else None
+    known = _json(folder / ORACLE_FILE) if (folder / ORACLE_FILE).exists() else {}
+    each = [_finite(value) for value in known.get("each", {}).values()]
     gaps = _json(folder / FRESH_FILE).get("gaps", []) if (folder / FRESH_FILE).exists() else []
     return Answer(
         status,
@@ -152,7 +155,8 @@ def read_answer(folder: Path) -> Answer:
         tuple(dict.fromkeys(effects + equivalent)) if status == "ambiguous" else (),
         names,
         _finite(closure),
-        _finite(oracle),
+        _finite(known.get("closure")),
+        None if not each or None in each else min(value for value in each if value is not None),
         sum(gap["low"] <= gap["value"] <= gap["high"] for gap in gaps),
         len(gaps),
         _excess(body.get("excess") or {}),
@@ -203,7 +207,9 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
         ),
         "unknown_recall": rate(_marks(unknown, lambda x: x.answer.status == "unknown")),
         "pairs_both_named": rate(_marks(pairs, lambda x: x.top_1)),
-        "pairs_both_visible": rate(_marks(_reached(pairs, VISIBLE, math.inf), lambda x: x.top_1)),
+        "pairs_both_visible": rate(
+            _marks((x for x in pairs if (x.answer.weakest or 0.0) >= VISIBLE), lambda x: x.top_1)
+        ),
         "pairs_one_named": rate(
             _marks(pairs, lambda x: x.top_1 == 0 and bool(set(x.answer.named) & set(x.hidden)) and not x.wrong)
         ),

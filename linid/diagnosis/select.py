@@ -169,11 +169,16 @@ def _lead(judge: Judge, best: Confirmed, other: Confirmed) -> float:
     return float(sums.sum()) / max(float(np.sqrt(np.sum(sums**2))), 1e-300)
 
 
-def _simplest(judge: Judge, better: Sequence[Confirmed]) -> Confirmed:
-    """The first candidate, or one that is the first with some parameters at zero and as good."""
-    best = better[0]
-    for other in better[1:]:
-        if (other.effects[-1], best.effects[-1]) in NESTED and _lead(judge, best, other) < 2.0:
+def _fuller_is_better(judge: Judge, simple: Confirmed, fuller: Confirmed) -> bool:
+    """Whether the parameters that an effect has beyond a simpler one are worth having."""
+    least = max(SMALL_GAIN, SHARE_OF_FIRST * fuller.gain)
+    return fuller.gain - simple.gain >= least and _lead(judge, fuller, simple) >= 2.0
+
+
+def _simplest(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> Confirmed:
+    """The best candidate, or one that is the best with some parameters at zero and as good."""
+    for other in others:
+        if (other.effects[-1], best.effects[-1]) in NESTED and not _fuller_is_better(judge, other, best):
             return other
     return best
 
@@ -186,10 +191,9 @@ def rivals(judge: Judge, best: Confirmed, others: Sequence[Confirmed]) -> tuple[
         rival = other.effects[-1]
         if rival == name or not pays(other):
             continue
-        lead = _lead(judge, best, other)
-        if (name, rival) in NESTED and lead > -2.0:
+        if (name, rival) in NESTED and not _fuller_is_better(judge, best, other):
             continue  # the simpler one will do
-        if lead < 3.0 and other.closure > best.closure - RIVAL:
+        if _lead(judge, best, other) < 3.0 and other.closure > best.closure - RIVAL:
             out.append(other)
     return tuple(out)
 
@@ -275,7 +279,7 @@ def forward_selection(
             better = [c for c in better if worth_adding(c, chosen.gain)]
         if not better:
             break
-        best = _simplest(judge, better)
+        best = _simplest(judge, better[0], over)
         groups.append(rivals(judge, best, better))
         alone = any(name in PER_RECORDING for name in best.effects)
         recordings = screening.recordings if alone else fitted

@@ -26,7 +26,7 @@ LABELS = {
     "unknown_recall_visible": "outside the library, excess over 0.3 floors: called unknown",
     "unknown_recall": "outside the library: called unknown",
     "pairs_both_named": "pairs: both named",
-    "pairs_both_visible": "... where the true two close half of the gap",
+    "pairs_both_visible": "... where each closes half of what the other leaves",
     "pairs_one_named": "pairs: one named, none wrong",
     "interval_coverage": "fresh gaps within their 95 % intervals",
     "failed": "diagnosis failed",

@@ -67,8 +67,9 @@ def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
     return found
 
 
-def true_effects_closure(path: Path, effects: Sequence[str]) -> float | None:
-    """Closure that the base with exactly these effects reaches on a campaign file; None if the library lacks one."""
+def true_effects_closure(path: Path, effects: Sequence[str]) -> tuple[float, dict[str, float]] | None:
+    """Closure that the base with exactly these effects reaches on a campaign file, and what each closes of that which
+    the others leave; None if the library lacks one."""
     from linid.diagnosis.oracle import oracle as known_to
     from linid.physics.effects.registry import EFFECTS
     from linid.workflow.diagnose import base_kind
@@ -79,7 +80,7 @@ def true_effects_closure(path: Path, effects: Sequence[str]) -> float | None:
         return None
     inputs = read_inputs([path], Settings())
     reached = known_to(inputs.recordings, base_kind(inputs.recordings), effects, dict(inputs.known))
-    return None if reached is None else reached.closure
+    return None if reached is None else (reached[0].closure, reached[1])
 
 
 def oracle(
@@ -111,14 +112,15 @@ def oracle(
 
 
 def _write_oracle(path: Path, effects: Sequence[str], target: Path) -> None:
-    closure = _stated_closure(target.parent, effects)
-    if closure is None:
-        closure = true_effects_closure(path, effects)
-    write_text(target, json.dumps({"effects": list(effects), "closure": closure}) + "\n")
+    stated = _stated_closure(target.parent, effects) if len(effects) == 1 else None
+    reached = (stated, {effects[0]: stated}) if stated is not None else true_effects_closure(path, effects)
+    closure, each = reached or (None, {})
+    body = _finite({"effects": list(effects), "closure": closure, "each": each})
+    write_text(target, json.dumps(body, allow_nan=False) + "\n")
 
 
 def _stated_closure(folder: Path, effects: Sequence[str]) -> float | None:
-    """The closure of exactly these effects if the diagnosis in a folder has fitted them together anyway."""
+    """The closure of exactly these effects if the diagnosis in a folder has fitted them anyway."""
     from linid.challenge.files import DIAGNOSIS_FILE
 
     path = folder / DIAGNOSIS_FILE

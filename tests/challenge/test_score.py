@@ -82,6 +82,11 @@ def proof(tmp_path: Path) -> Path:
     (tmp_path / "results/axis_0003/oracle.json").write_text(
         json.dumps({"effects": ["end_effect"], "closure": 0.8}), encoding="utf-8"
     )
+    for name, least in (("axis_0011", 0.6), ("axis_0012", 0.1)):  # of the second, the payload cannot be seen
+        each = {KEYS[name].effects[0]: 0.9, KEYS[name].effects[1]: least}
+        (tmp_path / "results" / name / "oracle.json").write_text(
+            json.dumps({"effects": list(each), "closure": None, "each": each}), encoding="utf-8"
+        )
     gaps = [{"recording": "r", "measure": "force", "value": v, "low": 1.0, "high": 2.0} for v in (0.5, 1.0, 1.5)]
     (tmp_path / "results/axis_0001/fresh.json").write_text(json.dumps({"gaps": gaps}), encoding="utf-8")
     return tmp_path
@@ -102,7 +107,7 @@ def test_the_figures_of_hand_made_results(proof: Path) -> None:
         "unknown_recall_visible": (1, 1),
         "unknown_recall": (1, 2),
         "pairs_both_named": (1, 3),
-        "pairs_both_visible": (0, 0),
+        "pairs_both_visible": (1, 1),
         "pairs_one_named": (1, 3),
         "interval_coverage": (2, 3),
         "failed": (1, 14),

@@ -9,7 +9,7 @@ import numpy as np
 
 from linid.diagnosis.diagnose import diagnose
 from linid.recording.recording import Recording, in_order
-from tests.simulation.axis_with_effects import campaign_with, simulate
+from tests.simulation.axis_with_effects import AXIS, campaign_with, simulate
 
 ENCODER = 1e-7  # m
 
@@ -30,12 +30,41 @@ def coast_downs(effect: str, values: dict[str, float], speed: float) -> list[Rec
     return list(in_order(out))
 
 
+def driven(force: float) -> list[Recording]:
+    """Reversing runs under one current, with a constant force; no free wheels."""
+    generator = np.random.default_rng(6)
+    t = np.arange(0.0, 2.0, 1e-3)
+    out = []
+    for k, (size, rate) in enumerate(((0.9, 5.0), (1.2, 6.0), (1.0, 7.0), (0.8, 4.5), (1.1, 5.5), (1.3, 6.5))):
+        split = "held_out" if k % 3 == 2 else "fit"
+        current = size * np.cos(rate * t + k)
+        empty = Recording(f"run_{k}", t, np.zeros_like(t), drive_input=current, split=split)  # type: ignore[arg-type]
+        values = {**AXIS, "constant_force": force}
+        y = simulate(("constant_force",), empty, (0.0, 0.05, math.nan), 4, values=values, kind="force")
+        out.append(replace(empty, y=y + ENCODER * generator.standard_normal(y.size)))
+    return list(in_order(out))
+
+
 def test_too_poor_a_campaign_gets_no_guess() -> None:
-    """Air drag and eddy currents bend the same way over a short range of speeds."""
+    """While the drive is always on, a force and an offset of the current push the same way."""
+    known = {"force_constant": AXIS["force_constant"]}
+    verdict = diagnose("driven", driven(0.5), "force", known=known, jobs=2, seed=1).diagnosis.verdict
+    assert verdict.status == "ambiguous", verdict
+    assert {"constant_force", "current_offset"} <= {*verdict.effects, *verdict.equivalent}
+
+
+def test_a_drag_that_bends_upwards_is_no_eddy_current() -> None:
+    """Induced currents brake ever less per speed, air ever more: even a short range of speeds tells them apart."""
     slow = coast_downs("quadratic_drag", {"drag_coefficient": 1.5}, 0.6)
     verdict = diagnose("slow", slow, "friction", jobs=2, seed=1).diagnosis.verdict
-    assert verdict.status == "ambiguous", verdict
-    assert {"quadratic_drag", "eddy_current_drag"} <= {*verdict.effects, *verdict.equivalent}
+    assert (verdict.status, verdict.effects) == ("identified", ("quadratic_drag",)), verdict
+
+
+def test_a_constant_force_is_not_called_a_cable() -> None:
+    """A cable whose spring and hysteresis come out next to nothing is a constant force."""
+    recordings = coast_downs("constant_force", {"constant_force": 0.05}, 0.6)
+    verdict = diagnose("tilted", recordings, "friction", jobs=2, seed=1).diagnosis.verdict
+    assert verdict.effects == ("constant_force",), verdict
 
 
 def test_a_richer_one_gets_its_name() -> None:
