@@ -55,10 +55,15 @@ class Alone:
         return np.asarray(moments), np.asarray(np.maximum(lengths, 1e-300))
 
 
-def best_disturbance(alone: Alone, grid: Sequence[Values], size: float) -> Trial:
-    """The push that explains most, of all places and lengths in all recordings, and its lead over those elsewhere."""
+def best_disturbance(alone: Alone, grid: Sequence[Values], size: float, excess: Array) -> Trial:
+    """The push that explains most, of all places and lengths in all recordings, and its lead over those elsewhere.
+
+    excess: (R,) squared scale of the regression over the squared noise of each recording:
+    pushes are compared by what they take away in units of noise, or a strong one would count no more than a faint one.
+    """
     effect = find_effect("external_disturbance")
-    found: list[tuple[float, float, float, Values]] = []  # explained, force, recording, entry
+    found: list[tuple[float, float, float, Values]] = []  # taken away (in noise), force, recording, entry
+    share: dict[float, float] = {}
     for index, recording in enumerate(alone.regression.recordings):
         number = float(recording.number)
         entries = [e for e in grid if e["disturbance_recording"] == number]
@@ -66,8 +71,9 @@ def best_disturbance(alone: Alone, grid: Sequence[Values], size: float) -> Trial
             batch = entries[first : first + _CHUNK]
             columns = alone.columns(effect, index, batch, "disturbance_force", 0.02 * size)
             moments, lengths = alone.scores(columns, index)
-            explained = moments**2 / lengths / max(alone.total, 1e-300)
-            found += zip(explained.tolist(), (moments / lengths).tolist(), [number] * len(batch), batch, strict=True)
+            share[number] = 1.0 / float(excess[index])
+            taken = moments**2 / lengths * float(excess[index])
+            found += zip(taken.tolist(), (moments / lengths).tolist(), [number] * len(batch), batch, strict=True)
     if not found:
         return Trial({}, {}, -1.0)
     best, force, number, entry = max(found, key=lambda item: item[0])
@@ -75,7 +81,8 @@ def best_disturbance(alone: Alone, grid: Sequence[Values], size: float) -> Trial
     # A long push of another shape than the grid's leaves something beside the best entry.
     beside = max((x for x, _, there, e in found if there == number and _apart(entry, e)), default=0.0)
     lead = best / max(elsewhere, 0.5 * beside, 1e-300)
-    return Trial(dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, best, lead)
+    explained = best * share[number] / max(alone.total, 1e-300)
+    return Trial(dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, explained, lead)
 
 
 def _apart(one: Values, other: Values) -> bool:

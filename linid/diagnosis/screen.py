@@ -42,12 +42,13 @@ class Screening:
         self.whole = look_out(base.model, recordings, base.values)
 
     def screen(
-        self, step: Fitted, scales: NDArray[np.float64], watch: Callable[[int, int], None] | None = None,
-        *, only: Sequence[str] = (),
+        self, step: Fitted, scales: NDArray[np.float64], noise: NDArray[np.float64],
+        watch: Callable[[int, int], None] | None = None, *, only: Sequence[str] = (),
     ) -> tuple[Screened, ...]:  # fmt: skip
         """All effects that make sense here and are not in `step` yet, those that explain most of its residual first.
 
-        scales: (R,) m/s^2 in which the recordings' residuals are counted; only: names of effects (empty: all).
+        scales: (R,) m/s^2 in which the recordings' residuals are counted; noise: (R,) m/s^2; only: names of effects
+        (empty: all).
         """
         jobs, whole = self.jobs, self.whole
         regression = Regression(
@@ -62,7 +63,7 @@ class Screening:
             if wanted and effect.applies(step.model.kind, outlook):
                 if effect.name == "external_disturbance":
                     size = amplitude_sizes(everywhere, effect, whole)["disturbance_force"]
-                    trial = best_disturbance(alone, effect.grid(whole), size)
+                    trial = best_disturbance(alone, effect.grid(whole), size, (scales / noise) ** 2)
                 elif effect.name == "payload_change":
                     trial = best_payload(alone, amplitude_sizes(everywhere, effect, whole)["payload_mass"])
                 else:

@@ -212,8 +212,12 @@ def screen_and_confirm(
 
     A push that other moments could mimic need not be fitted to be refused.
     """
-    screened = screening.screen(base, scales_between(judge, base), lambda done, total: watch("screen", done, total))
-    best = [item for item in screened if item.trial.lead >= LEAST_LEAD][:CONFIRMED]
+    screened = screening.screen(
+        base, scales_between(judge, base), judge.scale, lambda done, total: watch("screen", done, total)
+    )
+    able = [item for item in screened if item.trial.lead >= LEAST_LEAD]
+    # A push lives in one recording of many: however clear, it explains little of the whole.
+    best = [item for k, item in enumerate(able) if k < CONFIRMED or math.isfinite(item.trial.lead)]
     found = confirm(
         judge,
         base,
@@ -235,7 +239,7 @@ def fit_effects(judge: Judge, screening: Screening, base: Fitted, effects: Seque
     """
     step = base
     while missing := [name for name in effects if name not in step.model.effects]:
-        found = screening.screen(step, scales_between(judge, step), only=missing)
+        found = screening.screen(step, scales_between(judge, step), judge.scale, only=missing)
         if {s.name for s in found} != set(missing):
             return None
         alone = any(name in PER_RECORDING for name in (found[0].name, *step.model.effects))
