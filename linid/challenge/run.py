@@ -90,6 +90,21 @@ def diagnose_one(diagnose: Diagnose, path: Path, results: Path) -> Diagnosed:
     return Diagnosed(name, "failed" if error else "done", time.monotonic() - began, error)
 
 
+def _end_with_parent() -> None:
+    """Let this worker end when the process that started it does, however that ends."""
+    import os
+    from multiprocessing import parent_process
+    from threading import Thread
+
+    def watch() -> None:
+        parent = parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
+
+
 def in_processes(work: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
     """Results of work(*task) as they come, `jobs` at a time, each in a process of its own (one job: in this one)."""
     from multiprocessing import get_context
@@ -97,7 +112,7 @@ def in_processes(work: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], 
     if jobs == 1:
         yield from (work(*task) for task in tasks)
         return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool:
         open_jobs: set[Future[Result]] = {pool.submit(work, *task) for task in tasks}
         try:
             while open_jobs:

@@ -5,6 +5,11 @@ from __future__ import annotations
 import builtins
 import io
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +19,7 @@ from linid.challenge.run import run_challenge
 from linid.errors import DataError, UsageError
 from linid.workflow.challenge import run
 from linid.workflow.reporter import Reporter
-from tests.workflow.small import linid
+from tests.workflow.small import ROOT, children, linid
 
 
 def fake(path: Path, out: Path, jobs: int) -> None:
@@ -101,3 +106,34 @@ def test_a_diagnosis_that_writes_nothing_has_failed(proof: Path) -> None:
 def test_without_campaigns_there_is_nothing_to_run(tmp_path: Path) -> None:
     result = linid("challenge", "run", tmp_path)
     assert result.exit_code == 4 and "challenge make" in result.stderr
+
+
+WAITING = """
+import time
+from linid.challenge.run import in_processes
+
+if __name__ == "__main__":
+    list(in_processes(time.sleep, [(300.0,)] * 4, 2))
+"""
+
+
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGTERM], ids=["kill -9", "kill"])
+def test_workers_end_with_the_process_that_started_them(tmp_path: Path, blow: signal.Signals) -> None:
+    script = tmp_path / "waiting.py"
+    script.write_text(WAITING, encoding="utf-8")
+    process = subprocess.Popen([sys.executable, str(script)], env={**os.environ, "PYTHONPATH": str(ROOT)})
+    workers: list[int] = []
+    for _ in range(300):
+        workers = children(process.pid)
+        if len(workers) == 2:
+            break
+        time.sleep(0.1)
+    time.sleep(1.0)  # both have taken up work
+    process.send_signal(blow)
+    process.wait(30)
+    assert len(workers) == 2
+    for _ in range(200):
+        if not any(Path(f"/proc/{pid}").exists() for pid in workers):
+            return
+        time.sleep(0.1)
+    raise AssertionError("a worker goes on alone")

@@ -65,3 +65,17 @@ def start(*arguments: object, cwd: Path) -> subprocess.Popen[str]:
 
 def _interruptible() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def children(pid: int) -> list[int]:
+    """The worker processes that a process has spawned (not multiprocessing's resource tracker)."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parent = int(stat.read_text(encoding="utf-8").rpartition(")")[2].split()[1])
+            line = (stat.parent / "cmdline").read_text(encoding="utf-8")
+        except OSError:
+            continue
+        if parent == pid and "spawn_main" in line:
+            found.append(int(stat.parent.name))
+    return found

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from linid.workflow.batch_file import BatchFile, read_batch
-from tests.workflow.small import ROOT, campaign, linid, start, summary
+from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 DEFAULTS = "defaults: {population: 10, generations: 4, polish_rounds: 1, figures: false}\n"
 
@@ -101,20 +101,6 @@ def test_an_interrupted_batch_goes_on(tmp_path: Path, blow: signal.Signals, grou
     for name in ("slow", "later"):
         mine, other = ((tmp_path / where / name / "parameters.json").read_bytes() for where in ("o", "whole"))
         assert mine == other
-
-
-def children(pid: int) -> list[int]:
-    """The spawned job processes of a batch (not multiprocessing's resource tracker)."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            parent = int(stat.read_text(encoding="utf-8").rpartition(")")[2].split()[1])
-            line = (stat.parent / "cmdline").read_text(encoding="utf-8")
-        except OSError:
-            continue
-        if parent == pid and "spawn_main" in line:
-            found.append(int(stat.parent.name))
-    return found
 
 
 def wait_for(path: Path) -> None:
