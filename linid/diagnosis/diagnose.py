@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -198,18 +199,19 @@ def _models(
         search=SearchSettings(seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
     )
 
-    def refined(model: Fitted) -> FitResult:
-        key = f"refined {model.model.effects} {model.genes.tolist()}"
-        if key not in memory:
-            memory[key] = model_to_text(refine(model.space, model.genes, fitted, settings=settings))
-        return model_from_text(memory[key], "checkpoint")
+    def refined(model: Fitted) -> str:
+        return model_to_text(refine(model.space, model.genes, fitted, settings=settings))
 
+    wanted = {f"refined {model.model.effects} {model.genes.tolist()}": model for model in (base, best)}
+    missing = {key: model for key, model in wanted.items() if key not in memory}
     watch("models", 0, 2)
-    before = refined(base)
-    watch("models", 1, 2)
-    after = before if best is base else refined(best)
+    # Half of a fit is no simulation and runs on one core: two at a time.
+    with ThreadPoolExecutor(min(jobs, 2)) as pool:
+        for key, text in zip(missing, pool.map(refined, missing.values()), strict=True):
+            memory[key] = text
     watch("models", 2, 2)
-    return before, after
+    models = [model_from_text(memory[key], "checkpoint") for key in wanted]
+    return models[0], models[-1]
 
 
 def _changes(
