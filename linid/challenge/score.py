@@ -35,8 +35,8 @@ class Answer:
 
     named: effects of its verdict; group: those of an ambiguous one; ranking: effects best first; closure: share of the
     gap closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of what
-    the others leave; covered, fresh: how many of how many gaps of fresh
-    recordings lie in the 95 % intervals stated for them; excess: held-out excess of the base over the floor, in floors.
+    the others leave; covered, fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for
+    them; excess: held-out excess of the base over the floor, in floors.
     """
 
     status: str

@@ -31,7 +31,7 @@ class Alone:
         self.regression = regression
         self.jobs = jobs
         self.span = regression.span()
-        self.rest = regression.residual - self.span @ (self.span.T @ regression.residual)
+        self.rest = regression.rest()
         self.total = float(self.rest @ self.rest)
 
     def columns(self, effect: Effect, index: int, entries: Sequence[Values], amplitude: str, step: float) -> Array:
@@ -58,12 +58,11 @@ class Alone:
 def best_disturbance(alone: Alone, grid: Sequence[Values], size: float, excess: Array) -> Trial:
     """The push that explains most, of all places and lengths in all recordings, and its lead over those elsewhere.
 
-    excess: (R,) squared scale of the regression over the squared noise of each recording:
-    pushes are compared by what they take away in units of noise, or a strong one would count no more than a faint one.
+    excess: (R,) squared scale of the regression over the squared noise of each recording: pushes are compared by what
+    they take away in units of noise, or a strong one would count no more than a faint one.
     """
     effect = find_effect("external_disturbance")
-    found: list[tuple[float, float, float, Values]] = []  # taken away (in noise), force, recording, entry
-    share: dict[float, float] = {}
+    found: list[tuple[float, float, int, Values]] = []  # taken away (in noise), force, index of recording, entry
     for index, recording in enumerate(alone.regression.recordings):
         number = float(recording.number)
         entries = [e for e in grid if e["disturbance_recording"] == number]
@@ -71,17 +70,16 @@ def best_disturbance(alone: Alone, grid: Sequence[Values], size: float, excess: 
             batch = entries[first : first + _CHUNK]
             columns = alone.columns(effect, index, batch, "disturbance_force", 0.02 * size)
             moments, lengths = alone.scores(columns, index)
-            share[number] = 1.0 / float(excess[index])
             taken = moments**2 / lengths * float(excess[index])
-            found += zip(taken.tolist(), (moments / lengths).tolist(), [number] * len(batch), batch, strict=True)
+            found += zip(taken.tolist(), (moments / lengths).tolist(), [index] * len(batch), batch, strict=True)
     if not found:
         return Trial({}, {}, -1.0)
-    best, force, number, entry = max(found, key=lambda item: item[0])
-    elsewhere = max((x for x, _, there, _ in found if there != number), default=0.0)
+    best, force, where, entry = max(found, key=lambda item: item[0])
+    elsewhere = max((x for x, _, there, _ in found if there != where), default=0.0)
     # A long push of another shape than the grid's leaves something beside the best entry.
-    beside = max((x for x, _, there, e in found if there == number and _apart(entry, e)), default=0.0)
+    beside = max((x for x, _, there, e in found if there == where and _apart(entry, e)), default=0.0)
     lead = best / max(elsewhere, 0.5 * beside, 1e-300)
-    explained = best * share[number] / max(alone.total, 1e-300)
+    explained = best / float(excess[where]) / max(alone.total, 1e-300)
     return Trial(dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, explained, lead)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,10 +36,16 @@ class Screening:
         self.known = known
         self.jobs = jobs
         self.fitted = [k for k, r in enumerate(recordings) if r.split == "fit"]
-        chosen = [self.recordings[k] for k in self.fitted]
+        chosen = self.to_fit(())
         self.columns = EffectColumns(base.model.kind, base.values, chosen, jobs)
         self.outlook = look_out(base.model, chosen, base.values)
         self.whole = look_out(base.model, recordings, base.values)
+
+    def to_fit(self, effects: Iterable[str]) -> tuple[Recording, ...]:
+        """The fitted recordings; all, for effects that live in single recordings and may show in held-out ones only."""
+        if any(name in PER_RECORDING for name in effects):
+            return self.recordings
+        return tuple(self.recordings[k] for k in self.fitted)
 
     def screen(
         self, step: Fitted, scales: NDArray[np.float64], noise: NDArray[np.float64],

@@ -13,7 +13,6 @@ from linid.diagnosis.alone import PER_RECORDING, acts_in
 from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge, settle
 from linid.diagnosis.screen import Screened, Screening
 from linid.identification.effect_guess import Trial
-from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -88,21 +87,20 @@ class Selection:
 
 
 def confirm(
-    judge: Judge, base: Fitted, reference: Fitted, screened: Sequence[Screened], fixed: dict[str, float],
-    recordings: Sequence[Recording], jobs: int, watch: Callable[[int, int], None] | None = None,
+    judge: Judge, screening: Screening, base: Fitted, reference: Fitted, screened: Sequence[Screened],
+    watch: Callable[[int, int], None],
 ) -> tuple[Confirmed, ...]:  # fmt: skip
     """Refit the best screened effects, each together with `base`; the best closure first.
 
     reference: the model whose residual counts as `before` (the base without any effect).
     """
-    balance = judge.balance
     out = []
     for number, item in enumerate(screened, 1):
-        chosen_recordings = _to_fit(recordings, item)
-        found = fit_together(balance, base, [(item.name, item.trial)], fixed, chosen_recordings, jobs)
+        recordings = screening.to_fit((item.name,))
+        added = [(item.name, item.trial)]
+        found = fit_together(judge.balance, base, added, screening.known, recordings, screening.jobs)
         out.append(judged(judge, reference, found, item.trial))
-        if watch is not None:
-            watch(number, len(screened))
+        watch(number, len(screened))
     return tuple(sorted(out, key=lambda c: -c.closure))
 
 
@@ -130,13 +128,6 @@ def marked_like_others(judge: Judge, found: Fitted) -> bool:
     driven = np.array([r.kind != "free_wheel" for r in balance.recordings])
     others = ~marked & driven if np.any(~marked & driven) else ~marked
     return bool(np.any(others)) and float(np.max(rest[marked], initial=1.0)) <= LIKE * float(np.median(rest[others]))
-
-
-def _to_fit(recordings: Sequence[Recording], item: Screened) -> list[Recording]:
-    """The fitted recordings; all, for an effect that lives in single recordings and may show in held-out ones only."""
-    if item.name in PER_RECORDING:
-        return list(recordings)
-    return [r for r in recordings if r.split == "fit"]
 
 
 def pays(candidate: Confirmed) -> bool:
@@ -218,16 +209,7 @@ def screen_and_confirm(
     able = [item for item in screened if item.trial.lead >= LEAST_LEAD]
     # A push lives in one recording of many: however clear, it explains little of the whole.
     best = [item for k, item in enumerate(able) if k < CONFIRMED or math.isfinite(item.trial.lead)]
-    found = confirm(
-        judge,
-        base,
-        reference,
-        best,
-        screening.known,
-        screening.recordings,
-        screening.jobs,
-        lambda done, total: watch("confirm", done, total),
-    )
+    found = confirm(judge, screening, base, reference, best, lambda done, total: watch("confirm", done, total))
     return screened, found
 
 
@@ -242,8 +224,7 @@ def fit_effects(judge: Judge, screening: Screening, base: Fitted, effects: Seque
         found = screening.screen(step, scales_between(judge, step), judge.scale, only=missing)
         if {s.name for s in found} != set(missing):
             return None
-        alone = any(name in PER_RECORDING for name in (found[0].name, *step.model.effects))
-        recordings = screening.recordings if alone else [screening.recordings[k] for k in screening.fitted]
+        recordings = screening.to_fit((found[0].name, *step.model.effects))
         added = fit_together(
             judge.balance, step, [(found[0].name, found[0].trial)], screening.known, recordings, screening.jobs
         )
@@ -260,7 +241,6 @@ def forward_selection(
     singles: tuple[Confirmed, ...] = ()
     shares: tuple[tuple[str, float], ...] = ()
     step = base
-    fitted = [r for r in screening.recordings if r.split == "fit"]
     for number in range(LARGEST):
 
         def told(stage: str, done: int, total: int, number: int = number) -> None:
@@ -269,7 +249,7 @@ def forward_selection(
         screened, found = screen_and_confirm(judge, screening, step, base, told)
         if number == 0:
             mended = better_base(
-                judge.balance, base, [c.fitted for c in found], fitted, screening.known, screening.jobs
+                judge.balance, base, [c.fitted for c in found], screening.to_fit(()), screening.known, screening.jobs
             )
             if mended is not base:
                 base = step = mended
@@ -285,8 +265,6 @@ def forward_selection(
             break
         best = _simplest(judge, better[0], over)
         groups.append(rivals(judge, best, better))
-        alone = any(name in PER_RECORDING for name in best.effects)
-        recordings = screening.recordings if alone else fitted
-        step = settle(judge.balance, best.fitted, screening.known, recordings, screening.jobs)
+        step = settle(judge.balance, best.fitted, screening.known, screening.to_fit(best.effects), screening.jobs)
         chosen = judged(judge, base, step)
     return Selection(base, chosen, tuple(groups), singles, shares)

@@ -119,8 +119,7 @@ class Regression:
     def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
         """A trial for each entry of the grid; sizes: upper ends of the ranges of its amplitudes, by name."""
         names = list(sizes)
-        span = self.span()
-        rest = self.residual - span @ (span.T @ self.residual)
+        span, rest = self.span(), self.rest()
         sizes_of = np.bincount(self.classes)
         before = np.bincount(self.classes, rest**2)
         floor = _FLOOR * sizes_of + 1e-300
@@ -147,6 +146,11 @@ class Regression:
             basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
             self._span = basis[0][:, basis[1] > 1e-9 * basis[1][0]]
         return self._span
+
+    def rest(self) -> Array:
+        """What of the weighted residual (N,) is left after the base parameters had their say."""
+        span = self.span()
+        return np.asarray(self.residual - span @ (span.T @ self.residual))
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
         """Derivatives by each amplitude at each entry of the grid, (N, entries * amplitudes), weighted."""
@@ -247,12 +251,10 @@ def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: 
 
 def _likely_periods(regression: Regression, outlook: Outlook) -> tuple[float, ...]:
     """Periods of a reading error that could explain the residual; a strong second harmonic has half the period."""
-    span = regression.span()
-    rest = regression.residual - span @ (span.T @ regression.residual)
     longest = 0.2 * outlook.stroke
     # Shorter ones pass too fast for the sampling at any speed above a tenth of the highest.
     shortest = max(_SHORTEST_PERIOD, 0.2 * outlook.top_speed * outlook.period)
-    found = likely_periods(regression.part, rest, regression.weights, longest, shortest, _PERIODS)
+    found = likely_periods(regression.part, regression.rest(), regression.weights, longest, shortest, _PERIODS)
     return (*found, *(2.0 * period for period in found))
 
 
@@ -264,7 +266,7 @@ def _orders_pursued(regression: Regression, effect: Effect, grid: Sequence[Value
     span = regression.span()
     columns = regression.effect_columns(effect, grid, pair)
     columns -= span @ (span.T @ columns)
-    rest = regression.residual - span @ (span.T @ regression.residual)
+    rest = regression.rest()
     found: list[float] = []
     for _ in effect.orders:
         a, b = columns[:, 0::2], columns[:, 1::2]

@@ -11,8 +11,6 @@ from linid.diagnosis.forecast import prediction_interval, together
 from linid.diagnosis.gap import AheadPieces, Trace
 from linid.diagnosis.report_data import Change, RecordingChange
 
-NAN = float("nan")
-
 
 def recording(generator: np.random.Generator, spread: float = 0.3) -> tuple[RecordingChange, Trace]:
     """A held-out recording whose residual force is white, of a size that varies from one to the next."""

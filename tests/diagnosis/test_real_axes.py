@@ -5,30 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import butter, decimate, filtfilt
 
 from linid.diagnosis.diagnose import diagnose
-from linid.identification.result import FitResult
-from linid.recording.recording import Recording
 from linid.workflow.inputs import read_inputs
 from linid.workflow.settings import Settings
-from tests.identification.test_real_axes import DRIVE_GAIN, emps
+from tests.identification.test_real_axes import DRIVE_GAIN, emps, force_error
 from tests.shared_data import shared
-
-
-def force_error(result: FitResult, recording: Recording) -> float:
-    """Relative force error with the filtering of the published values."""
-    values = {e.name: e.value for e in result.estimates}
-    dt = recording.period
-    speed = np.gradient(filtfilt(*butter(4, 100.0 * 2.0 * dt), recording.y), dt)
-    assert recording.drive_input is not None
-    force = values["force_constant"] * recording.drive_input
-    direction = np.sign(speed)
-    model = values["mass"] * np.gradient(speed, dt) + values["viscous_friction"] * speed
-    model += values["coulomb_force"] * direction * (1.0 + values.get("friction_asymmetry", 0.0) * direction)
-    model += values.get("viscous_asymmetry", 0.0) * np.abs(speed)
-    error = decimate(force - model, 10)[5:-5]
-    return float(np.linalg.norm(error) / np.linalg.norm(decimate(force, 10)[5:-5]))
 
 
 def test_emps_lacks_a_friction_that_knows_the_direction() -> None:

@@ -32,18 +32,15 @@ def emps(name: str) -> Recording:
 
 def force_error(result: FitResult, recording: Recording) -> float:
     """Relative force error with the filtering of the published values."""
+    values = {e.name: e.value for e in result.estimates}
     dt = recording.period
-    position = filtfilt(*butter(4, 100.0 * 2.0 * dt), recording.y)
-    speed = np.gradient(position, dt)
-    acceleration = np.gradient(speed, dt)
+    speed = np.gradient(filtfilt(*butter(4, 100.0 * 2.0 * dt), recording.y), dt)
     assert recording.drive_input is not None
-    force = result.value("force_constant") * recording.drive_input
-    model = (
-        result.value("mass") * acceleration
-        + result.value("viscous_friction") * speed
-        + result.value("coulomb_force") * np.sign(speed)
-        - result.value("constant_force")
-    )
+    force = values["force_constant"] * recording.drive_input
+    direction = np.sign(speed)
+    model = values["mass"] * np.gradient(speed, dt) + values["viscous_friction"] * speed
+    model += values["coulomb_force"] * direction * (1.0 + values.get("friction_asymmetry", 0.0) * direction)
+    model += values.get("viscous_asymmetry", 0.0) * np.abs(speed) - values.get("constant_force", 0.0)
     error = decimate(force - model, 10)[5:-5]
     return float(np.linalg.norm(error) / np.linalg.norm(decimate(force, 10)[5:-5]))
 

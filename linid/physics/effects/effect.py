@@ -175,6 +175,8 @@ def _fault(effect: Effect) -> str:
         strange = sorted(set(getattr(effect, listed)) - set(names))
         if strange:
             return f"`{listed}` names {strange[0]!r}, which is no parameter of it"
+    if effect.period and effect.period not in names:
+        return f"`period` names {effect.period!r}, which is no parameter of it"
     if not effect.amplitudes:
         return "`amplitudes` is empty"
     for parameter in effect.parameters:
