@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +29,7 @@ from linid.diagnosis.report_data import (
 )
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Confirmed, Selection, fit_effects, forward_selection
+from linid.diagnosis.side_by_side import side_by_side
 from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.fit import refine
@@ -195,20 +195,19 @@ def _models(
     base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, seed: int, memory: Memory, watch: Progress
 ) -> tuple[FitResult, FitResult]:
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
-    settings = FitSettings(
-        search=SearchSettings(seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
-    )
 
-    def refined(model: Fitted) -> str:
+    def refined(item: tuple[str, Fitted], jobs: int) -> str:
+        model = item[1]
+        settings = FitSettings(
+            search=SearchSettings(seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
+        )
         return model_to_text(refine(model.space, model.genes, fitted, settings=settings))
 
     wanted = {f"refined {model.model.effects} {model.genes.tolist()}": model for model in (base, best)}
-    missing = {key: model for key, model in wanted.items() if key not in memory}
+    missing = [(key, model) for key, model in wanted.items() if key not in memory]
     watch("models", 0, 2)
-    # Half of a fit is no simulation and runs on one core: two at a time.
-    with ThreadPoolExecutor(min(jobs, 2)) as pool:
-        for key, text in zip(missing, pool.map(refined, missing.values()), strict=True):
-            memory[key] = text
+    for (key, _), text in side_by_side(refined, missing, jobs):
+        memory[key] = text
     watch("models", 2, 2)
     models = [model_from_text(memory[key], "checkpoint") for key in wanted]
     return models[0], models[-1]
@@ -218,8 +217,8 @@ def _changes(
     recordings: Sequence[Recording], before: FitResult, after: FitResult, jobs: int, seed: int, watch: Progress
 ) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:
     """The measures of every recording before and after, and the traces behind them."""
-    out, traces_before, traces_after = [], [], []
-    for done, recording in enumerate(recordings, 1):
+
+    def measured(recording: Recording, jobs: int) -> tuple[RecordingChange, Trace, Trace]:
         (first,), (trace,) = measure_gaps(
             before, [recording], jobs=jobs, seed=seed, among=recordings, floors=after is before
         )
@@ -231,11 +230,14 @@ def _changes(
             "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
             "force": Change(first.force, second.force, second.force_floor),
         }
-        out.append(RecordingChange(recording.name, recording.kind, recording.split, changes))
-        traces_before.append(trace)
-        traces_after.append(later)
-        watch("measures", done, len(recordings))
-    return with_forecasts(out), tuple(traces_before), tuple(traces_after)
+        return RecordingChange(recording.name, recording.kind, recording.split, changes), trace, later
+
+    found = []
+    for _, one in side_by_side(measured, recordings, jobs):
+        found.append(one)
+        watch("measures", len(found), len(recordings))
+    changes, traces_before, traces_after = zip(*found, strict=True)
+    return with_forecasts(changes), traces_before, traces_after
 
 
 def _candidates(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from linid.diagnosis.alone import PER_RECORDING, acts_in
 from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge, settle
 from linid.diagnosis.screen import Screened, Screening
+from linid.diagnosis.side_by_side import side_by_side
 from linid.identification.effect_guess import Trial
 
 Array = NDArray[np.float64]
@@ -94,13 +95,15 @@ def confirm(
 
     reference: the model whose residual counts as `before` (the base without any effect).
     """
-    out = []
-    for number, item in enumerate(screened, 1):
+
+    def fitted(item: Screened, jobs: int) -> Fitted:
         recordings = screening.to_fit((item.name,))
-        added = [(item.name, item.trial)]
-        found = fit_together(judge.balance, base, added, screening.known, recordings, screening.jobs)
+        return fit_together(judge.balance, base, [(item.name, item.trial)], screening.known, recordings, jobs)
+
+    out = []
+    for item, found in side_by_side(fitted, screened, screening.jobs):
         out.append(judged(judge, reference, found, item.trial))
-        watch(number, len(screened))
+        watch(len(out), len(screened))
     return tuple(sorted(out, key=lambda c: -c.closure))
 
 

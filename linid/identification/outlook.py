@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -36,6 +37,7 @@ def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, fl
     )
 
 
+@lru_cache(maxsize=128)  # every search space asks for it
 def _top_current(recording: Recording) -> float:
     if recording.phase_currents is not None:
         return float(np.sqrt(np.max([squared_amplitude(*column) for column in recording.phase_currents.T])))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,17 +20,25 @@ SCHEMA = 1
 
 
 def write_diagnosis(
-    diagnosis: Diagnosis, folder: Path, *, formats: Sequence[str] = ("png",), figures: bool = True
+    diagnosis: Diagnosis,
+    folder: Path,
+    *,
+    formats: Sequence[str] = ("png",),
+    figures: bool = True,
+    progress: Callable[[int, int], None] | None = None,
 ) -> list[Path]:
     """Write `diagnosis.json`, `diagnosis.md`, `report.html` and, if wanted, `figures/` into `folder`.
 
-    formats: of the figures, `png`, `pdf`, `svg`. Returns the written files in order.
+    formats: of the figures, `png`, `pdf`, `svg`; progress: called with figures done and their number. Returns the
+    written files in order.
     """
     from linid.report.figures.diagnosis_write import write_diagnosis_figures
     from linid.report.page.build import page_html
 
     folder = Path(folder)
-    drawn = write_diagnosis_figures(diagnosis, folder / "figures", formats=formats) if figures else []
+    drawn: list[Path] = []
+    if figures:
+        drawn = write_diagnosis_figures(diagnosis, folder / "figures", formats=formats, progress=progress)
     pictures = [path.relative_to(folder) for path in drawn if path.suffix == ".png"]
     texts = {
         "diagnosis.json": json.dumps(diagnosis_data(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import textwrap
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,8 +98,20 @@ def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png",
         for extension in formats:
             buffer = io.BytesIO()
             figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension))
+            figure.set_layout_engine("none")  # all formats share the first one's layout, which takes long to find
             paths.append(write_atomic(Path(f"{path_stem}.{extension}"), buffer.getvalue()))
     return paths
+
+
+def save_pages(figures: Iterable[Figure], path_stem: str | Path) -> Path:
+    """Write figures as the pages of one `path_stem.pdf`; fonts, most of a small file, are embedded once."""
+    from matplotlib.backends.backend_pdf import PdfPages
+
+    buffer = io.BytesIO()
+    with style(), PdfPages(buffer, metadata=_metadata("pdf")) as pages:
+        for figure in figures:
+            pages.savefig(figure)
+    return write_atomic(Path(f"{path_stem}.pdf"), buffer.getvalue())
 
 
 def caption(figure: Figure, text: str) -> None:

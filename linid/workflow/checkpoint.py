@@ -7,6 +7,7 @@ import time
 from collections import UserDict
 from dataclasses import asdict
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError
@@ -62,12 +63,14 @@ class Memory(UserDict[str, Any]):
     def __init__(self, path: Path, identity: str) -> None:
         self.path = path
         self.identity = identity
+        self._lock = Lock()
         super().__init__()
 
     def __setitem__(self, key: str, value: Any) -> None:
-        super().__setitem__(key, value)
-        body = {"schema": SCHEMA, "identity": self.identity, "state": self.data}
-        write_atomic(self.path, json.dumps(body).encode())
+        with self._lock:  # steps may end in several threads
+            super().__setitem__(key, value)
+            body = {"schema": SCHEMA, "identity": self.identity, "state": self.data}
+            write_atomic(self.path, json.dumps(body).encode())
 
     def load(self) -> None:
         """Take over the steps that an earlier run finished; another problem's or a damaged file raises ConfigError."""

@@ -55,7 +55,7 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
             seed=request.settings.seed, memory=memory,
             progress=lambda stage, done, total: reporter.step(stage, done, total),
         )  # fmt: skip
-        _write(found.diagnosis, folder.path, request)
+        _write(found.diagnosis, folder.path, request, reporter)
         _write_models(found, folder.path)
         _write_predictions(found, folder.path)
         outcome = _outcome(found.diagnosis, folder.path)
@@ -90,11 +90,14 @@ def base_kind(recordings: tuple[Recording, ...]) -> ModelKind:
     raise UsageError("FILE", "holds no free wheel and no driven recording with an input", "Map the inputs (channels:)")
 
 
-def _write(diagnosis: Diagnosis, folder: Path, request: Request) -> None:
+def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Reporter) -> None:
     from linid.report.diagnosis_files import write_diagnosis
 
     settings = request.settings
-    write_diagnosis(diagnosis, folder, formats=settings.figure_formats, figures=settings.figures)
+    write_diagnosis(
+        diagnosis, folder, formats=settings.figure_formats, figures=settings.figures,
+        progress=lambda done, total: reporter.step("figures", done, total),
+    )  # fmt: skip
 
 
 def _write_models(found: Found, folder: Path) -> None:

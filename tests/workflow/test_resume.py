@@ -6,10 +6,12 @@ import json
 import signal
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
+from linid.workflow.checkpoint import Memory
 from tests.workflow.small import TINY, campaign, linid, start
 
 # Long enough to be caught in mid-search: many short generations that never stop early.
@@ -137,3 +139,12 @@ def test_resume_alone_takes_the_newest_unfinished_folder(tmp_path: Path, monkeyp
         record = {"tool": "linid", "command": "fit-friction", "status": status}
         (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")
     assert open_run_folder("fit-friction", None, resume=True).path.name == "linid_fit-friction_a"
+
+
+def test_steps_that_end_in_several_threads_are_all_kept(tmp_path: Path) -> None:
+    memory = Memory(tmp_path / "checkpoint.json", "same")
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda k: memory.__setitem__(f"step {k}", [float(k)] * 50), range(200)))
+    later = Memory(tmp_path / "checkpoint.json", "same")
+    later.load()
+    assert dict(later) == {f"step {k}": [float(k)] * 50 for k in range(200)}
