@@ -28,7 +28,10 @@ LEAST_GAIN = 0.004
 # A push must explain so many times as much as the best push at any other moment: residuals of other causes have many
 # moments that a push can mimic.
 LEAST_LEAD = 4.0
-LIKE = 3.0  # times the other recordings' residual power, up to which a payload's recordings fit as well as they
+# Effects of single recordings must make these fit as well as the others, up to so many times their residual power; a
+# push, which a strong one of a slightly different form leaves traces of, may also explain this share of its recording.
+LIKE = 3.0
+MOST_OF_ITS_RECORDING = 0.9
 LEAST_CLOSURE = 0.7  # of the excess, to be named: true effects close 0.8 to 1, wrong ones at most 0.5
 # One more effect must gain this share of what those before it did: real effects never have quite the library's form,
 # and what is left of a strong one must not call in others. Either its gain is large beside the floor, of which nobody
@@ -51,7 +54,7 @@ NESTED = {
 class Confirmed:
     """Effects fitted together with the base, judged on the rows that can tell.
 
-    lead: of the last one's trial; 0 for a payload whose recordings still fit worse than others.
+    lead: of the last one's trial; 0 where the recordings of a push or payload still fit worse than others.
     """
 
     effects: tuple[str, ...]
@@ -115,22 +118,31 @@ def judged(judge: Judge, reference: Fitted, found: Fitted, trial: Trial | None =
     gain = float(np.sum(judge.power(reference.residual)[chosen] - judge.power(found.residual)[chosen]))
     gain /= max(judge.floor(chosen) * judge.balance.rows.recording.size, 1e-300)
     explained, lead = (math.nan, math.inf) if trial is None else (trial.explained, trial.lead)
-    if "payload_change" in effects and not marked_like_others(judge, found):
+    if not all(mends_its_recordings(judge, reference, found, name) for name in effects if name in PER_RECORDING):
         lead = 0.0
     return Confirmed(effects, explained, found, closure, low, high, doubt, significance, gain, lead)
 
 
-def marked_like_others(judge: Judge, found: Fitted) -> bool:
-    """Whether the recordings with the payload fit as well as those without: a mass that only mends a part of what is
+def mends_its_recordings(judge: Judge, reference: Fitted, found: Fitted, name: str) -> bool:
+    """Whether the recordings of a push or payload fit as well as those without: one that only mends a part of what is
     wrong with a recording is not what is wrong with it."""
     balance = judge.balance
     owner = balance.rows.recording
-    rest = np.bincount(owner, judge.power(found.residual)) / np.maximum(np.bincount(owner), 1)
-    rest = np.maximum(rest / (judge.noise / judge.scale) ** 2, 1.0)
-    marked = np.array([acts_in("payload_change", found.structural, r) for r in balance.recordings])
+    floor = (judge.noise / judge.scale) ** 2
+
+    def left(residual: Array) -> Array:
+        return np.asarray(np.bincount(owner, judge.power(residual)) / np.maximum(np.bincount(owner), 1) / floor)
+
+    rest = np.maximum(left(found.residual), 1.0)
+    marked = np.array([acts_in(name, found.structural, r) for r in balance.recordings])
     driven = np.array([r.kind != "free_wheel" for r in balance.recordings])
     others = ~marked & driven if np.any(~marked & driven) else ~marked
-    return bool(np.any(others)) and float(np.max(rest[marked], initial=1.0)) <= LIKE * float(np.median(rest[others]))
+    if np.any(others) and float(np.max(rest[marked], initial=1.0)) <= LIKE * float(np.median(rest[others])):
+        return True
+    if name != "external_disturbance":
+        return False
+    before = left(reference.residual)[marked] - 1.0
+    return bool(np.all(before - (rest[marked] - 1.0) >= MOST_OF_ITS_RECORDING * before))
 
 
 def pays(candidate: Confirmed) -> bool:

@@ -47,8 +47,8 @@ SAMPLES: dict[str, dict[str, float]] = {
     "force_saturation": {"saturation": 0.8},
     "thermal_derating": {"derating": 0.4, "thermal_time": 0.4},
     "end_effect": {
-        "end_loss_low": 0.3, "end_loss_high": 0.2, "end_reach": 0.01, "end_length": 0.02, "end_low": -0.06,
-        "end_high": 0.09,
+        "end_loss_low": 0.3, "end_loss_high": 0.2, "end_reach_low": 0.01, "end_reach_high": 0.02, "end_length": 0.02,
+        "end_low": -0.06, "end_high": 0.09,
     },
     "flexible_load": {"load_mass": 0.2, "load_frequency": 25.0, "load_damping": 0.04},
     "encoder_periodic_error": {

@@ -12,18 +12,23 @@ _FURTHEST = 500.0  # lengths, where the exponential is held
 
 
 @term
-def thrust(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, loss_low, loss_high, reach, length, low, high):
+def thrust(
+    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, loss_low, loss_high, reach_low, reach_high, length, low, high
+):
     """Factor on the thrust."""
-    below = 1.0 / (1.0 + math.exp(min(max((y - low - reach) / length, -_FURTHEST), _FURTHEST)))
-    above = 1.0 / (1.0 + math.exp(min(max((high - reach - y) / length, -_FURTHEST), _FURTHEST)))
+    below = 1.0 / (1.0 + math.exp(min(max((y - low - reach_low) / length, -_FURTHEST), _FURTHEST)))
+    above = 1.0 / (1.0 + math.exp(min(max((high - reach_high - y) / length, -_FURTHEST), _FURTHEST)))
     return bounded(1.0 - loss_low * below - loss_high * above)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
-    """Reaches and lengths of the loss as shares of the stroke; the ends of the stroke."""
+    """Reaches and lengths of the loss as shares of the stroke, from the stroke's ends (the track may end elsewhere)."""
     ends = {"end_low": outlook.stroke_low, "end_high": outlook.stroke_high}
     shares = ((0.1, 0.05), (0.25, 0.05), (0.03, 0.03), (0.03, 0.12), (0.25, 0.1))
-    return tuple({"end_reach": r * outlook.stroke, "end_length": w * outlook.stroke, **ends} for r, w in shares)
+    stroke = outlook.stroke
+    return tuple(
+        {"end_reach_low": r * stroke, "end_reach_high": r * stroke, "end_length": w * stroke, **ends} for r, w in shares
+    )
 
 
 EFFECT = Effect(
@@ -33,7 +38,8 @@ EFFECT = Effect(
     parameters=(
         Parameter("end_loss_low", "a_1", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the lower end"),
         Parameter("end_loss_high", "a_2", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the upper end"),
-        Parameter("end_reach", "r_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance from an end to half the loss"),
+        Parameter("end_reach_low", "r_1", "m", 1e-4, 1e2, 0.03, log=True, meaning="lower end to half its loss"),
+        Parameter("end_reach_high", "r_2", "m", 1e-4, 1e2, 0.03, log=True, meaning="upper end to half its loss"),
         Parameter("end_length", "L_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance over which the loss fades"),
         Parameter("end_low", "y_1", "m", -1e3, 1e3, 0.0, meaning="lower end of the stroke"),
         Parameter("end_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
