@@ -10,6 +10,7 @@ import pytest
 from linid.diagnosis.alone import acts_in
 from linid.diagnosis.diagnose import Found, diagnose
 from linid.errors import UsageError
+from linid.identification.result import ModelKind
 from linid.recording.recording import Recording
 from tests.identification.stand import stand
 
@@ -19,13 +20,13 @@ NAMES = (
 )  # fmt: skip
 
 
-def recordings() -> tuple[Recording, ...]:
-    found = stand(only=NAMES).recordings
+def recordings(config: str = "stand_axis.yaml") -> tuple[Recording, ...]:
+    found = stand(config, only=NAMES).recordings
     return tuple(replace(r, number=k) for k, r in enumerate(found, 1))
 
 
-def run(chosen: tuple[Recording, ...]) -> Found:
-    return diagnose("stand", chosen, "sine", jobs=2, seed=1)
+def run(chosen: tuple[Recording, ...], kind: ModelKind = "sine") -> Found:
+    return diagnose("stand", chosen, kind, jobs=2, seed=1)
 
 
 def test_nothing_is_missing_where_nothing_is_hidden() -> None:
@@ -35,19 +36,24 @@ def test_nothing_is_missing_where_nothing_is_hidden() -> None:
     assert found.after is found.before
 
 
-def test_a_wrong_added_mass_is_found_with_its_recordings() -> None:
-    """One recording carried 0.15 kg more than the campaign says."""
-    heavier = ("moves_3",)
-    wrong = tuple(replace(r, added_mass=r.added_mass - 0.15) if r.name in heavier else r for r in recordings())
-    verdict = run(wrong).diagnosis
-    assert verdict.verdict.status == "identified"
-    assert verdict.verdict.effects == ("payload_change",)
-    named = verdict.candidates[0]
+@pytest.mark.parametrize(
+    ("kind", "config", "heavier"),
+    [
+        ("sine", "stand_axis.yaml", {"moves_3"}),
+        ("theta", "stand_axis.yaml", {"sine_position_1", "moves_3"}),
+    ],
+)
+def test_a_wrong_added_mass_is_found_with_its_recordings(kind: ModelKind, config: str, heavier: set[str]) -> None:
+    """Recordings that carried 0.15 kg more than the campaign says: a held-out one, and a fitted one with it."""
+    wrong = tuple(replace(r, added_mass=r.added_mass - 0.15) if r.name in heavier else r for r in recordings(config))
+    found = run(wrong, kind).diagnosis
+    assert found.model == kind
+    assert (found.verdict.status, found.verdict.effects) == ("identified", ("payload_change",))
+    named = found.candidates[0]
     assert named.closure > 0.9
     values = {e.name: e for e in named.parameters}
     assert abs(values["payload_mass"].value - 0.15) < 0.003
-    marked = {r.name for r in wrong if acts_in("payload_change", {k: e.value for k, e in values.items()}, r)}
-    assert marked == set(heavier)
+    assert {r.name for r in wrong if acts_in("payload_change", {k: e.value for k, e in values.items()}, r)} == heavier
 
 
 def test_what_is_seen_in_held_out_recordings_alone_is_not_named() -> None:
