@@ -107,18 +107,21 @@ def _end_with_parent() -> None:
 
 def in_processes(work: Callable[..., Result], tasks: Sequence[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
     """Results of work(*task) as they come, `jobs` at a time, each in a process of its own (one job: in this one)."""
-    from multiprocessing import get_context
+    from multiprocessing import active_children, get_context
 
     if jobs == 1:
         yield from (work(*task) for task in tasks)
         return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool:
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_with_parent)
+    try:
         open_jobs: set[Future[Result]] = {pool.submit(work, *task) for task in tasks}
-        try:
-            while open_jobs:
-                finished, open_jobs = wait(open_jobs, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    yield future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        while open_jobs:
+            finished, open_jobs = wait(open_jobs, return_when=FIRST_COMPLETED)
+            for future in finished:
+                yield future.result()
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for worker in active_children():  # a stop that reaches this process alone must not wait for their work
+            worker.terminate()
+        raise
+    pool.shutdown()
