@@ -151,21 +151,23 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     the spread of the search box. seed: of the noise draws.
     """
     p = len(problem.space.genes)
-    n = fit.jacobian.shape[1]
+    told = np.any(fit.jacobian != 0.0, axis=0)
+    told[:p] = True  # a start that moves nothing, such as the speed of an axis at rest, has no share in the rest
+    jacobian = fit.jacobian[:, told]
+    n = jacobian.shape[1]
     pair = field_phase.columns(problem.space)
-    jacobian = fit.jacobian
     spurious = np.zeros((n, n))
     if problem.space.model.kind in ("sine", "theta"):
-        spurious = _spurious_information(problem, fit, seed)
+        spurious = _spurious_information(problem, fit, seed)[np.ix_(told, told)]
     aligned = False
     if pair is not None:
         jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])
         first, second = fit.jacobian[:, pair], jacobian[:, n:]
-        told = second @ np.linalg.lstsq(second, first, rcond=1e-10)[0]
-        beyond = np.einsum("ij,ij->j", first - told, first - told)
+        by_phase = second @ np.linalg.lstsq(second, first, rcond=1e-10)[0]
+        beyond = np.einsum("ij,ij->j", first - by_phase, first - by_phase)
         aligned = bool(np.all(np.diag(spurious)[list(pair)] > _FEIGNED * beyond))
         if aligned:  # beyond what second order tells of the estimate's own phase error there is only noise
-            jacobian[:, pair] = told
+            jacobian[:, pair] = by_phase
             spurious[list(pair)] = 0.0
             spurious[:, list(pair)] = 0.0
     meat = _meat(problem, fit.residuals, jacobian, p)

@@ -23,8 +23,9 @@ from linid.recording.recording import Recording
 from tests.simulation.axis_with_effects import AXIS, NAMES, SAMPLES, campaign_with, simulate
 
 QUICK = FitSettings(search=SearchSettings(population=16, generations=2), jobs=2, objective="acceleration")
-# The play hides the motion that the force balance and the start states of predictions are taken from: it is not
-# recovered by a fit yet.
+# The play hides the motion that the force balance and the start states of predictions are taken from: only whole free
+# runs, which need no motion but their start, tell it.
+FREE_RUN = replace(QUICK, objective="free_run")
 SEEN_IN_THE_BALANCE = tuple(name for name in NAMES if name != "backlash")
 # Breakaways pass within a few samples, which biases the weak form's `dwell_length` by a tenth; predictions do not.
 AHEAD = {"dwell_stiction": replace(QUICK, objective="auto")}
@@ -73,6 +74,15 @@ def test_regression_along_the_motion_explains_the_gap(name: str) -> None:
 def test_fit_recovers_the_effect(name: str) -> None:
     result = fit("sine", campaign_with((name,)), settings=QUICK, effects=(name,), known=given(name))
     check(name, result)
+
+
+def test_free_runs_recover_a_play() -> None:
+    result = fit("sine", campaign_with(("backlash",)), settings=FREE_RUN, effects=("backlash",))
+    check("backlash", result)
+    for estimate in result.estimates:
+        if estimate.name in AXIS and estimate.status == "fitted":
+            assert 0.0 < estimate.std < 0.02 * abs(estimate.value), estimate
+            assert abs(estimate.value - AXIS[estimate.name]) < 5.0 * estimate.std + 1e-4 * abs(estimate.value), estimate
 
 
 @pytest.mark.slow
