@@ -10,6 +10,7 @@ import click
 
 from linid.cli_challenge import challenge
 from linid.cli_errors import Group
+from linid.cli_field import field
 from linid.cli_options import (
     FILES,
     debug_option,
@@ -18,6 +19,7 @@ from linid.cli_options import (
     make_reporter,
     make_request,
     model_options,
+    print_outcome,
     run_options,
     settings_options,
     verbosity_options,
@@ -68,7 +70,7 @@ def inspect(file: Path, json_output: bool, **options: Any) -> None:
     """
     from linid.workflow.inspect import inspect_path
 
-    _print(inspect_path(file, **options), json_output)
+    print_outcome(inspect_path(file, **options), json_output)
 
 
 @cli.command("fit-friction", short_help="Identify friction and mass.")
@@ -90,7 +92,7 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
     from linid.workflow.fit_friction import fit_friction as run
 
     reporter = make_reporter(options)
-    _print(run(make_request(files, options), reporter), json_output)
+    print_outcome(run(make_request(files, options), reporter), json_output)
 
 
 @cli.command("fit-motor", short_help="Identify the motor, and friction with it.")
@@ -115,7 +117,7 @@ def fit_motor(files: tuple[Path, ...], model: Any, friction: Path | None, json_o
     from linid.workflow.fit_motor import fit_motor as run
 
     reporter = make_reporter(options)
-    _print(run(make_request(files, options), reporter, model=model, friction=friction), json_output)
+    print_outcome(run(make_request(files, options), reporter, model=model, friction=friction), json_output)
 
 
 @cli.command(short_help="Run a model freely over recordings.")
@@ -144,7 +146,7 @@ def simulate(
 
     reporter = make_reporter(options)
     start = StartState(start_position, start_speed)
-    _print(run(make_request(files, options), reporter, model=model, start=start), json_output)
+    print_outcome(run(make_request(files, options), reporter, model=model, start=start), json_output)
 
 
 @cli.command(short_help="Measure the gap between a model and recordings.")
@@ -167,7 +169,7 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
     from linid.workflow.validate import validate as run
 
     reporter = make_reporter(options)
-    _print(run(make_request(files, options), reporter, model=model, split=split), json_output)
+    print_outcome(run(make_request(files, options), reporter, model=model, split=split), json_output)
 
 
 @cli.command(short_help="Find the effect that a simulation lacks.")
@@ -191,7 +193,7 @@ def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: 
     from linid.workflow.diagnose import diagnose as run
 
     reporter = make_reporter(options)
-    _print(run(make_request(files, options), reporter, model=model), json_output)
+    print_outcome(run(make_request(files, options), reporter, model=model), json_output)
 
 
 def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
@@ -231,7 +233,7 @@ def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
     reporter = make_reporter(options)
     names = ("out", "overwrite", "resume", "jobs", "dry_run")
     request = Request(files=configs, **{name: options[name] for name in names})
-    _print(run_batch(request, reporter, overrides=overrides(options)), json_output)
+    print_outcome(run_batch(request, reporter, overrides=overrides(options)), json_output)
 
 
 @cli.command(short_help="Generate recordings of a described axis.")
@@ -265,7 +267,7 @@ def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **option
 
     reporter = make_reporter({"quiet": quiet, "verbose": verbose})
     out = options.pop("out")
-    _print(generate_campaign(axis, out, reporter, **options), json_output)
+    print_outcome(generate_campaign(axis, out, reporter, **options), json_output)
 
 
 @cli.command(short_help="List the effects that fits can identify too.")
@@ -282,7 +284,7 @@ def effects(name: str | None, json_output: bool) -> None:
     """
     from linid.workflow.effects import list_effects
 
-    _print(list_effects(name), json_output)
+    print_outcome(list_effects(name), json_output)
 
 
 @cli.command()
@@ -304,15 +306,7 @@ def completion(shell: str) -> None:
 
 
 cli.add_command(challenge)
-
-
-def _print(outcome: Any, json_output: bool) -> None:
-    """Tables (or the summary as JSON) on stdout; exit with the outcome's code."""
-    from linid.workflow.show import show
-
-    show(outcome, json_output)
-    if outcome.exit_code:
-        click.get_current_context().exit(outcome.exit_code)
+cli.add_command(field)
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from linid.cli_options import debug_option, json_option, make_reporter, verbosity_options
+from linid.cli_options import debug_option, json_option, make_reporter, print_outcome, verbosity_options
 
 FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
 JOBS = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, metavar="N",
@@ -66,7 +66,7 @@ def make(out: Path | None, json_output: bool, quiet: bool, verbose: bool, **opti
     """
     from linid.workflow.challenge import make as work
 
-    _print(work(out, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+    print_outcome(work(out, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
 
 
 @challenge.command()
@@ -85,7 +85,7 @@ def run(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: 
     """
     from linid.workflow.challenge import run as work
 
-    _print(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+    print_outcome(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
 
 
 @challenge.command()
@@ -105,7 +105,7 @@ def oracle(folder: Path, json_output: bool, quiet: bool, verbose: bool, **option
     """
     from linid.workflow.challenge import oracle as work
 
-    _print(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+    print_outcome(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
 
 
 @challenge.command()
@@ -125,12 +125,4 @@ def score(folder: Path, keys: Path | None, no_figures: bool, json_output: bool, 
     from linid.workflow.challenge import score as work
 
     reporter = make_reporter({"quiet": quiet, "verbose": verbose})
-    _print(work(folder, reporter, keys=keys, figures=not no_figures), json_output)
-
-
-def _print(outcome: Any, json_output: bool) -> None:
-    from linid.workflow.show import show
-
-    show(outcome, json_output)
-    if outcome.exit_code:
-        click.get_current_context().exit(outcome.exit_code)
+    print_outcome(work(folder, reporter, keys=keys, figures=not no_figures), json_output)

@@ -235,6 +235,15 @@ def make_reporter(options: dict[str, Any]) -> Reporter:
     return Reporter(-1 if options.get("quiet") else int(bool(options.get("verbose"))))
 
 
+def print_outcome(outcome: Any, json_output: bool) -> None:
+    """Tables (or the summary as JSON) on stdout; exit with the outcome's code."""
+    from linid.workflow.show import show
+
+    show(outcome, json_output)
+    if outcome.exit_code:
+        click.get_current_context().exit(outcome.exit_code)
+
+
 def command_line() -> str:
     """The command as typed, for the record."""
     import shlex

@@ -19,8 +19,8 @@ COMMANDS = sorted(cli.commands)
 
 def test_the_commands() -> None:
     assert COMMANDS == [
-        "batch", "challenge", "completion", "diagnose", "effects", "fit-friction", "fit-motor", "generate", "inspect",
-        "simulate", "validate",
+        "batch", "challenge", "completion", "diagnose", "effects", "field", "fit-friction", "fit-motor", "generate",
+        "inspect", "simulate", "validate",
     ]  # fmt: skip
 
 

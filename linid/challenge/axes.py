@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from linid.challenge.catalogue import Scales
-from linid.stand.description import AxisDescription, Drive, Friction, Measurement, SineMotor, Stroke, ThetaMotor
+from linid.physics.described import Friction
+from linid.stand.description import AxisDescription, Drive, Measurement, SineMotor, Stroke, ThetaMotor
 from linid.stand.mode_descriptions import (
     FreeWheel,
     Mode,

@@ -6,38 +6,13 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from linid.physics.described import Description, Friction, NotNegative, Positive
 from linid.stand.mode_descriptions import Mode
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
 # Nomes closer to one would need hundreds of Fourier terms; no real magnet track has them.
 NOME_LIMIT = 0.95
-
-
-class Description(BaseModel):
-    """Base: unknown keys are errors, values cannot be changed afterwards."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Friction(Description):
-    """LuGre friction (DESIGN symbols F_C, F_S, v_s, alpha, sigma_0, sigma_1, sigma_2)."""
-
-    coulomb_force_n: Positive
-    static_force_n: Positive
-    stribeck_velocity_m_per_s: Positive
-    stribeck_exponent: Annotated[float, Field(ge=0.5, le=2)] = 2.0
-    bristle_stiffness_n_per_m: Positive
-    bristle_damping_n_s_per_m: NotNegative
-    viscous_friction_n_s_per_m: NotNegative
-
-    @model_validator(mode="after")
-    def _static_not_below_coulomb(self) -> Friction:
-        if self.static_force_n < self.coulomb_force_n:
-            raise ValueError("static_force_n must not be below coulomb_force_n")
-        return self
 
 
 class SineMotor(Description):

@@ -80,15 +80,8 @@ def true_parameters(description: AxisDescription) -> dict[str, float]:
     guideway_density, winding_displacement and shift are omega_g, alpha_p, alpha_S of the sine motor and z_0, z_p,
     z_S of the theta motor; force_constant is K_f or K_f'.
     """
-    friction, motor = description.friction, description.motor
-    truth = {
-        "coulomb_force": friction.coulomb_force_n,
-        "static_force": friction.static_force_n,
-        "stribeck_velocity": friction.stribeck_velocity_m_per_s,
-        "stribeck_exponent": friction.stribeck_exponent,
-        "bristle_stiffness": friction.bristle_stiffness_n_per_m,
-        "bristle_damping": friction.bristle_damping_n_s_per_m,
-        "viscous_friction": friction.viscous_friction_n_s_per_m,
+    motor = description.motor
+    truth = description.friction.values | {
         "mass": description.mass_kg,
         "force_constant": motor.force_constant_n_per_a,
         "guideway_density": motor.guideway_density_per_m,

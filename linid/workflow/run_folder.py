@@ -30,9 +30,11 @@ _LOGS = ("log.txt", "traceback.txt")
 # What a run writes; --overwrite removes these and nothing else.
 _FILES = (
     RUN_FILE, CONFIG_FILE, CHECKPOINT_FILE, "parameters.json", "parameters.csv", "parameters.tex", "convergence.csv",
-    "gaps.csv", "gaps.tex", "gaps.json", "summary.csv", *_LOGS,
+    "gaps.csv", "gaps.tex", "gaps.json", "summary.csv", "diagnosis.json", "diagnosis.md", "report.html",
+    "model_before.json", "model_after.json", "field.json", "best_k.csv", "guideway_field.csv", "thrust.csv",
+    "model_sine.json", "model_theta.json", *_LOGS,
 )  # fmt: skip
-_FOLDERS = ("figures", FRICTION_FOLDER, "simulations")
+_FOLDERS = ("figures", FRICTION_FOLDER, "simulations", "predictions")
 FINISHED = ("done", "not_converged")
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+import numpy as np
+from pydantic import Field, model_validator
 
-from linid.physics.field.guideway import field_magnitude, harmonic, nome_of
+from linid.physics.described import Description, Friction, Positive
+from linid.physics.field.guideway import field_magnitude, harmonic, magnet_harmonics, nome_of
 from linid.physics.field.magnet import BarMagnet
 from linid.physics.field.magnet_pair import GaussianField, MagnetPair, fit_gaussian
 from linid.physics.field.winding import (
@@ -17,19 +20,15 @@ from linid.physics.field.winding import (
     half_coil_angle,
     sine_force_constant,
     theta_force_constant,
+    theta_harmonic,
 )
 
-Positive = Annotated[float, Field(gt=0)]
 _MM = 1e-3
+_NOMES = (0.02, 0.95)  # what the models take
+_NODES = 16  # of the quadrature across the guideway
 
 
-class Described(BaseModel):
-    """Base: unknown keys are errors, values cannot be changed afterwards."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Magnet(Described):
+class Magnet(Description):
     """One bar magnet, magnetised through its thickness."""
 
     width_mm: Positive = Field(description="across the guideway (x)")
@@ -44,7 +43,7 @@ class Magnet(Described):
         return self
 
 
-class Coil(Described):
+class Coil(Description):
     """One winding: equal rectangular turns, measured between the middles of its wire bundles."""
 
     width_mm: Positive = Field(description="across the guideway (l_x)")
@@ -52,7 +51,7 @@ class Coil(Described):
     turns: Annotated[int, Field(ge=1)]
 
 
-class MotorGeometry(Described):
+class MotorGeometry(Description):
     """Magnets and windings of a coreless motor in a U-shaped guideway; dimensions in mm as in data sheets."""
 
     name: str = "motor"
@@ -61,6 +60,8 @@ class MotorGeometry(Described):
     pole_pitch_mm: Positive = Field(description="between neighbouring pairs, which alternate (chi)")
     coil: Coil
     phase_spacing_mm: Positive = Field(description="between the middles of neighbouring windings (y_p)")
+    mass_kg: Positive | None = Field(default=None, description="moving mass, for a model that can be simulated")
+    friction: Friction | None = Field(default=None, description="friction, for a model that can be simulated")
 
     @model_validator(mode="after")
     def _magnets_fit(self) -> MotorGeometry:
@@ -100,7 +101,9 @@ class MotorDesign:
     gaussian: a pair's field (13); k: sigma_y / pole pitch (17); nome: q_0; magnitude: K_B (35); sine, theta: values of
     the two models' parameters by name, the phases counted from the middle winding above a magnet; best_sine_constant:
     N/A of the sine of the same fundamental as theta, which (30) exceeds by the reciprocal of the field's first
-    harmonic.
+    harmonic; exact: amplitude in N/A of each odd harmonic of the thrust over the current in the exact field of all
+    magnets, by order; matched: the theta parameters whose first and third harmonics are the exact ones, which a
+    Gaussian fitted to a wide, flat-topped field misses.
     """
 
     geometry: MotorGeometry
@@ -111,6 +114,23 @@ class MotorDesign:
     sine: dict[str, float]
     theta: dict[str, float]
     best_sine_constant: float
+    exact: dict[int, float]
+    matched: dict[str, float]
+
+
+def exact_thrust(geometry: MotorGeometry, orders: Sequence[int] = (1, 3, 5, 7, 9, 11)) -> dict[int, float]:
+    """Harmonics in N/A of the thrust over the current of one winding, from the exact field of infinitely many pairs.
+
+    Of the current at position y above a magnet: sum_n amplitude_n sin(n pi y / pole pitch). No Gaussian is involved.
+    """
+    winding, pitch = geometry.winding, geometry.pole_pitch
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    # The field is even in x: half of the width stands for the whole.
+    half = 0.25 * winding.length_x
+    field = magnet_harmonics(geometry.pair, pitch, half * (nodes + 1.0), orders)
+    width = 2.0 * half * (weights @ field)
+    angle = 0.5 * math.pi * winding.length_y / pitch
+    return {n: 2.0 * winding.turns * float(b) * math.sin(n * angle) for n, b in zip(orders, width, strict=True)}
 
 
 def design(geometry: MotorGeometry) -> MotorDesign:
@@ -134,7 +154,24 @@ def design(geometry: MotorGeometry) -> MotorDesign:
         "winding_length": half_coil_angle(winding, pitch),
         "nome": nome,
     }
-    return MotorDesign(geometry, gaussian, k, nome, magnitude, sine, theta, harmonic(1, k) * sine_constant)
+    exact = exact_thrust(geometry)
+    return MotorDesign(
+        geometry, gaussian, k, nome, magnitude, sine, theta, harmonic(1, k) * sine_constant, exact,
+        _matched(theta, exact),
+    )  # fmt: skip
+
+
+def _matched(theta: dict[str, float], exact: dict[int, float]) -> dict[str, float]:
+    """Theta parameters with the exact first harmonic and, as far as a nome can tell, the exact third.
+
+    c_3 / c_1 = q^8 sin(6 z_L) / sin(2 z_L): of the other sign than that ratio of sines there is no nome, and the
+    smallest one, of a pure sine, is taken.
+    """
+    length = theta["winding_length"]
+    ratio = exact[3] / exact[1] * math.sin(2.0 * length) / math.sin(6.0 * length)
+    lowest, highest = _NOMES
+    nome = min(max(ratio, 0.0) ** 0.125, highest) if ratio > lowest**8 else lowest
+    return theta | {"nome": nome, "force_constant": exact[1] / theta_harmonic(1, nome, length)}
 
 
 def load_geometry(path: str | Path) -> MotorGeometry:

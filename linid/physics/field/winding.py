@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +27,7 @@ def force_per_current(field: Field, winding: Winding, y: float) -> float:
 
     half_x, half_y = 0.5 * winding.length_x, 0.5 * winding.length_y
     value, _ = quad(
-        lambda x: field(x, y - half_y) - field(x, y + half_y), -half_x, half_x, epsabs=0.0, epsrel=1e-12, limit=200
+        lambda x: field(x, y - half_y) - field(x, y + half_y), -half_x, half_x, epsabs=1e-16, epsrel=1e-12, limit=200
     )
     return winding.turns * float(value)
 
@@ -39,7 +39,7 @@ def flux_linkage(field: Field, winding: Winding, y: float) -> float:
     half_x, half_y = 0.5 * winding.length_x, 0.5 * winding.length_y
 
     def strip(place: float) -> float:
-        return float(quad(lambda x: field(x, place), -half_x, half_x, epsabs=0.0, epsrel=1e-13, limit=200)[0])
+        return float(quad(lambda x: field(x, place), -half_x, half_x, epsabs=1e-16, epsrel=1e-13, limit=200)[0])
 
     # In two parts, so that a field that is odd about the winding's middle is not taken for none.
     parts = [quad(strip, low, low + half_y, epsabs=1e-16, epsrel=1e-13, limit=200)[0] for low in (y - half_y, y)]
@@ -91,12 +91,11 @@ def force_harmonics(nome: float, half_angle: float, highest: int = 39) -> dict[i
     return {n: theta_harmonic(n, nome, half_angle) for n in range(1, highest + 1, 2)}
 
 
-def ripple_share(nome: float, half_angle: float, *, balanced: bool) -> float:
-    """RMS of the force harmonics that a sine model leaves out, over the fundamental's.
+def ripple_share(amplitudes: Mapping[int, float], *, balanced: bool) -> float:
+    """RMS of the thrust's harmonics that a sine model leaves out, over the first one's.
 
-    balanced: without the orders divisible by three, which three currents that sum to zero do not feel when the
-    windings stand 120 degrees apart.
+    amplitudes: by order, of one winding. balanced: without the orders divisible by three, which three currents that
+    sum to zero do not feel when the windings stand 120 degrees apart.
     """
-    amplitudes = force_harmonics(nome, half_angle)
     higher = [a for n, a in amplitudes.items() if n > 1 and not (balanced and n % 3 == 0)]
     return float(np.sqrt(np.sum(np.square(higher))) / abs(amplitudes[1]))

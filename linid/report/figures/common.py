@@ -44,6 +44,11 @@ def velocity_display(traces: list[Trace]) -> Display:
     return display_unit("velocity", traces[0].axis, max(peak(trace.velocity_measured) for trace in traces))
 
 
+def legend_beside(axes: Any) -> None:
+    """The legend right of the axes, where it covers nothing."""
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+
+
 def draw_pair(axes: Any, t: Array, measured: Array, simulated: Array, factor: float) -> None:
     """Measured (blue, wide) below simulated (black, thin), decimated to envelopes, limits ruled by the measured."""
     axes.plot(*envelope(t, measured * factor), color=MEASURED, linewidth=2.4, label="measured", zorder=2)
