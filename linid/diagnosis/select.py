@@ -247,6 +247,23 @@ def fit_effects(judge: Judge, screening: Screening, base: Fitted, effects: Seque
     return step
 
 
+def _at_their_minima(
+    judge: Judge, screening: Screening, step: Fitted, contest: Sequence[Confirmed], trials: dict[str, Trial]
+) -> tuple[Confirmed, tuple[Confirmed, ...]]:
+    """The best of candidates that explain as much as each other, when all are fitted to the end, and its rivals then.
+
+    step: the model that they were added to; trials: by effect.
+    """
+
+    def settled(one: Confirmed, jobs: int) -> Confirmed:
+        found = settle(judge.balance, one.fitted, screening.known, screening.to_fit(one.effects), jobs)
+        return judged(judge, step, found, trials[one.effects[-1]])
+
+    found = sorted((one for _, one in side_by_side(settled, contest, screening.jobs)), key=lambda c: -c.closure)
+    best = _simplest(judge, found[0], found)
+    return best, rivals(judge, best, found)
+
+
 def forward_selection(
     judge: Judge, screening: Screening, base: Fitted, watch: Callable[[str, int, int], None]
 ) -> Selection:
@@ -279,7 +296,8 @@ def forward_selection(
         if not better:
             break
         best = _simplest(judge, better[0], over)
-        groups.append(rivals(judge, best, better))
-        step = settle(judge.balance, best.fitted, screening.known, screening.to_fit(best.effects), screening.jobs)
+        best, group = _at_their_minima(judge, screening, step, (best, *rivals(judge, best, better)), trials)
+        groups.append(group)
+        step = best.fitted
         chosen = judged(judge, base, step)
     return Selection(base, chosen, tuple(groups), singles, shares)

@@ -25,7 +25,8 @@ DESIGN = {
 PHASES = Outlook(0.02, 0.42, 200.0, 1.5, 2.0, (4.0, 1.5, 2.0), (1, 2, 5), 1e-3, 12.0)
 ONE_INPUT = Outlook(-0.3, 12.0, None, 30.0, 5.0, (10.0,), (1,), 1e-3, 10.0)
 STATES = ((0.0, 0.0), (1.0, 0.2), (-1.0, -0.2))
-POINTS = tuple(product((0.0, 1.3), (-0.4, 0.0, 0.37), (-2.0, -1e-6, 0.0, 0.5)))  # t, y, v
+PLACES = (-0.4, 0.0, 0.07, 0.12, 0.19, 0.25, 0.31, 0.37, 0.45)
+POINTS = tuple(product((0.0, 1.3), PLACES, (-2.0, -1e-6, 0.0, 0.5)))  # t, y, v
 
 every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 
