@@ -47,6 +47,7 @@ WORTH_ALONE = 0.5
 RIVAL = 0.1
 TIMES_LEFT = 5.0
 LEFT_ALIKE = 0.15
+LONGEST_PUSH = 0.4  # of its recording
 # A payload must be in a recording that shows a gap at all, this share of its floor.
 LEAST_GAP = 0.3
 # The first is the second with some parameters at zero.
@@ -147,7 +148,18 @@ def mends_its_recordings(judge: Judge, reference: Fitted, found: Fitted, name: s
     mended = np.any(others) and float(np.max(rest[marked], initial=1.0)) <= LIKE * float(np.median(rest[others]))
     if name == "payload_change":
         return bool(mended) and float(np.max(before, initial=0.0)) >= LEAST_GAP
+    if not _is_a_moment(judge, found):
+        return False
     return bool(mended or np.all(before - (rest[marked] - 1.0) >= MOST_OF_ITS_RECORDING * before))
+
+
+def _is_a_moment(judge: Judge, found: Fitted) -> bool:
+    """Whether a push begins within its recording and passes: else the recording differs, but by no push."""
+    start, length = found.values["disturbance_start"], found.values["disturbance_duration"]
+    for recording in judge.balance.recordings:
+        if acts_in("external_disturbance", found.structural, recording):
+            return start >= float(recording.t[0]) and length <= LONGEST_PUSH * recording.duration
+    return False
 
 
 def pays(candidate: Confirmed) -> bool:
