@@ -10,7 +10,7 @@ import numpy as np
 from linid.errors import LinidError
 from linid.recording.assemble import assemble
 from linid.recording.layouts import read_table
-from linid.recording.mapping import PHASES, ROLES, ChannelMapping, Role
+from linid.recording.mapping import INPUTS, ROLES, ChannelMapping, Role
 from linid.recording.names import candidates
 from linid.recording.recording import Axis
 from linid.recording.resolve import Channel, resolve
@@ -129,7 +129,7 @@ def starter_mapping(inspection: Inspection) -> str:
         lines.insert(1, f"# Not readable yet: {_one_line(inspection.problem)}")
     mapped = {column.channel: column for column in inspection.columns if column.channel}
     guesses = candidates([column.name for column in inspection.columns])
-    inputs = [role for role in (*PHASES, "current_q", "command") if role in mapped]
+    inputs = [role for role in INPUTS if role in mapped]
     for role in ROLES:
         column = mapped.get(role)
         if column is not None:
@@ -145,12 +145,13 @@ def starter_mapping(inspection: Inspection) -> str:
             comment = "TODO: check" + (f"; also possible: {others}" if others else "")
             if fitting[0].declared is None:
                 comment += "; fill in the unit"
-            optional = "# " if role == "velocity" or (inputs and role in (*PHASES, "current_q", "command")) else ""
+            optional = "# " if role == "velocity" or (inputs and role in INPUTS) else ""
             lines.append(_entry(role, fitting[0], fitting[0].declared or "TODO", comment, optional))
         elif role in ("time", "position"):
             lines.append(f"  {role}: {{column: TODO, unit: TODO}}  # TODO: one of the columns below")
-    if not inputs and not any(guesses[role] for role in (*PHASES, "current_q", "command")):
+    if not inputs and not any(guesses[role] for role in INPUTS):
         lines.append("  # current_u: {column: TODO, unit: A}  # TODO: phase currents (two suffice), or instead")
+        lines.append("  # voltage_u: {column: TODO, unit: V}  # TODO: phase voltages (all three), or")
         lines.append("  # current_q: {column: TODO, unit: A}  # TODO: the q-current, or")
         lines.append(
             "  # command: {column: TODO, unit: V}    # TODO: the command (none of them: a free-wheel recording)"

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from linid.errors import ConfigError
 from linid.recording.units import find_unit
 
-Role = Literal["time", "position", "velocity", "current_u", "current_v", "current_w", "current_q", "command"]
-ROLES: tuple[Role, ...] = (
-    "time", "position", "velocity", "current_u", "current_v", "current_w", "current_q", "command",
-)  # fmt: skip
+Role = Literal[
+    "time", "position", "velocity", "current_u", "current_v", "current_w", "voltage_u", "voltage_v", "voltage_w",
+    "current_q", "command",
+]  # fmt: skip
+ROLES: tuple[Role, ...] = get_args(Role)
 PHASES: tuple[Role, ...] = ("current_u", "current_v", "current_w")
+VOLTAGES: tuple[Role, ...] = ("voltage_u", "voltage_v", "voltage_w")
+INPUTS: tuple[Role, ...] = (*PHASES, *VOLTAGES, "current_q", "command")
 
 
 class ChannelSpec(BaseModel):
@@ -75,6 +78,9 @@ class ChannelMapping(BaseModel):
     current_u: Spec = None
     current_v: Spec = None
     current_w: Spec = None
+    voltage_u: Spec = None
+    voltage_v: Spec = None
+    voltage_w: Spec = None
     current_q: Spec = None
     command: Spec = None
     period: Annotated[Quantity | None, BeforeValidator(_quantity)] = None

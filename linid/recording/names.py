@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from linid.recording.mapping import PHASES, Role
+from linid.recording.mapping import PHASES, VOLTAGES, Role
 from linid.recording.units import find_unit
 
 
@@ -25,6 +25,7 @@ _TIME = re.compile(
 _POSITION = _words("position pos actpos lage weg displacement angle winkel istposition istpos theta")
 _VELOCITY = _words("velocity vel velo speed geschwindigkeit drehzahl actvel actvelo")
 _CURRENT = r"(?:current|currents|curr|cur|strom)"
+_VOLTAGE = r"(?:voltage|voltages|volt|spannung)"
 _Q_CURRENT = re.compile(
     rf"(?:.* )?(?:i ?q|q(?: axis)? {_CURRENT}|{_CURRENT} q|(?:torque|quadrature|active) {_CURRENT})(?: (?:act|actual))?"
 )
@@ -79,8 +80,8 @@ def candidates(names: Sequence[str]) -> dict[Role, list[int]]:
         "current_q": _best([i for i, w in enumerate(words) if _Q_CURRENT.fullmatch(w) and _is_measured(w)], words),
         "command": [i for i, w in enumerate(words) if _COMMAND.fullmatch(w) or w == "command"],
     }
-    for role, indices in zip(PHASES, _phases(words), strict=True):
-        found[role] = indices
+    for roles, is_phase in ((PHASES, _is_phase_current), (VOLTAGES, _is_phase_voltage)):
+        found |= dict(zip(roles, _phases(words, is_phase), strict=True))
     return found
 
 
@@ -98,11 +99,11 @@ def _best(indices: list[int], words: Sequence[str]) -> list[int]:
     return actual or indices
 
 
-def _phases(words: Sequence[str]) -> list[list[int]]:
-    """Columns of the three phase currents; a set counts from two of three on, two sets are ambiguous."""
+def _phases(words: Sequence[str], is_phase: Callable[[str, str], bool]) -> list[list[int]]:
+    """Columns of the three phases; a set counts from two of three on, two sets are ambiguous."""
     complete = []
     for letters in _PHASE_SETS:
-        columns = [[i for i, w in enumerate(words) if _is_phase(w, letter)] for letter in letters]
+        columns = [[i for i, w in enumerate(words) if is_phase(w, letter)] for letter in letters]
         if sum(bool(c) for c in columns) >= 2:
             complete.append(columns)
     if not complete:
@@ -110,9 +111,22 @@ def _phases(words: Sequence[str]) -> list[list[int]]:
     return [sorted({i for columns in complete for i in columns[k]}) for k in range(3)]
 
 
-def _is_phase(words: str, letter: str) -> bool:
+def _is_phase_current(words: str, letter: str) -> bool:
     pattern = (
         rf"(?:.* )?(?:i ?{letter}|i l ?{letter}|{_CURRENT} (?:phase |l ?|i ?)?{letter}|phase l? ?{letter} {_CURRENT}"
         rf"|{letter} (?:phase )?{_CURRENT})(?: (?:act|actual))?"
+    )
+    return bool(re.fullmatch(pattern, words)) and _is_measured(words)
+
+
+def _is_phase_voltage(words: str, letter: str) -> bool:
+    if letter.isdigit() and not re.search(r"\bphase\b|\bl ?\d|^u ?\d", words):
+        return False  # `Input Voltage 1` may be anything
+    # A phase before the phase, as in `u v voltage`, means the voltage between the two.
+    symbol = "u ?" if letter.isdigit() else "[uv] " if letter in "abc" else "u "
+    pattern = (
+        rf"(?:(?:.* )?{_VOLTAGE} (?:phase )?(?:l ?)?{letter}"
+        rf"|(?:.*[a-zäöüß]{{2}} )?(?:l ?)?{letter} (?:phase )?{_VOLTAGE}"
+        rf"|{symbol}(?:l ?)?{letter})(?: (?:act|actual))?"
     )
     return bool(re.fullmatch(pattern, words)) and _is_measured(words)

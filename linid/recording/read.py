@@ -9,7 +9,7 @@ import numpy as np
 from linid.errors import DataError, UsageError
 from linid.recording.assemble import Signals, assemble
 from linid.recording.layouts import read_table
-from linid.recording.mapping import PHASES, ChannelMapping, Role
+from linid.recording.mapping import PHASES, VOLTAGES, ChannelMapping, Role
 from linid.recording.recording import Array, Axis, Kind, Recording, Split
 from linid.recording.repair import saturation_note
 from linid.recording.resolve import Channels, resolve
@@ -32,8 +32,8 @@ def read_recording(
     """Read one scope export into SI units on a regular time grid; every correction is a sentence in `notes`.
 
     channels: column mapping (default: by name); axis: linear (m) or rotary (rad); kind: None decides by the currents
-    (none, or all zero: free_wheel); added_mass: kg (rotary: kg m^2); window: (t0, t1) in s of the file's own time;
-    period: sampling period in s where the file has no time column.
+    or command, without them by the phase voltages (none, or all zero: free_wheel); added_mass: kg (rotary: kg m^2);
+    window: (t0, t1) in s of the file's own time; period: sampling period in s where the file has no time column.
     Raises DataError for anything in the file that cannot be used, with line, found, expected and remedy.
     """
     path = Path(path)
@@ -67,12 +67,13 @@ def _recording(
     notes = [*table_notes, *channels.notes, *signals.notes]
     phases, phase_notes = _three_phases(values, path)
     notes += phase_notes
+    voltages = np.stack([values[role] for role in VOLTAGES]) if VOLTAGES[0] in values else None
     drive, unit = None, "A"
     if "command" in values:
         drive, unit = values["command"], channels.by_role["command"].si
     if "current_q" in values and "command" not in values:
         drive = values["current_q"]
-    decided, kind_notes = _kind(kind, phases, drive, path)
+    decided, kind_notes = _kind(kind, phases, drive, voltages, path)
     notes += kind_notes
     y = values["position"]
     _refuse_constant(y, decided, path)
@@ -82,9 +83,9 @@ def _recording(
     if values["time"][0] < 0:
         notes.append(f"time starts at {values['time'][0]:g} s (samples before the trigger are kept)")
     return Recording(
-        name=path.stem, t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases, drive_input=drive,
-        input_unit=unit, axis=axis, kind=decided, split=split, added_mass=added_mass, source=path, sha256=sha256,
-        notes=tuple(notes),
+        name=path.stem, t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases,
+        phase_voltages=voltages, drive_input=drive, input_unit=unit, axis=axis, kind=decided, split=split,
+        added_mass=added_mass, source=path, sha256=sha256, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -107,16 +108,21 @@ def _three_phases(values: dict[Role, Array], path: Path) -> tuple[Array | None, 
     )
 
 
-def _kind(kind: Kind | None, phases: Array | None, drive: Array | None, path: Path) -> tuple[Kind, list[str]]:
-    inputs = [x for x in (phases, drive) if x is not None]
+def _kind(
+    kind: Kind | None, phases: Array | None, drive: Array | None, voltages: Array | None, path: Path
+) -> tuple[Kind, list[str]]:
+    inputs, names = [x for x in (phases, drive) if x is not None], "currents"
+    if not inputs and voltages is not None and kind != "free_wheel":  # a free wheel's are its back-EMF
+        inputs = [voltages]
+        names = "voltages"
     silent = all(bool((x == 0).all()) for x in inputs)
     if kind == "motor" and not inputs:
         raise DataError(
             str(path), "a motor recording without currents or command",
-            "Map the phase currents, the q-current or the command, or set `kind: free_wheel`.",
+            "Map the phase currents or voltages, the q-current or the command, or set `kind: free_wheel`.",
         )  # fmt: skip
     if kind == "motor" and silent:
-        return "motor", ["all currents are zero although the recording is of kind motor"]
+        return "motor", [f"all {names} are zero although the recording is of kind motor"]
     if kind == "free_wheel" and not silent:
         largest = max(float(np.abs(x).max()) for x in inputs)
         return "free_wheel", [f"a free-wheel recording with currents or commands up to {largest:.3g}"]

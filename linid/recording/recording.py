@@ -22,7 +22,8 @@ class Recording:
 
     t: (n,) time in s, strictly increasing; y: (n,) position in m (rotary: rad);
     v: (n,) velocity as exported, m/s, only shown, never fitted;
-    phase_currents: (3, n) A; drive_input: (n,) q-current in A or command in `input_unit`.
+    phase_currents: (3, n) A; phase_voltages: (3, n) V, each phase to the neutral or across its winding;
+    drive_input: (n,) q-current in A or command in `input_unit`.
     added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
     elapsed: running time of the campaign in s when this recording's clock shows 0; repeat_of: name of the first
     recording of the same command.
@@ -34,6 +35,7 @@ class Recording:
     y: Array
     v: Array | None = None
     phase_currents: Array | None = None
+    phase_voltages: Array | None = None
     drive_input: Array | None = None
     input_unit: str = "A"
     axis: Axis = "linear"
@@ -48,7 +50,7 @@ class Recording:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        for array in (self.t, self.y, self.v, self.phase_currents, self.drive_input):
+        for array in (self.t, self.y, self.v, self.phase_currents, self.phase_voltages, self.drive_input):
             if array is not None:
                 array.setflags(write=False)
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.errors import DataError
-from linid.recording.mapping import PHASES, ROLES, ChannelMapping, ChannelSpec, Role
+from linid.recording.mapping import INPUTS, PHASES, ROLES, VOLTAGES, ChannelMapping, ChannelSpec, Role
 from linid.recording.names import candidates, normalised
 from linid.recording.recording import Array, Axis
 from linid.recording.table import Column, Table
 from linid.recording.units import unit_of
 
-_INPUTS: tuple[Role, ...] = (*PHASES, "current_q", "command")
 _SI_LENGTH = {"linear": ("length", "m"), "rotary": ("angle", "rad")}
 _SI_SPEED = {"linear": ("velocity", "m/s"), "rotary": ("angular velocity", "rad/s")}
 
@@ -65,6 +64,7 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
             "no position column recognised",
             f"Name it in the mapping, `position: {{column: ..., unit: mm}}`. Columns: {listing(table.columns)}.",
         )
+    _check_voltages(table, columns_of)
     found: dict[Role, Channel] = {}
     for role, column in columns_of.items():
         spec = mapping.spec(role)
@@ -76,6 +76,16 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
             continue
         found[role] = _channel(table, role, column, spec, axis)
     return Channels(found, tuple(notes))
+
+
+def _check_voltages(table: Table, columns_of: dict[Role, Column]) -> None:
+    missing = [role for role in VOLTAGES if role not in columns_of]
+    if len(missing) in (1, 2):
+        raise DataError(
+            str(table.path),
+            f"found {3 - len(missing)} of the three phase voltages ({' and '.join(missing)} missing)",
+            "Log and map all three, for they need not sum to zero, or map the currents alone.",
+        )
 
 
 def listing(columns: Iterable[Column]) -> str:
@@ -103,7 +113,12 @@ def _choose(
         spec = mapping.spec(role)
         if spec is not None:
             chosen[role] = _by_mapping(table, role, spec)
-    inputs_mapped = any(role in chosen for role in _INPUTS)
+    # Mapped currents or a mapped command are all that the user wants to drive with; voltages come beside currents.
+    known: set[Role] = {"time"}
+    if any(role in chosen for role in INPUTS if role not in VOLTAGES):
+        known |= set(INPUTS)
+    elif any(role in chosen for role in VOLTAGES):
+        known |= set(VOLTAGES)
     taken = {id(column) for column in chosen.values()}
     free = [column for column in columns if column.numeric and id(column) not in taken]
     by_name = candidates([column.name for column in free])
@@ -111,11 +126,11 @@ def _choose(
         fitting = [free[i] for i in by_name[role]]
         if role == "position" and mapping.time_group is not None:
             fitting = [column for column in fitting if column.group == mapping.time_group - 1]
-        if role in chosen or role == "time" or not fitting or (role in _INPUTS and inputs_mapped):
+        if role in chosen or role in known or not fitting:
             continue
         if len(fitting) == 1:
             chosen[role] = fitting[0]
-        elif role == "velocity" or (role == "command" and any(r in chosen for r in _INPUTS)):
+        elif role == "velocity" or (role == "command" and any(r in chosen for r in INPUTS)):
             notes.append(f"several columns could be the {role}, none is read: {listing(fitting)}")
         else:
             raise _ambiguous(table, role, fitting)
@@ -181,7 +196,7 @@ def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None,
     declared = (spec.unit if spec else None) or column.unit
     if not declared:
         example = {"time": "ms", "position": "mm" if axis == "linear" else "rad", "velocity": "mm/s", "command": "V"}
-        usual = example.get(role, "A")
+        usual = example.get(role, "V" if role in VOLTAGES else "A")
         raise DataError(
             place,
             f"no unit declared for the channel {role}, neither in the header nor in the mapping",
@@ -210,11 +225,12 @@ def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:
         "velocity": (_SI_SPEED[axis][0],),
         "command": ("voltage", "current", "force", "torque", "ratio"),
     }
-    return fixed.get(role, ("current",))
+    return fixed.get(role, ("voltage",) if role in VOLTAGES else ("current",))
 
 
 def _si(role: Role, axis: Axis) -> str:
-    return {"time": "s", "position": _SI_LENGTH[axis][1], "velocity": _SI_SPEED[axis][1], "command": "1"}.get(role, "A")
+    fixed = {"time": "s", "position": _SI_LENGTH[axis][1], "velocity": _SI_SPEED[axis][1], "command": "1"}
+    return fixed.get(role, "V" if role in VOLTAGES else "A")
 
 
 def _number(table: Table, value: float | str, place: str) -> float:

@@ -112,7 +112,8 @@ def _sliced(recording: Recording, part: slice) -> Recording:
 
     return replace(
         recording, t=recording.t[part].copy(), y=recording.y[part].copy(), v=cut(recording.v),
-        phase_currents=cut(recording.phase_currents), drive_input=cut(recording.drive_input),
+        phase_currents=cut(recording.phase_currents), phase_voltages=cut(recording.phase_voltages),
+        drive_input=cut(recording.drive_input),
     )  # fmt: skip
 
 
@@ -136,5 +137,6 @@ def _resampled(recording: Recording, grid: Array, notes: tuple[str, ...]) -> Rec
     assert y is not None
     return replace(
         recording, t=grid, y=y, v=at_grid(recording.v), phase_currents=at_grid(recording.phase_currents),
-        drive_input=at_grid(recording.drive_input), notes=(*recording.notes, *notes),
+        phase_voltages=at_grid(recording.phase_voltages), drive_input=at_grid(recording.drive_input),
+        notes=(*recording.notes, *notes),
     )  # fmt: skip

@@ -40,6 +40,25 @@ class ThetaMotor(Description):
 Motor = Annotated[SineMotor | ThetaMotor, Field(discriminator="kind")]
 
 
+class Winding(Description):
+    """Phase windings: U_j = R I_j + L dI_j/dt + M sum_(k != j) dI_k/dt + e_j(y) v; with them voltages are logged.
+
+    connection: in a star the three windings meet in a neutral that is not brought out.
+    """
+
+    resistance_ohm: Positive
+    inductance_h: Positive
+    mutual_inductance_h: float = 0.0
+    connection: Literal["star", "separate"]
+
+    @model_validator(mode="after")
+    def _stores_energy(self) -> Winding:
+        # The inductance matrix has the eigenvalues L - M (twice) and L + 2 M.
+        if not -self.inductance_h / 2 < self.mutual_inductance_h < self.inductance_h:
+            raise ValueError("mutual_inductance_h must be between -inductance_h / 2 and inductance_h")
+        return self
+
+
 class Stroke(Description):
     """Where the forcer may go; a generated motion that leaves it is refused."""
 
@@ -71,13 +90,15 @@ class Drive(Description):
 
 
 class Measurement(Description):
-    """What the scope logs; a resolution of 0 means unquantised."""
+    """What the scope logs; a resolution of 0 means unquantised. Voltages only where the winding is described."""
 
     sample_period_s: Positive = 1.0e-3
     position_resolution_m: NotNegative = 1.0e-7
     position_noise_rms_m: NotNegative = 2.0e-7
     current_resolution_a: NotNegative = 1.0e-3
     current_noise_rms_a: NotNegative = 3.0e-3
+    voltage_resolution_v: NotNegative = 0.0
+    voltage_noise_rms_v: NotNegative = 2.0e-2
 
 
 class AxisDescription(Description):
@@ -89,6 +110,7 @@ class AxisDescription(Description):
     constant_force_n: float = 0.0
     friction: Friction
     motor: Motor
+    winding: Winding | None = None
     stroke: Stroke
     drive: Drive = Drive()
     measurement: Measurement = Measurement()

@@ -66,13 +66,18 @@ def truth_yaml(generated: GeneratedCampaign) -> str:
     import yaml
 
     description = generated.description
+    measurement = description.measurement.model_dump()
+    if description.winding is None:
+        measurement = {name: value for name, value in measurement.items() if not name.startswith("voltage_")}
     content: dict[str, Any] = {
         "name": description.name,
         "seed": generated.seed,
         "motor": description.motor.kind,
         "parameters": generated.truth,
-        "measurement": description.measurement.model_dump(),
+        "measurement": measurement,
     }
+    if description.winding is not None:
+        content["winding"] = description.winding.model_dump()
     return NOTICE + str(yaml.safe_dump(content, sort_keys=False))
 
 
@@ -115,6 +120,8 @@ def _table(generated: GeneratedCampaign, recording: Recording) -> Table:
         currents_a=recording.phase_currents,
         position_decimals=_decimals(1e3 * measurement.position_resolution_m),
         current_decimals=_decimals(measurement.current_resolution_a),
+        voltages_v=recording.phase_voltages,
+        voltage_decimals=_decimals(measurement.voltage_resolution_v),
     )
 
 

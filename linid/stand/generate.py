@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from linid.errors import ConfigError, UsageError
 from linid.recording.recording import Recording
 from linid.stand.description import AxisDescription
-from linid.stand.measurement import measure
+from linid.stand.measurement import measure, measure_voltages
 from linid.stand.mode_descriptions import FreeWheel, Mode
 
 if TYPE_CHECKING:
@@ -22,12 +22,16 @@ Array = NDArray[np.float64]
 
 
 class ExactMotion(NamedTuple):
-    """Noise-free motion at the logged instants: t (n,) s, y (n,) m, v (n,) m/s, currents (3, n) A."""
+    """Noise-free motion at the logged instants: t (n,) s, y (n,) m, v (n,) m/s, currents (3, n) A, voltages (3, n) V.
+
+    voltages: None where the winding is not described.
+    """
 
     t: Array
     y: Array
     v: Array
     currents: Array
+    voltages: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ def true_parameters(description: AxisDescription) -> dict[str, float]:
     """The true parameters of a described axis under their canonical names, SI units.
 
     guideway_density, winding_displacement and shift are omega_g, alpha_p, alpha_S of the sine motor and z_0, z_p,
-    z_S of the theta motor; force_constant is K_f or K_f'.
+    z_S of the theta motor; force_constant is K_f or K_f'. In a star phase_inductance is L - M: M has no other effect.
     """
     motor = description.motor
     truth = description.friction.values | {
@@ -90,6 +94,13 @@ def true_parameters(description: AxisDescription) -> dict[str, float]:
     }
     if motor.kind == "theta":
         truth |= {"winding_length": motor.winding_length_rad, "nome": motor.nome}
+    winding = description.winding
+    if winding is not None:
+        truth |= {"phase_resistance": winding.resistance_ohm}
+        if winding.connection == "star":
+            truth |= {"phase_inductance": winding.inductance_h - winding.mutual_inductance_h}
+        else:
+            truth |= {"phase_inductance": winding.inductance_h, "mutual_inductance": winding.mutual_inductance_h}
     if description.constant_force_n != 0:
         truth["constant_force"] = description.constant_force_n
     return truth
@@ -102,13 +113,16 @@ def _check_seed(seed: int) -> None:
 
 def _exact(mode: Mode, description: AxisDescription) -> ExactMotion:
     from linid.stand.modes import command
-    from linid.stand.plant import simulate
+    from linid.stand.plant import plant_parameters, simulate
+    from linid.stand.winding import phase_voltages
 
     run = simulate(
         description, command(mode, description), start_position=mode.start_position_m, added_mass=mode.added_mass_kg
     )
     _check_motion(mode, description, run)
-    return ExactMotion(run.t, run.y, run.v, run.phase_currents)
+    winding = description.winding
+    voltages = phase_voltages(winding, plant_parameters(description), run) if winding is not None else None
+    return ExactMotion(run.t, run.y, run.v, run.phase_currents, voltages)
 
 
 def _check_motion(mode: Mode, description: AxisDescription, run: PlantRun) -> None:
@@ -138,11 +152,15 @@ def _recording(mode: Mode, description: AxisDescription, motion: ExactMotion, se
     y, currents = measure(
         motion.y, motion.currents, description.measurement, seed=seed, index=index, powered=not coasting
     )
+    voltages = None
+    if motion.voltages is not None:
+        voltages = measure_voltages(motion.voltages, description.measurement, seed=seed, index=index)
     return Recording(
         name=mode.name,
         t=motion.t.copy(),
         y=y,
         phase_currents=currents,
+        phase_voltages=voltages,
         kind="free_wheel" if coasting else "motor",
         split=mode.split,
         added_mass=mode.added_mass_kg,

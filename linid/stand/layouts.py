@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,10 @@ PHASES = ("U", "V", "W")
 
 @dataclass(frozen=True)
 class Table:
-    """What one scope export shows, in its units: time and period in ms, position in mm, currents (3, n) in A."""
+    """What one scope export shows, in its units: time and period in ms, position in mm, currents (3, n) in A.
+
+    voltages_v: (3, n) in V, where the drive logs them.
+    """
 
     name: str
     period_ms: float
@@ -25,6 +29,22 @@ class Table:
     currents_a: Array
     position_decimals: int
     current_decimals: int
+    voltages_v: Array | None = None
+    voltage_decimals: int = 0
+
+
+class Column(NamedTuple):
+    """One phase quantity's column: kind (Current or Voltage), phase, unit and the values as text."""
+
+    kind: str
+    phase: str
+    unit: str
+    values: list[str]
+
+    @property
+    def label(self) -> str:
+        """Such as `Phase Current U`."""
+        return f"Phase {self.kind} {self.phase}"
 
 
 def write_table(table: Table, layout: str, decimal_mark: str) -> str:
@@ -32,17 +52,28 @@ def write_table(table: Table, layout: str, decimal_mark: str) -> str:
     return LAYOUTS[layout](table, decimal_mark)
 
 
-def _columns(table: Table, decimal_mark: str) -> tuple[list[str], list[str], list[list[str]]]:
-    """Time, position and the three currents as text."""
+def _columns(table: Table, decimal_mark: str) -> tuple[list[str], list[str], list[Column]]:
+    """Time and position as text, then the columns of the phases."""
 
     def text(values: Array, places: int) -> list[str]:
         return [f"{value:.{places}f}".replace(".", decimal_mark) for value in values]
 
+    quantities = [("Current", "A", table.currents_a, table.current_decimals)]
+    if table.voltages_v is not None:
+        quantities.append(("Voltage", "V", table.voltages_v, table.voltage_decimals))
     return (
         text(table.time_ms, 3),
         text(table.position_mm, table.position_decimals),
-        [text(current, table.current_decimals) for current in table.currents_a],
+        [
+            Column(kind, phase, unit, text(row, places))
+            for kind, unit, rows, places in quantities
+            for phase, row in zip(PHASES, rows, strict=True)
+        ],
     )
+
+
+def _rows(t: list[str], y: list[str], phases: list[Column]) -> Rows:
+    return [list(row) for row in zip(t, y, *(column.values for column in phases), strict=True)]
 
 
 def _join(rows: Rows, separator: str, end: str = "") -> str:
@@ -55,37 +86,35 @@ def _separator(decimal_mark: str) -> str:
 
 def _generic(table: Table, decimal_mark: str) -> str:
     """One header line with units; a comma separates, or a semicolon where the comma is the decimal mark."""
-    t, y, currents = _columns(table, decimal_mark)
-    header = ["Time (ms)", "Actual Position (mm)", *(f"Phase Current {phase} (A)" for phase in PHASES)]
-    return _join([header, *map(list, zip(t, y, *currents, strict=True))], _separator(decimal_mark))
+    t, y, phases = _columns(table, decimal_mark)
+    header = ["Time (ms)", "Actual Position (mm)", *(f"{column.label} ({column.unit})" for column in phases)]
+    return _join([header, *_rows(t, y, phases)], _separator(decimal_mark))
 
 
 def _twincat(table: Table, decimal_mark: str) -> str:
     """Tab-separated; a keyed header block with one key/value pair per channel, and a time column per channel."""
-    t, y, currents = _columns(table, decimal_mark)
-    channels = ("ActPos", *(f"PhaseCurrent{phase}" for phase in PHASES))
+    t, y, phases = _columns(table, decimal_mark)
+    channels = ("ActPos", *(f"Phase{column.kind}{column.phase}" for column in phases))
     period = f"{table.period_ms:g}".replace(".", decimal_mark)
     keyed = {
         "Name": channels,
-        "SymbolComment": ("Actual Position", *(f"Phase Current {phase}" for phase in PHASES)),
-        "Data-Type": ("REAL64",) * 4,
-        "SampleTime[ms]": (period,) * 4,
+        "SymbolComment": ("Actual Position", *(column.label for column in phases)),
+        "Data-Type": ("REAL64",) * len(channels),
+        "SampleTime[ms]": (period,) * len(channels),
         "SymbolName": tuple(f"Axis.{channel}" for channel in channels),
-        "Offset": ("0",) * 4,
-        "ScaleFactor": ("1",) * 4,
-        "Unit": ("mm (Length)", "A (Current)", "A (Current)", "A (Current)"),
+        "Offset": ("0",) * len(channels),
+        "ScaleFactor": ("1",) * len(channels),
+        "Unit": ("mm (Length)", *(f"{column.unit} ({column.kind})" for column in phases)),
     }
     head: Rows = [["Name", table.name], ["File", f"{table.name}.csv"], [], []]
     block = [[cell for value in values for cell in (key, value)] for key, values in keyed.items()]
-    body = [
-        [instant, p, instant, u, instant, v, instant, w] for instant, p, u, v, w in zip(t, y, *currents, strict=True)
-    ]
+    body = [[cell for value in values for cell in (instant, value)] for instant, *values in _rows(t, y, phases)]
     return _join([*head, *block, [], *body], "\t")
 
 
 def _elmo(table: Table, decimal_mark: str) -> str:
     """Bracketed sections; every line of the data section ends with the separator."""
-    t, y, currents = _columns(table, decimal_mark)
+    t, y, phases = _columns(table, decimal_mark)
     separator = _separator(decimal_mark)
     period = f"{table.period_ms / 1e3:g}".replace(".", decimal_mark)
     head: Rows = [
@@ -94,20 +123,19 @@ def _elmo(table: Table, decimal_mark: str) -> str:
         ["Sampling Time (s)", period],
         ["Samples", str(len(t))],
         ["[Data]"],
-        ["Time (ms)", "Position (mm)", *(f"Phase Current {phase} (A)" for phase in PHASES)],
+        ["Time (ms)", "Position (mm)", *(f"{column.label} ({column.unit})" for column in phases)],
     ]
-    body = list(map(list, zip(t, y, *currents, strict=True)))
-    return _join(head[:-1], separator) + _join([head[-1], *body], separator, separator)
+    return _join(head[:-1], separator) + _join([head[-1], *_rows(t, y, phases)], separator, separator)
 
 
 def _controldesk(table: Table, decimal_mark: str) -> str:
     """Labelled rows of variable paths and units; the row label trace_values starts the numbers."""
-    t, y, currents = _columns(table, decimal_mark)
+    t, y, phases = _columns(table, decimal_mark)
     labelled: Rows = [
-        ["path", "Time", "Axis/Actual Position", *(f"Axis/Phase Current {phase}" for phase in PHASES)],
-        ["unit", "ms", "mm", "A", "A", "A"],
+        ["path", "Time", "Axis/Actual Position", *(f"Axis/{column.label}" for column in phases)],
+        ["unit", "ms", "mm", *(column.unit for column in phases)],
     ]
-    body = [["", *row] for row in zip(t, y, *currents, strict=True)]
+    body = [["", *row] for row in _rows(t, y, phases)]
     body[0][0] = "trace_values"
     return _join([*labelled, *body], _separator(decimal_mark))
 

@@ -43,3 +43,10 @@ def measure(
         return logged, np.zeros_like(phase_currents)
     # Adding 0.0 turns the -0.0 of rounding into 0.0.
     return logged + 0.0, quantise(phase_currents + i_noise, measurement.current_resolution_a) + 0.0
+
+
+def measure_voltages(phase_voltages: Array, measurement: Measurement, *, seed: int, index: int) -> Array:
+    """Logged phase voltages (3, n) in V of exact ones; seed, index as in `measure`, the noise stream is their own."""
+    random = np.random.default_rng([seed, index, 1])
+    noise = measurement.voltage_noise_rms_v * random.standard_normal(phase_voltages.shape)
+    return quantise(phase_voltages + noise, measurement.voltage_resolution_v) + 0.0

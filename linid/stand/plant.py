@@ -63,6 +63,7 @@ class DriveParameters(NamedTuple):
 class PlantRun:
     """Exact motion at the logged instants; (n,) arrays in SI units, phase_currents (3, n).
 
+    q_current_rate: in A/s; it jumps where the current loop is updated, the mean of both sides is given;
     work: work done on the forcer by motor, push and constant force in J; loss: energy dissipated by friction in J;
     peak: (lowest, highest) position in m over all integration steps, not only the logged ones.
     """
@@ -72,6 +73,7 @@ class PlantRun:
     v: Array
     w: Array
     q_current: Array
+    q_current_rate: Array
     phase_currents: Array
     work: Array
     loss: Array
@@ -170,15 +172,20 @@ def simulate(
         substeps or description.substeps,
         description.loops_per_sample,
     )
-    y, v, w, q_current, work, loss = logged.T.copy()
+    y, v, w, q_current, work, loss, rate = logged.T.copy()
     t: Array = np.arange(len(y), dtype=np.float64) * np.float64(description.measurement.sample_period_s)
-    return PlantRun(t, y, v, w, q_current, phase_currents(parameters, y, q_current), work, loss, (low, high))
+    return PlantRun(t, y, v, w, q_current, rate, phase_currents(parameters, y, q_current), work, loss, (low, high))
 
 
 def phase_currents(parameters: PlantParameters, y: Array, q_current: Array) -> Array:
     """Balanced phase currents (3, n) in A: I_j = +-i_q sin(omega y + 2 pi/3 (j-2) + s), along the field."""
+    return np.stack([parameters.polarity * q_current * np.sin(angle) for angle in commutation_angles(parameters, y)])
+
+
+def commutation_angles(parameters: PlantParameters, y: Array) -> Array:
+    """The drive's angles (3, n) in rad of the three phases at y (n,) in m."""
     angle = parameters.density * y + parameters.shift
-    return np.stack([parameters.polarity * q_current * np.sin(angle + 2 * math.pi / 3 * (j - 2)) for j in (1, 2, 3)])
+    return np.stack([angle + 2 * math.pi / 3 * (j - 2) for j in (1, 2, 3)])
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -188,16 +195,32 @@ def stribeck(v: float, p: PlantParameters) -> float:
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
+def phase_constant(y: float, j: int, p: PlantParameters) -> float:
+    """Thrust per current in N/A of phase j (-1, 0, 1) at y in m: in V s/m its back-EMF per speed."""
+    field = 0.0
+    for h in range(p.harmonics.shape[0]):
+        field += p.harmonics[h, 1] * math.sin(p.harmonics[h, 0] * (p.density * y + p.shift + p.displacement * j))
+    return field
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def phase_constants(y: Array, p: PlantParameters) -> Array:
+    """`phase_constant` of the three phases (3, n) at y (n,) in m."""
+    constants = np.empty((3, y.size))
+    for k in range(y.size):
+        for j in range(3):
+            constants[j, k] = phase_constant(y[k], j - 1, p)
+    return constants
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def thrust(y: float, i_q: float, p: PlantParameters) -> float:
     """Motor force in N of the commutated q-current i_q in A at y in m."""
     base = p.density * y + p.shift
     force = 0.0
     for j in range(-1, 2):
         current = p.polarity * i_q * math.sin(base + 2 * math.pi / 3 * j)
-        field = 0.0
-        for h in range(p.harmonics.shape[0]):
-            field += p.harmonics[h, 1] * math.sin(p.harmonics[h, 0] * (base + p.displacement * j))
-        force += field * current
+        force += phase_constant(y, j, p) * current
     return force
 
 
@@ -264,18 +287,21 @@ def _integrate(
     loops_per_sample: int,
 ) -> tuple[Array, float, float]:
     loops = current.shape[0]
-    logged = np.empty((loops // loops_per_sample, 6))
+    logged = np.empty((loops // loops_per_sample, 7))
     state = (y0, v0, w0, 0.0, 0.0, 0.0)
     low, high, integral, i_reference = y0, y0, 0.0, 0.0
     h = d.period / substeps
     for loop in range(loops):
-        if loop % loops_per_sample == 0:
-            for column in range(6):
-                logged[loop // loops_per_sample, column] = state[column]
+        i_before = i_reference
         if control == 1:
             i_reference = min(max(current[loop], -d.limit), d.limit)
         elif control == 2:
             i_reference, integral = _control(state[0], state[1], y_reference[loop], v_reference[loop], integral, d)
+        if loop % loops_per_sample == 0:
+            row = loop // loops_per_sample
+            for column in range(6):
+                logged[row, column] = state[column]
+            logged[row, 6] = ((i_before + i_reference) / 2 - state[3]) / p.current_lag
         for _ in range(substeps):
             state = _step(state, h, i_reference, push[loop], p)
             low, high = min(low, state[0]), max(high, state[0])

@@ -98,6 +98,8 @@ def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:
         digest = hashlib.sha256(about.encode())
         for array in (r.t, r.y, r.phase_currents, r.drive_input):
             digest.update(b"-" if array is None else array.tobytes())
+        if r.phase_voltages is not None:
+            digest.update(b"voltages" + r.phase_voltages.tobytes())
         rows.append([r.name, digest.hexdigest()])
     return rows
 

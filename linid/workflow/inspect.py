@@ -12,7 +12,7 @@ from linid.workflow.results import finite
 from linid.workflow.run_folder import write_text
 
 if TYPE_CHECKING:
-    from linid.recording import Axis, Campaign, Inspection
+    from linid.recording import Axis, Campaign, Inspection, Recording
 
 COMMAND = "inspect"
 
@@ -100,13 +100,21 @@ def _columns(found: Inspection) -> Any:
     return table
 
 
+def _inputs(r: Recording) -> str:
+    """The drive's logged inputs in short."""
+    named = {"3 currents": r.phase_currents, "3 voltages": r.phase_voltages}
+    if r.phase_currents is None:
+        named[r.input_unit] = r.drive_input
+    return ", ".join(name for name, x in named.items() if x is not None) or "-"
+
+
 def _campaign(campaign: Campaign) -> Outcome:
     table = _table()
     for title in ("Recording", "Kind", "Split", "Samples", "Hz", "Seconds", "Added kg", "Inputs"):
         table.add_column(title, overflow="fold", min_width=17 if title == "Recording" else None)
     rows = []
     for r in campaign.recordings:
-        inputs = "3 currents" if r.phase_currents is not None else (r.input_unit if r.drive_input is not None else "-")
+        inputs = _inputs(r)
         rows.append(
             {
                 "recording": r.name,

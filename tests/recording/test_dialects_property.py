@@ -13,7 +13,9 @@ from linid.recording import read_recording
 
 STYLES = ("{n} ({u})", "{n} [{u}]", "{n} / {u}", "{n}{{{u}}}")
 SCALES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "m": 1.0, "mm": 1e-3, "um": 1e-6, "A": 1.0, "mA": 1e-3}
+SCALES |= {"V": 1.0, "mV": 1e-3, "kV": 1e3}
 NAMES = ["Time", "Actual Position", "Phase Current U", "Phase Current V", "Phase Current W"]
+VOLTAGES = ["Phase U Voltage", "Phase V Voltage", "Phase W Voltage"]
 ALPHABET = "0123456789.,;\t\n -eE\"'naifTime()mPosA#_"
 NOISE_LINES = ["Recorded on bench 2", "Operator: M. Moore", "Export 2024-05-06 07:08:09", ""]
 
@@ -28,6 +30,7 @@ NOISE_LINES = ["Recorded on bench 2", "Operator: M. Moore", "Export 2024-05-06 0
     units=st.tuples(
         st.sampled_from(["s", "ms", "us"]), st.sampled_from(["m", "mm", "um"]), st.sampled_from(["A", "mA"])
     ),
+    volt=st.sampled_from([None, "V", "mV", "kV"]),
     decimals=st.integers(3, 9),
     preamble=st.lists(st.sampled_from(NOISE_LINES), max_size=3),
     two_lines=st.booleans(),
@@ -44,6 +47,7 @@ def test_round_trip(
     newline: str,
     style: str,
     units: tuple[str, str, str],
+    volt: str | None,
     decimals: int,
     preamble: list[str],
     two_lines: bool,
@@ -56,11 +60,15 @@ def test_round_trip(
     declared = [units[0], units[1], units[2], units[2], units[2]]
     step = {"s": 0.001, "ms": 1.0, "us": 1000.0}[units[0]]
     columns = [np.arange(n) * step, np.cumsum(rng.normal(1, 0.3, n)), *rng.normal(0, 3, (3, n))]
+    names = list(NAMES)
+    if volt is not None:
+        names, declared = names + VOLTAGES, declared + [volt] * 3
+        columns += [*rng.normal(0, 20, (3, n))]
     printed = [[f"{x:.{decimals}f}" for x in column] for column in columns]
     if two_lines:
-        header = [separator.join(NAMES), separator.join(f"[{u}]" for u in declared)]
+        header = [separator.join(names), separator.join(f"[{u}]" for u in declared)]
     else:
-        header = [separator.join(style.format(n=name, u=u) for name, u in zip(NAMES, declared, strict=True))]
+        header = [separator.join(style.format(n=name, u=u) for name, u in zip(names, declared, strict=True))]
 
     def cell(text: str) -> str:
         text = text.replace(".", mark)
@@ -75,7 +83,10 @@ def test_round_trip(
     truth = [np.array([float(x) for x in column]) * SCALES[u] for column, u in zip(printed, declared, strict=True)]
     np.testing.assert_allclose(recording.t, truth[0], rtol=1e-15, atol=1e-15)
     np.testing.assert_array_equal(recording.y, truth[1])
-    np.testing.assert_array_equal(recording.phase_currents, truth[2:])
+    np.testing.assert_array_equal(recording.phase_currents, truth[2:5])
+    assert (recording.phase_voltages is None) == (volt is None)
+    if volt is not None:
+        np.testing.assert_array_equal(recording.phase_voltages, truth[5:])
 
 
 @given(

@@ -28,6 +28,7 @@ from linid.recording.units import find_unit, unit_of
         ("mA", 1e-3, "A"),
         ("kA", 1e3, "A"),
         ("mV", 1e-3, "V"),
+        ("kV", 1e3, "V"),
         ("nm", 1e-9, "m"),
         ("Nm", 1.0, "N m"),
         ("Degrees", math.pi / 180, "rad"),

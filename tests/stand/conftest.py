@@ -23,5 +23,10 @@ def sine_stand() -> AxisDescription:
 
 
 @pytest.fixture(scope="session")
+def voltage_stand() -> AxisDescription:
+    return load_axis_description(REPOSITORY / "configs" / "stand_voltage.yaml")
+
+
+@pytest.fixture(scope="session")
 def campaign(stand: AxisDescription) -> GeneratedCampaign:
     return generate(stand, seed=1)
