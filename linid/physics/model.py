@@ -1,4 +1,4 @@
-"""The flat parameter vector that every compiled function reads: friction, mass, motor, then all effects."""
+"""The flat parameter vector that every compiled function reads: friction, mass, motor, windings, then all effects."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.errors import UsageError
-from linid.physics import friction, motors
+from linid.physics import electrical, friction, motors
 from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import EFFECTS, active_mask, find_effect
 from linid.physics.parameter import Parameter
 
 MOTOR_START = len(friction.PARAMETERS)
 MOTOR_SIZE = 6
-EFFECT_START = MOTOR_START + MOTOR_SIZE
+WINDING_START = MOTOR_START + MOTOR_SIZE
+WINDING_SIZE = 3
+EFFECT_START = WINDING_START + WINDING_SIZE
 MASS = MOTOR_START - 1
 
 
@@ -43,16 +45,25 @@ STATE_SIZE = 2 * len(STATEFUL)
 
 @dataclass(frozen=True)
 class Model:
-    """Which motor and effects act: kind is friction (free wheels only), force, sine or theta."""
+    """Which motor and effects act: kind is friction (free wheels only), force, sine or theta.
+
+    winding: star or separate for a motor driven by phase voltages, empty for one driven by its currents.
+    """
 
     kind: str
     effects: tuple[str, ...] = ()
+    winding: str = ""
     mask: int = field(init=False)
 
     def __post_init__(self) -> None:
         if self.kind not in motors.MOTOR_CODES:
             kinds = ", ".join(motors.MOTOR_CODES)
             raise UsageError("--model", f"there is no model {self.kind!r}", f"Choose one of {kinds}")
+        if self.winding not in electrical.PARAMETERS or (self.winding and self.kind not in ("sine", "theta")):
+            raise UsageError(
+                f"{self.kind} model", f"cannot be driven by voltages of {self.winding!r} windings",
+                "Take the sine or theta model with star or separate windings.",
+            )  # fmt: skip
         object.__setattr__(self, "mask", active_mask(self.effects))
 
     @property
@@ -64,7 +75,7 @@ class Model:
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters of friction, motor and active effects, in table order."""
         active = tuple(p for name in self.effects for p in find_effect(name).parameters_of(self.kind))
-        return motors.PARAMETERS[self.kind] + friction.PARAMETERS + active
+        return motors.PARAMETERS[self.kind] + electrical.PARAMETERS[self.winding] + friction.PARAMETERS + active
 
     @property
     def states(self) -> tuple[int, ...]:
@@ -81,6 +92,9 @@ class Model:
         for index, parameter in enumerate(motors.PARAMETERS[self.kind]):
             if parameter.name == name:
                 return MOTOR_START + index
+        for index, parameter in enumerate(electrical.PARAMETERS[self.winding]):
+            if parameter.name == name:
+                return WINDING_START + index
         return EFFECT_SLOTS[name]
 
     def vector(self, values: dict[str, float]) -> NDArray[np.float64]:

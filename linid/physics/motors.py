@@ -96,6 +96,45 @@ def phase_force(
 
 
 @njit(cache=True)
+def phase_constants(
+    motor: int,
+    y: float,
+    p: NDArray[np.float64],
+    table: NDArray[np.float64],
+    harmonics: int,
+    wavenumber: float,
+    phase: float,
+) -> tuple[float, float, float]:
+    """Thrust per phase current in N/A of the three windings at position y (m); in V s/m their back-EMF per speed.
+
+    p, table, harmonics as in `prepare_motor`; wavenumber, phase: of the first harmonic's angle.
+    """
+    if harmonics == 0:
+        z = p[1] * y + p[3]
+        return (
+            p[0] * big_theta_0(z - p[2], p[4], p[5]),
+            p[0] * big_theta_0(z, p[4], p[5]),
+            p[0] * big_theta_0(z + p[2], p[4], p[5]),
+        )
+    angle = wavenumber * y + phase
+    sine = math.sin(angle)
+    cosine = math.cos(angle)
+    middle = table[0, 0] * sine
+    shared = table[0, 0] * sine * table[1, 0]
+    apart = table[0, 0] * cosine * table[2, 0]
+    sine_2 = 2.0 * sine * cosine
+    cosine_2 = 1.0 - 2.0 * sine * sine
+    for k in range(1, harmonics):
+        turned = sine * cosine_2 + cosine * sine_2
+        cosine = cosine * cosine_2 - sine * sine_2
+        sine = turned
+        middle += table[0, k] * sine
+        shared += table[0, k] * sine * table[1, k]
+        apart += table[0, k] * cosine * table[2, k]
+    return shared - apart, middle, shared + apart
+
+
+@njit(cache=True)
 def gaussian_force(y: float, current_u: float, current_v: float, current_w: float, p: NDArray[np.float64]) -> float:
     """Thrust in N of the theta motor for a nome near 1, phase by phase (eq. 45). p as in `prepare_motor`."""
     z = p[1] * y + p[3]

@@ -19,10 +19,10 @@ from typing import Any
 
 import numba
 
-from linid.physics import friction, motors, theta
+from linid.physics import electrical, friction, motors, theta
 from linid.physics.effects.effect import TERM_ARGUMENTS, Effect
 from linid.physics.effects.registry import EFFECTS
-from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_SIZE, STATE_START, STATEFUL, Model
+from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_SIZE, STATE_START, STATEFUL, WINDING_START, Model
 
 _PARTS = ("terms", "kernel", "along")
 _MOTOR_TEXT = {
@@ -116,13 +116,17 @@ def _constants(model: Model | None) -> list[str]:
     values |= {"MASSES": bits["mass"], "SENSORS": bits["sensor"], "STATES": bits["advance"]}
     values["PUSHES"] = bits["drive"] | bits["field"] | bits["thrust"] | bits["force"]
     values["MOVING"] = bits["level"] | bits["advance"]
+    values |= {"WINDING": WINDING_START}
     values |= {"RECORD": RECORD, "ELAPSED": ELAPSED, "STATE_START": STATE_START, "STATE_SIZE": STATE_SIZE}
     values["WORK_SIZE"] = STATE_START + 2 * STATE_SIZE
     return [f"{name} = {value}" for name, value in values.items()]
 
 
-def emit(model: Model | None = None) -> str:
-    """The kernel's source text: guarded for all effects (None) or specialised for one model."""
+def emit(model: Model | None = None, by_voltage: bool = False) -> str:
+    """The kernel's source text: guarded for all effects (None) or specialised for one model.
+
+    by_voltage: the inputs are phase voltages and the currents are states.
+    """
     folder = Path(__file__).parent
     text, *others = ((folder / f"{part}_template.py").read_text(encoding="utf-8") for part in _PARTS)
     text += "".join("\n\n" + other.split("# <body>\n", 1)[1].strip() + "\n" for other in others)
@@ -137,6 +141,7 @@ def emit(model: Model | None = None) -> str:
         "constants": _constants(model),
         "motors": _motors(model),
         **{name: _lines(name, model) for name in TERM_ARGUMENTS},
+        **_voltage_sections(folder, by_voltage),
     }
     # Without effects every guard falls away: a second copy of the simulation keeps the base model at full speed.
     before, simulation, after = text.replace("# <end>", "# <twice>").split("# <twice>\n")
@@ -145,6 +150,16 @@ def emit(model: Model | None = None) -> str:
     for mark, lines in blocks.items():
         text = _filled(text, mark, lines)
     return text
+
+
+def _voltage_sections(folder: Path, wanted: bool) -> dict[str, list[str]]:
+    """Lines by mark of what a motor driven by voltages does besides; nothing for one driven by currents."""
+    text = (folder / "voltage_sections.txt").read_text(encoding="utf-8")
+    sections = {}
+    for section in text.split("# <section ")[1:]:
+        name, body = section.split(">\n", 1)
+        sections[name] = body.rstrip("\n").split("\n") if wanted else []
+    return sections
 
 
 def _filled(text: str, mark: str, lines: list[str]) -> str:
@@ -161,7 +176,7 @@ def _source_hash(text: str) -> str:
     digest = hashlib.sha256(text.encode())
     modules: dict[str, str] = {}
     constants: dict[str, str] = {}
-    for module in (friction, theta, motors):
+    for module in (friction, theta, motors, electrical):
         modules[module.__name__] = inspect.getsource(module)
     for effect in EFFECTS:
         for function in effect.terms.values():
@@ -191,9 +206,9 @@ def _collect_sources(function: Any, modules: dict[str, str], constants: dict[str
 
 
 @cache
-def load_kernel(model: Model | None = None) -> ModuleType:
+def load_kernel(model: Model | None = None, by_voltage: bool = False) -> ModuleType:
     """The compiled kernel module, from the disk cache where it is there already."""
-    text = emit(model)
+    text = emit(model, by_voltage)
     name = f"kernel_{_source_hash(text)}"
     folder = cache_folder()
     try:

@@ -42,13 +42,18 @@ class Inputs:
         return np.diff(self.sample_offsets)
 
 
-def pack_inputs(recordings: Sequence[Recording]) -> Inputs:
-    """Spline the inputs of recordings on uniform grids (the paper's section 5.2) and pack them."""
+def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> Inputs:
+    """Spline the inputs of recordings on uniform grids (the paper's section 5.2) and pack them.
+
+    voltages: the phase voltages are the inputs; the windings of a free wheel are open.
+    """
     blocks, counts, powered = [], [], []
     for recording in recordings:
         n = recording.t.size
         channels = recording.phase_currents
-        if channels is None and recording.drive_input is not None:
+        if voltages:
+            channels = recording.phase_voltages if recording.kind != "free_wheel" else None
+        elif channels is None and recording.drive_input is not None:
             channels = np.vstack([recording.drive_input, np.zeros((2, n))])
         active = channels is not None and bool(np.any(channels))
         dt = (recording.t[-1] - recording.t[0]) / (n - 1)

@@ -27,6 +27,7 @@ def simulate_one(
     guided,
     substeps,
     tolerance,
+    # <voltage arguments>
     y_out,
     v_out,
 ):
@@ -61,6 +62,7 @@ def simulate_one(
         else:
             i_1, i_2, i_3 = inputs_at(coefficients[first], 0.0)
     t_k = t_start + first * dt
+    # <voltage start>
     if on & STATES:
         start_states(on, t_k, y, v, i_1, i_2, i_3, p)
         if start.size > 3 and not math.isnan(start[3]):
@@ -91,6 +93,7 @@ def simulate_one(
             rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
             if on & LEVELS:
                 rate /= level_factor(on, t_k + done * tick, y, v, i_1, i_2, i_3, p)
+            # <voltage step>
             while True:  # until the step is short enough
                 size = 1 << (FINEST - level)
                 h = size * tick
@@ -142,6 +145,7 @@ def simulate_one(
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - half - lag)
                 else:
                     i_1, i_2, i_3 = inputs_at(c, x - half)
+            # <voltage middle>
             force_mid = external_force(
                 motor, on, powered, t_mid, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
             )
@@ -157,6 +161,7 @@ def simulate_one(
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - lag)
                 else:
                     i_1, i_2, i_3 = inputs_at(c, x)
+            # <voltage end>
             force_end = external_force(
                 motor, on, powered, t_k + x, y_end, v_end, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
             )
@@ -171,6 +176,7 @@ def simulate_one(
                     on, h, t_mid, y + 0.5 * displacement, displacement / h, (v_new - v) / h, j_1, j_2, j_3, p
                 )
                 keep_states(p)
+            # <voltage corrected>
             v = v_new
             force = force_end
             y += displacement
@@ -182,12 +188,14 @@ def simulate_one(
                 y_out[rest] = np.nan
                 if want_v:
                     v_out[rest] = np.nan
+                # <voltage diverged>
             return steps
         y_out[k + 1] = y
         if on & SENSORS:
             y_out[k + 1] += reading_error(on, t_k + dt, y, v, i_1, i_2, i_3, p)
         if want_v:
             v_out[k + 1] = v
+        # <voltage sample>
     return steps
 
 
@@ -218,6 +226,7 @@ def simulate_tasks(
     tolerance,
     begin,
     end,
+    # <voltage task arguments>
     y_out,
     v_out,
 ):
@@ -256,6 +265,7 @@ def simulate_tasks(
                 guided,
                 substeps,
                 tolerance,
+                # <voltage task values>
                 y_out[candidate, a:b],
                 v_row,
             )
@@ -278,6 +288,7 @@ def simulate_tasks(
                 guided,
                 substeps,
                 tolerance,
+                # <voltage task values>
                 y_out[candidate, a:b],
                 v_row,
             )

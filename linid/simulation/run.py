@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.physics.effects.registry import find_effect
+from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
 from linid.simulation.emitter import load_kernel
 from linid.simulation.inputs import Inputs
@@ -92,7 +93,7 @@ class Simulator:
         return np.array(self.model.states, dtype=np.int64)
 
     def _kernel(self) -> object:
-        return load_kernel(self.model if self.specialised else None)
+        return load_kernel(self.model if self.specialised else None, bool(self.model.winding))
 
     def run(
         self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False, guided: bool = False
@@ -105,15 +106,44 @@ class Simulator:
         Returns positions (C, samples) in m, velocities (C, samples) in m/s (empty unless asked for) and the
         number of internal steps. A diverged simulation is nan from there on.
         """
+        offsets = segments.out_offsets
+        y_out = np.empty((params.shape[0], int(offsets[-1])))
+        v_out = np.empty_like(y_out) if velocity else np.empty((1, 0))
+        extra: tuple[object, ...] = ()
+        if self.model.winding:
+            extra = self._windings(np.full((*starts.shape[:2], 3), np.nan), np.empty((1, 3, 0)))
+        steps = self._simulate(params, segments, starts, y_out, v_out, guided, extra)
+        return y_out, v_out, steps
+
+    def run_by_voltage(
+        self, params: Array, segments: Segments, starts: Array, start_currents: Array, *, guided: bool = False
+    ) -> tuple[Array, Array, Array, int]:
+        """Simulate a motor that phase voltages drive; its currents are states.
+
+        start_currents: (C, S, 3) A, nan for those that the first voltages would hold; the rest as in `run`. Returns
+        positions and velocities (C, samples), currents (C, 3, samples) in A and the number of internal steps.
+        """
+        size = int(segments.out_offsets[-1])
+        y_out, v_out = np.empty((params.shape[0], size)), np.empty((params.shape[0], size))
+        i_out = np.empty((params.shape[0], 3, size))
+        extra = self._windings(start_currents, i_out)
+        steps = self._simulate(params, segments, starts, y_out, v_out, guided, extra)
+        return y_out, v_out, i_out, steps
+
+    def _windings(self, start_currents: Array, i_out: Array) -> tuple[object, ...]:
+        return WINDING_CODES[self.model.winding], np.ascontiguousarray(start_currents), i_out
+
+    def _simulate(
+        self, params: Array, segments: Segments, starts: Array, y_out: Array, v_out: Array, guided: bool,
+        extra: tuple[object, ...],
+    ) -> int:  # fmt: skip
+        """Run the kernel over all candidates and segments; extra: what it takes besides where voltages drive."""
         kernel = self._kernel()
         inputs = self.inputs
-        offsets = segments.out_offsets
-        candidates = params.shape[0]
-        y_out = np.empty((candidates, int(offsets[-1])))
-        v_out = np.empty_like(y_out) if velocity else np.empty((1, 0))
         params = np.ascontiguousarray(params)
         starts = np.ascontiguousarray(starts)
         kept = self._kept()
+        offsets = segments.out_offsets
 
         def work(piece: tuple[int, int]) -> int:
             return int(
@@ -140,13 +170,13 @@ class Simulator:
                     REVERSAL_TOLERANCE / self.substeps**2,
                     piece[0],
                     piece[1],
+                    *extra,
                     y_out,
                     v_out,
                 )
             )
 
-        steps = self._spread(work, candidates * segments.count.size)
-        return y_out, v_out, steps
+        return self._spread(work, params.shape[0] * segments.count.size)
 
     def along(self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array) -> AlongMotion:
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.

@@ -10,7 +10,8 @@ import math
 from numba import njit
 
 from linid.physics.friction import lugre_step, stribeck, stribeck_fall
-from linid.physics.motors import gaussian_force, phase_force, prepare_motor
+from linid.physics.electrical import WEIGHTS, clarke, current_weights, mode_inductances, phases
+from linid.physics.motors import gaussian_force, phase_constants, phase_force, prepare_motor
 import numpy as np
 
 # <imports>
@@ -26,6 +27,7 @@ PIECES = 8
 
 FINEST = 12  # a base step is halved at most this often around a reversal
 REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
+VOLTAGE_SWEEPS = 1  # how often motion and currents of a step are brought to terms
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 
@@ -154,6 +156,23 @@ def pushed_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics
     force = motor_force
     # <force>
     return force
+
+
+@njit(cache=True, error_model="numpy")
+def emf_constants(motor, on, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
+    """Thrust per phase current (N/A) and thus back-EMF per speed (V s/m) of the three windings."""
+    record, elapsed = 0.0, t
+    if on:
+        record, elapsed = p[RECORD], p[ELAPSED] + t
+    field = y
+    if on & FIELDS:
+        # <field>
+        pass
+    e_1, e_2, e_3 = phase_constants(motor, field, p[8:14], table, harmonics, wavenumber, phase)
+    if on & THRUSTS:
+        factor = thrust_factor(on, t, y, v, i_1, i_2, i_3, p)
+        e_1, e_2, e_3 = factor * e_1, factor * e_2, factor * e_3
+    return e_1, e_2, e_3
 
 
 @njit(cache=True, error_model="numpy")

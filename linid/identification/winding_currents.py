@@ -1,0 +1,66 @@
+"""The objective `winding_currents`: phase currents that the measured voltages drive along the measured motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.motion import measure_motion
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.currents import currents_along
+from linid.simulation.inputs import pack_inputs
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+_GROUP = 0.05  # s, residuals are grouped in bins of this length
+_FLOOR = 1e-9  # A
+
+
+@dataclass
+class WindingCurrents:
+    """Simulated minus measured phase currents of whole recordings, in A; resistance lets every start be forgotten.
+
+    The back-EMF is that of the measured motion, so an axis without a spring does not drift here. model: with windings;
+    recordings: driven ones with phase voltages and currents.
+    """
+
+    model: Model
+    recordings: tuple[Recording, ...]
+    name: str = "winding_currents"
+    nuisances: int = 0
+    robust: bool = False
+    floor: float = _FLOOR
+
+    def __post_init__(self) -> None:
+        self.inputs = pack_inputs(self.recordings, voltages=True)
+        self.motion = measure_motion(self.recordings)
+        measured = [r.phase_currents for r in self.recordings if r.phase_currents is not None]
+        self.start = np.array([rows[:, 0] for rows in measured])
+        # Recording after recording, and in each the three phases one after the other.
+        self.measured = np.concatenate([rows.ravel() for rows in measured])
+        classes: list[Integers] = []
+        groups: list[Integers] = []
+        owner: list[int] = []
+        for index, recording in enumerate(self.recordings):
+            size = recording.y.size
+            bins = (np.arange(size) * self.inputs.dts[index] / _GROUP).astype(np.int64)
+            for phase in range(3):
+                base = int(groups[-1][-1]) + 1 if groups else 0
+                groups.append(bins + base)
+                classes.append(np.full(size, 3 * index + phase, dtype=np.int64))
+                owner += [index] * (int(bins[-1]) + 1)
+        self.classes = np.concatenate(classes)
+        self.groups = np.concatenate(groups)
+        self.group_recording = np.array(owner, dtype=np.int64)
+        self.signal = self.measured
+
+    def residuals(self, params: Array, offsets: Array) -> Array:
+        """(C, N) current errors in A."""
+        found = currents_along(self.model, params, self.inputs, self.motion.y, self.motion.v, self.start)
+        edges = self.inputs.sample_offsets
+        rows = [found[:, :, a:b].reshape(params.shape[0], -1) for a, b in pairwise(edges)]
+        return np.asarray(np.concatenate(rows, axis=1) - self.measured)
