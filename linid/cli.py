@@ -100,24 +100,35 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
 @click.option("--model", required=True, type=click.Choice(["sine", "theta", "force"]), help="Motor model.")
 @click.option("--friction", type=click.Path(path_type=Path), metavar="MODEL.json",
               help="Start from this friction result [else the free wheels among FILE are fitted first].")  # fmt: skip
+@click.option("--input", "driven_by", type=click.Choice(["current", "voltage"]), default="current", show_default=True,
+              help="voltage: identify the windings too, from phase voltages beside the currents.")  # fmt: skip
+@click.option("--connection", type=click.Choice(["star", "separate"]), default="star", show_default=True,
+              help="Of the windings, with --input voltage.")  # fmt: skip
 @settings_options
 @fit_options
 @run_options
-def fit_motor(files: tuple[Path, ...], model: Any, friction: Path | None, json_output: bool, **options: Any) -> None:
+def fit_motor(
+    files: tuple[Path, ...], model: Any, friction: Path | None, driven_by: str, connection: str, json_output: bool,
+    **options: Any,
+) -> None:  # fmt: skip
     """Identify the motor, and friction again with it.
 
     sine and theta need three phase currents (theta also knows the harmonics of the field), force needs one q-current
-    or command.
+    or command. With --input voltage the windings' resistance and inductance are identified too, and the back-EMF,
+    which is the force constant in other units, sharpens the motor's.
 
     \b
     Examples:
       linid fit-motor --model theta campaign.yaml
+      linid fit-motor --model sine --input voltage campaign.yaml
       linid fit-motor --model sine --friction friction/parameters.json moves_1.csv moves_2.csv
     """
     from linid.workflow.fit_motor import fit_motor as run
 
     reporter = make_reporter(options)
-    print_outcome(run(make_request(files, options), reporter, model=model, friction=friction), json_output)
+    winding = connection if driven_by == "voltage" else ""
+    request = make_request(files, options)
+    print_outcome(run(request, reporter, model=model, friction=friction, winding=winding), json_output)
 
 
 @cli.command(short_help="Run a model freely over recordings.")
@@ -125,11 +136,13 @@ def fit_motor(files: tuple[Path, ...], model: Any, friction: Path | None, json_o
 @FILES
 @click.option("--start-position", type=float, metavar="M", help="Start position, m or rad [measured].")
 @click.option("--start-speed", type=float, metavar="M/S", help="Start speed, m/s or rad/s [measured].")
+@click.option("--input", "driven_by", type=click.Choice(["current", "voltage"]), default="current", show_default=True,
+              help="voltage: by the recorded phase voltages, with a model that knows its windings.")  # fmt: skip
 @settings_options
 @run_options
 def simulate(
-    model: Path, files: tuple[Path, ...], start_position: float | None, start_speed: float | None, json_output: bool,
-    **options: Any,
+    model: Path, files: tuple[Path, ...], start_position: float | None, start_speed: float | None, driven_by: str,
+    json_output: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Run a model freely over recordings: simulations as CSV, and a figure each.
 
@@ -138,15 +151,18 @@ def simulate(
     the start speed is not given start at the speed that fits the recording best.
 
     \b
-    Example:
+    Examples:
       linid simulate motor/parameters.json moves_3.csv
+      linid simulate --input voltage motor/parameters.json moves_3.csv
     """
     from linid.workflow.simulate import StartState
     from linid.workflow.simulate import simulate as run
 
     reporter = make_reporter(options)
     start = StartState(start_position, start_speed)
-    print_outcome(run(make_request(files, options), reporter, model=model, start=start), json_output)
+    by_voltage = driven_by == "voltage"
+    request = make_request(files, options)
+    print_outcome(run(request, reporter, model=model, start=start, by_voltage=by_voltage), json_output)
 
 
 @cli.command(short_help="Measure the gap between a model and recordings.")

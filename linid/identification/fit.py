@@ -26,6 +26,7 @@ from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space import build_space
 from linid.identification.steps import choose_substeps, step_halving_error
 from linid.identification.uncertainty import Uncertainty, estimate_uncertainty
+from linid.identification.voltage_noise import without_voltage_noise
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -135,6 +136,7 @@ def _refine(
     stages = [Problem(space, make_parts(space.model, recordings, settings, steps, look=look)) for steps, look in looks]
     problem = stages[-1]
     polished = without_noise_bias(problem, _polish_in_stages(stages, state, settings, hooks), seed=settings.search.seed)
+    polished = without_voltage_noise(problem, polished)
     uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     profiles = _profiles(problem, polished, uncertainty, settings, hooks)
     result = _assemble(
@@ -237,11 +239,13 @@ def _assemble(
     for part, row in zip(problem.parts, rows, strict=True):
         owner = part.group_recording[part.groups]
         for index, recording in enumerate(part.recordings):
-            residual_rms[recording.name] = float(np.sqrt(np.mean(row[0][owner == index] ** 2)))
+            label = f"{recording.name}: currents" if part.name == "winding_currents" else recording.name
+            residual_rms[label] = float(np.sqrt(np.mean(row[0][owner == index] ** 2)))
     history: tuple[Generation, ...] = state.generations() + polished.history
     vector = problem.space.vectors(polished.genes)
-    step_error = step_halving_error(model, recordings, vector, substeps, settings.jobs)
-    if step_error > 0.1 * float(np.median(list(residual_rms.values()))):
+    step_error = step_halving_error(replace(model, winding=""), recordings, vector, substeps, settings.jobs)
+    usual = float(np.median([x for label, x in residual_rms.items() if not label.endswith(": currents")]))
+    if step_error > 0.1 * usual:
         warnings.append(
             f"halving the internal step moves the predictions by {step_error:.2g} RMS; give --substeps {2 * substeps}"
         )
@@ -257,7 +261,9 @@ def _assemble(
         condition_number=uncertainty.condition_number,
         pairs=inseparable_pairs(estimates, fitted, correlation, balanced),
         starts=_starts(problem, polished),
-        objectives={r.name: part.name for part in problem.parts for r in part.recordings},
+        objectives={
+            r.name: part.name for part in problem.parts if part.name != "winding_currents" for r in part.recordings
+        },
         residual_rms=residual_rms,
         history=history,
         stop_reasons=(reason, polished.reason),
@@ -271,6 +277,7 @@ def _assemble(
         input_unit=unit,
         covariance=covariance,
         settings=settings.stored(),
+        winding=model.winding,
     )
     return replace(result, derived=derived_quantities(result, recordings))
 

@@ -61,6 +61,12 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
                 ("force_constant", "winding_length", "nome"),
             ),
         ]
+    if result.winding:
+        constant = "K_V'" if theta else "K_V"
+        rows += [
+            ("back_emf_over_inductance", constant, "A/m", lambda k, x: k / x, ("force_constant", "phase_inductance")),
+            ("electrical_time_constant", "K_e", "s", lambda x, r: x / r, ("phase_inductance", "phase_resistance")),
+        ]
     out = []
     for name, symbol, row_unit, function, names in rows:
         value, std = _propagate(result, function, names)

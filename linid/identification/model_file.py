@@ -108,6 +108,7 @@ def model_from_text(text: str, place: str) -> FitResult:
                 Profile(p["name"], tuple(p["values"]), tuple(p["statistic"]), _number(p["low"]), _number(p["high"]))
                 for p in body.get("profiles", ())
             ),
+            winding=body.get("winding", ""),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigError(place, f"is a damaged model file ({error!r})", "Fit again, or restore the file") from error

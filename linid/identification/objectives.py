@@ -14,6 +14,7 @@ from linid.identification.free_run import FreeRun
 from linid.identification.motion import measure_motion
 from linid.identification.parts import Part
 from linid.identification.settings import FitSettings
+from linid.identification.winding_currents import WindingCurrents
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -32,7 +33,14 @@ FULL = Look()
 def make_parts(
     model: Model, recordings: Sequence[Recording], settings: FitSettings, substeps: int, *, look: Look = FULL
 ) -> tuple[Part, ...]:
-    """The objectives: free wheels and driven runs may follow different ones."""
+    """The objectives: free wheels and driven runs may follow different ones.
+
+    A motor with windings moves by its measured currents, and these follow from the measured voltages.
+    """
+    windings = tuple(r for r in recordings if r.phase_voltages is not None and r.phase_currents is not None)
+    windings = tuple(r for r in windings if model.winding and r.kind != "free_wheel")
+    electrical = (WindingCurrents(model, windings),) if windings else ()
+    model = replace(model, winding="")
     free = tuple(r for r in recordings if r.kind == "free_wheel")
     driven = tuple(r for r in recordings if r.kind != "free_wheel")
     chosen = settings.objective
@@ -49,7 +57,7 @@ def make_parts(
             parts.append(Ahead(model, group, min(substeps, 2), settings.jobs, settings.horizon, look.thin))
         else:
             parts.append(Acceleration(model, group, settings.jobs))
-    return tuple(parts)
+    return (*parts, *electrical)
 
 
 def without_rest(recording: Recording) -> Recording:
@@ -59,7 +67,15 @@ def without_rest(recording: Recording) -> Recording:
     moving = np.flatnonzero(~measure_motion([recording]).standstill)
     end = int(moving[-1]) + round(0.15 / recording.period) if moving.size else recording.t.size
     end = max(min(end, recording.t.size), min(50, recording.t.size))
-    return replace(recording, t=recording.t[:end], y=recording.y[:end], v=None, phase_currents=None, drive_input=None)
+    return replace(
+        recording,
+        t=recording.t[:end],
+        y=recording.y[:end],
+        v=None,
+        phase_currents=None,
+        drive_input=None,
+        phase_voltages=None,
+    )
 
 
 def check_recordings(recordings: Sequence[Recording], model: Model) -> None:

@@ -77,7 +77,7 @@ class FitResult:
     correlation: (p, p) matrix of the parameters named in `fitted`; pairs: parameters that the data
     cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from the
     parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known;
-    profiles: profile likelihoods that were asked for.
+    profiles: profile likelihoods that were asked for; winding: star or separate where the windings were identified.
     """
 
     model: ModelKind
@@ -105,6 +105,7 @@ class FitResult:
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     settings: dict[str, Any] = field(default_factory=dict)
     profiles: tuple[Profile, ...] = ()
+    winding: str = ""
 
     def value(self, name: str) -> float:
         """The value of parameter `name` in SI units; KeyError if the model has none."""

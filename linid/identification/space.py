@@ -52,9 +52,11 @@ def build_space(
         "bristle_damping": (3e-3, 30.0),
         "viscous_friction": (1e-4 * force / speed, 30.0 * force / speed),
     }
-    for name in ("mass", "force_constant"):
+    for name in ("mass", "force_constant", "phase_resistance", "phase_inductance"):
         if name in first:
             box[name] = (abs(first[name]) / 8.0, abs(first[name]) * 8.0)
+    if "mutual_inductance" in first:
+        box["mutual_inductance"] = (-0.5 * first["phase_inductance"], first["phase_inductance"])
     if densities:
         box["guideway_density"] = (0.9 * min(densities), 1.1 * max(densities))
     if "shift" in first:

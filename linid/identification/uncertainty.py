@@ -155,7 +155,8 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     told[:p] = True  # a start that moves nothing, such as the speed of an axis at rest, has no share in the rest
     jacobian = fit.jacobian[:, told]
     n = jacobian.shape[1]
-    pair = field_phase.columns(problem.space)
+    # The back-EMF tells the field's phase at first order: no flat valley where voltages are known.
+    pair = None if problem.space.model.winding else field_phase.columns(problem.space)
     spurious = np.zeros((n, n))
     if problem.space.model.kind in ("sine", "theta"):
         spurious = _spurious_information(problem, fit, seed)[np.ix_(told, told)]

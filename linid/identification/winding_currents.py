@@ -16,7 +16,7 @@ from linid.simulation.inputs import pack_inputs
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-_GROUP = 0.05  # s, residuals are grouped in bins of this length
+_GROUP = 0.004  # s, residuals are grouped in bins of this length: noise hardly outlives a winding's memory
 _FLOOR = 1e-9  # A
 
 

@@ -16,11 +16,11 @@ from linid.physics.parameter import Parameter
 STAR, SEPARATE = "star", "separate"
 WINDING_CODES = {"": 0, STAR: 1, SEPARATE: 2}
 
-RESISTANCE = Parameter("phase_resistance", "R", "V/A", 1e-3, 1e3, 5.0, log=True, meaning="resistance of a phase")
+RESISTANCE = Parameter("phase_resistance", "R", "ohm", 1e-3, 1e3, 5.0, log=True, meaning="resistance of a phase")
 INDUCTANCE = Parameter(
-    "phase_inductance", "L", "V s/A", 1e-6, 1.0, 2e-3, log=True, meaning="inductance of a phase; in a star L - M"
+    "phase_inductance", "L", "H", 1e-6, 1.0, 2e-3, log=True, meaning="inductance of a phase; in a star L - M"
 )
-MUTUAL = Parameter("mutual_inductance", "M", "V s/A", -0.5, 0.5, 0.0, meaning="between two phases")
+MUTUAL = Parameter("mutual_inductance", "M", "H", -0.5, 0.5, 0.0, meaning="between two phases")
 PARAMETERS = {"": (), STAR: (RESISTANCE, INDUCTANCE), SEPARATE: (RESISTANCE, INDUCTANCE, MUTUAL)}
 
 WEIGHTS = 8

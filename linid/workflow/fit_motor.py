@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,8 +10,8 @@ from linid.errors import UsageError
 from linid.workflow.fit_friction import friction_task
 from linid.workflow.fit_run import announce, begin, complete, finished_before, plan_outcome
 from linid.workflow.inputs import fingerprint, read_inputs
-from linid.workflow.run_folder import FRICTION_FOLDER, file_record, identity_of, recorded
-from linid.workflow.stage import FitTask, check_names, decisive, run_stage
+from linid.workflow.run_folder import CURRENTS_FOLDER, FRICTION_FOLDER, file_record, identity_of, recorded
+from linid.workflow.stage import FitTask, check_names, decisive, run_stage, run_windings
 
 if TYPE_CHECKING:
     from linid.identification.result import FitResult, ModelKind
@@ -21,13 +22,17 @@ if TYPE_CHECKING:
 COMMAND = "fit-motor"
 
 
-def fit_motor(request: Request, reporter: Reporter, *, model: ModelKind, friction: Path | None = None) -> Outcome:
+def fit_motor(
+    request: Request, reporter: Reporter, *, model: ModelKind, friction: Path | None = None, winding: str = ""
+) -> Outcome:
     """Identify a motor model and the friction with it from the `fit` recordings; see the command's help.
 
-    friction: MODEL of an earlier friction fit; None: the free wheels among the recordings are fitted first.
+    friction: MODEL of an earlier friction fit; None: the free wheels among the recordings are fitted first; winding:
+    star or separate to identify the windings too, from phase voltages.
     Raises LinidError for what the user can mend, Interrupted after Ctrl-C or SIGTERM (the state is saved).
     """
     from linid.identification.model_file import load_model, model_to_text
+    from linid.physics.electrical import PARAMETERS
 
     start = None if friction is None else load_model(friction)
     inputs = read_inputs(request.files, request.settings, axis=None if start is None else start.axis)
@@ -39,8 +44,11 @@ def fit_motor(request: Request, reporter: Reporter, *, model: ModelKind, frictio
         )  # fmt: skip
     settings = request.settings
     known = settings.known_values(inputs.known)
-    task = FitTask(model, inputs.of(split="fit"), settings, known, start)
-    check_names(set(task.parameter_names()), settings, inputs.known)
+    if winding and model == "force":
+        raise UsageError("--input voltage", "needs a model of the phases", "Take --model sine or theta.")
+    electrical = {p.name for p in PARAMETERS[winding]}
+    task = FitTask(model, inputs.of(split="fit"), settings, known, start).without(electrical)
+    check_names(set(task.parameter_names()) | electrical, settings, inputs.known)
     stages = [("motor", task)]
     first: FitTask | None = None
     if start is None and inputs.of(split="fit", kind="free_wheel"):
@@ -50,7 +58,7 @@ def fit_motor(request: Request, reporter: Reporter, *, model: ModelKind, frictio
         return plan_outcome(COMMAND, stages, inputs)
     identity = identity_of(
         COMMAND, model, fingerprint(inputs.recordings), decisive(settings), known,
-        None if start is None else model_to_text(start),
+        None if start is None else model_to_text(start), *([winding] if winding else []),
     )  # fmt: skip
     folder = begin(request, COMMAND, inputs, identity, [] if friction is None else [file_record(friction)])
     if folder.finished_before:
@@ -58,8 +66,11 @@ def fit_motor(request: Request, reporter: Reporter, *, model: ModelKind, frictio
         return finished_before(folder)
     with recorded(folder), reporter:
         start = _friction_stage(first, folder.path, reporter, request) if first is not None else start
-        task = FitTask(model, task.recordings, settings, known, start)
-        result = run_stage(task, folder.path, reporter, label=model, jobs=request.jobs, resume=request.resume)
+        task = replace(task, start=start)
+        place = folder.path / CURRENTS_FOLDER if winding else folder.path
+        result = run_stage(task, place, reporter, label=model, jobs=request.jobs, resume=request.resume)
+        if winding:
+            result = run_windings(result, task, winding, known, folder.path, reporter, jobs=request.jobs)
         return complete(folder, result, inputs, request, reporter)
 
 

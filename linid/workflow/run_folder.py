@@ -26,6 +26,7 @@ RUN_FILE = "run.json"
 CONFIG_FILE = "config.yaml"
 CHECKPOINT_FILE = "checkpoint.json"
 FRICTION_FOLDER = "friction"
+CURRENTS_FOLDER = "by_currents"
 _LOGS = ("log.txt", "traceback.txt")
 # What a run writes; --overwrite removes these and nothing else.
 _FILES = (
@@ -34,7 +35,7 @@ _FILES = (
     "model_before.json", "model_after.json", "field.json", "best_k.csv", "guideway_field.csv", "thrust.csv",
     "model_sine.json", "model_theta.json", *_LOGS,
 )  # fmt: skip
-_FOLDERS = ("figures", FRICTION_FOLDER, "simulations", "predictions")
+_FOLDERS = ("figures", FRICTION_FOLDER, CURRENTS_FOLDER, "simulations", "predictions")
 FINISHED = ("done", "not_converged")
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from linid.errors import DataError
+from linid.errors import DataError, UsageError
 from linid.workflow import results
 from linid.workflow.fit_run import announce, begin, measure
 from linid.workflow.inputs import fingerprint, read_inputs
@@ -38,11 +39,15 @@ class StartState:
         return self.position is None and self.speed is None
 
 
-def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartState | None = None) -> Outcome:
+def simulate(
+    request: Request, reporter: Reporter, *, model: Path, start: StartState | None = None, by_voltage: bool = False
+) -> Outcome:
     """Run a MODEL freely over recordings: simulations/NAME.csv with t, y_measured, y_simulated, v, and a figure each.
 
+    by_voltage: the phase voltages drive the motor, and the currents that follow are written too.
     Raises ConfigError for the model, DataError or UsageError for the recordings.
     """
+    from linid.diagnosis.voltage_run import voltage_driven
     from linid.identification.model_file import load_model, model_to_text
     from linid.report.figures.ahead import free_run_end
     from linid.report.files import file_stems
@@ -52,6 +57,8 @@ def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartS
     inputs = read_inputs(request.files, request.settings, axis=result.axis)
     announce(inputs, reporter)
     chosen = results.residual_recordings(inputs.recordings, result)
+    if by_voltage:
+        chosen = _with_voltages(result, inputs.recordings)
     if not chosen:
         raise DataError(
             ", ".join(str(f) for f in request.files), f"holds no recording that a {result.model} model can drive",
@@ -60,15 +67,26 @@ def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartS
     if request.dry_run:
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
-    identity = identity_of(COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result), str(start))
+    more = ["by voltage"] if by_voltage else []
+    identity = identity_of(
+        COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result), str(start), *more
+    )
     folder = begin(request, COMMAND, inputs, identity, [file_record(model)])
     rows = []
     with recorded(folder), reporter:
-        _, traces = measure(result, chosen, reporter, jobs=request.jobs, seed=request.settings.seed, strict=True)
-        stems = file_stems(r.name for r in chosen)
-        for recording, trace, stem in zip(chosen, traces, stems, strict=True):
-            shown = trace if start.measured else _from(start, result, recording, trace, request.jobs)
-            path = write_text(folder.path / "simulations" / f"{stem}.csv", trace_csv(shown))
+        traces: tuple[Trace, ...] = ()
+        if not by_voltage:
+            _, traces = measure(result, chosen, reporter, jobs=request.jobs, seed=request.settings.seed, strict=True)
+        for number, (recording, stem) in enumerate(zip(chosen, file_stems(r.name for r in chosen), strict=True)):
+            currents = None
+            if by_voltage:
+                shown, currents = voltage_driven(result, recording, start.position, start.speed)
+                reporter.step("simulations", number + 1, len(chosen))
+            elif start.measured:
+                shown = traces[number]
+            else:
+                shown = _from(start, result, recording, traces[number], request.jobs)
+            path = write_text(folder.path / "simulations" / f"{stem}.csv", trace_csv(shown, currents))
             if request.settings.figures:
                 _figure(shown, folder.path / "figures" / f"simulation_{stem}", request.settings.figure_formats)
             rms = math.sqrt(float(((shown.y_simulated - shown.y_measured) ** 2).mean()))
@@ -88,14 +106,31 @@ def simulate(request: Request, reporter: Reporter, *, model: Path, start: StartS
     return Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary)
 
 
-def trace_csv(trace: Trace) -> str:
-    """CSV of one simulation: t (s), y_measured, y_simulated (m or rad), v (simulated, m/s or rad/s)."""
+def _with_voltages(result: FitResult, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Driven recordings with phase voltages; raises UsageError where the model knows no windings."""
+    if not result.winding:
+        raise UsageError(
+            "--input voltage", "the model knows no windings", "Identify them: linid fit-motor --input voltage."
+        )
+    return tuple(r for r in recordings if r.kind != "free_wheel" and r.phase_voltages is not None)
+
+
+def trace_csv(trace: Trace, currents: Any = None) -> str:
+    """CSV of one simulation: t (s), y_measured, y_simulated (m or rad), v (simulated, m/s or rad/s).
+
+    currents: (3, n) A, simulated, for three columns more.
+    """
     import numpy as np
 
-    table = np.column_stack([trace.t, trace.y_measured, trace.y_simulated, trace.velocity_simulated])
-    lines = [",".join(f"{value:.9g}" if math.isfinite(value) else "" for value in row) for row in table.tolist()]
+    columns = [trace.t, trace.y_measured, trace.y_simulated, trace.velocity_simulated]
     unit = "rad" if trace.axis == "rotary" else "m"
-    return "\n".join([f"t (s),y_measured ({unit}),y_simulated ({unit}),v ({unit}/s)", *lines]) + "\n"
+    names = ["t (s)", f"y_measured ({unit})", f"y_simulated ({unit})", f"v ({unit}/s)"]
+    if currents is not None:
+        columns += list(currents)
+        names += ["i_u (A)", "i_v (A)", "i_w (A)"]
+    rows = np.column_stack(columns).tolist()
+    lines = [",".join(f"{value:.9g}" if math.isfinite(value) else "" for value in row) for row in rows]
+    return "\n".join([",".join(names), *lines]) + "\n"
 
 
 def _from(start: StartState, result: FitResult, recording: Recording, trace: Trace, jobs: int) -> Trace:

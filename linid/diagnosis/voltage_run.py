@@ -1,0 +1,47 @@
+"""The free run of a motor that a recording's phase voltages drive."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.diagnosis.gap import Trace
+from linid.identification.motion import measure_motion
+from linid.identification.result import FitResult
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator, whole_recordings
+
+Array = NDArray[np.float64]
+
+
+def voltage_driven(
+    result: FitResult, recording: Recording, position: float | None = None, speed: float | None = None
+) -> tuple[Trace, Array]:
+    """Motion and currents (3, n) in A of a fitted motor under a recording's voltages.
+
+    position, speed: of the start, in m and m/s (None: as measured); the currents start as measured or, where none were
+    logged, at those that the first voltages would hold.
+    """
+    model = Model(result.model, result.effects, result.winding)
+    vector = model.vector({e.name: e.value for e in result.estimates})[None, :]
+    inputs = pack_inputs([recording], voltages=True)
+    motion = measure_motion([recording])
+    place = motion.y[0] if position is None else position
+    state = np.array([[[place, motion.v[0] if speed is None else speed, np.nan]]])
+    first = np.full((1, 1, 3), np.nan)
+    if recording.phase_currents is not None:
+        first[0, 0] = recording.phase_currents[:, 0]
+    y, v, i, _ = Simulator(model, inputs, result.substeps).run_by_voltage(
+        vector, whole_recordings(inputs), state, first
+    )
+    dt = recording.duration / (recording.t.size - 1)
+    nothing = np.zeros(0)
+    trace = Trace(
+        recording=recording.name, kind=recording.kind, split=recording.split, axis=recording.axis,
+        added_mass=recording.added_mass, t=recording.t, y_measured=recording.y, y_simulated=y[0],
+        velocity_measured=np.gradient(recording.y, dt, edge_order=2), velocity_simulated=v[0], force_t=nothing,
+        force_residual=nothing, phase_currents=i[0], drive_input=None, input_unit=recording.input_unit,
+    )  # fmt: skip
+    return trace, np.asarray(i[0])

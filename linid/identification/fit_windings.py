@@ -1,0 +1,110 @@
+"""The windings of a motor: resistance and inductance from phase voltages, together with everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.errors import DataError, UsageError
+from linid.identification.fit import refine
+from linid.identification.motion import measure_motion
+from linid.identification.result import FitResult
+from linid.identification.settings import FitSettings, Hooks
+from linid.identification.space import build_space
+from linid.physics.model import Model
+from linid.physics.motors import phase_constants, prepare_motor
+from linid.recording.recording import Recording
+from linid.recording.splines import cubic_spline_coefficients
+
+Array = NDArray[np.float64]
+
+
+def fit_windings(
+    result: FitResult,
+    recordings: Sequence[Recording],
+    winding: str,
+    *,
+    settings: FitSettings | None = None,
+    known: dict[str, float] | None = None,
+    hooks: Hooks | None = None,
+) -> FitResult:
+    """A fitted sine or theta motor with its windings, all parameters identified anew and together.
+
+    The back-EMF constant is the force constant, so the voltages also sharpen what the motion alone told of it.
+    result: of a fit to the phase currents of the same recordings; winding: star or separate; known: SI values that
+    are not identified. Raises DataError where no driven recording has phase voltages and currents.
+    """
+    settings = settings or FitSettings()
+    if result.per_mass:
+        raise UsageError("mass", "is not known, so volts and newtons cannot be compared", "Give the mass.")
+    able = [r for r in recordings if _has_both(r)]
+    if not able:
+        raise DataError(
+            "recordings", "hold no driven one with three phase voltages and the phase currents",
+            "Log both, and map them: voltage_u, voltage_v, voltage_w beside current_u, current_v.",
+        )  # fmt: skip
+    model = Model(result.model, result.effects, winding)
+    values = {e.name: e.value for e in result.estimates}
+    resistance, inductance = first_winding_values(result, able)
+    values |= {"phase_resistance": resistance, "phase_inductance": inductance, "mutual_inductance": 0.0}
+    names = {p.name for p in model.parameters}
+    fixed = {e.name: e.value for e in result.estimates if e.status == "fixed"}
+    fixed |= {k: x for k, x in (known or {}).items() if k in names}
+    values |= fixed
+    first = {name: values[name] for name in names}
+    tied = any(e.name == "static_force" and e.status == "fixed" for e in result.estimates)
+    held = {k: x for k, x in fixed.items() if not (tied and k in ("static_force", "stribeck_velocity"))}
+    if "stribeck_exponent" in held and "stribeck_exponent" not in (known or {}):
+        held.pop("stribeck_exponent")
+    space = build_space(
+        model, recordings, first, held, settings.bounds, settings.free_exponent,
+        (values["guideway_density"],), settings.stribeck and not tied,
+    )  # fmt: skip
+    found = refine(space, space.encode(first), recordings, settings=settings, hooks=hooks)
+    return replace(
+        found, history=result.history + found.history, stop_reasons=result.stop_reasons + found.stop_reasons,
+        evaluations=result.evaluations + found.evaluations, warnings=result.warnings + found.warnings,
+        converged=result.converged and found.converged, seed=result.seed,
+    )  # fmt: skip
+
+
+def _has_both(recording: Recording) -> bool:
+    return (
+        recording.kind != "free_wheel" and recording.phase_voltages is not None and recording.phase_currents is not None
+    )
+
+
+def first_winding_values(result: FitResult, recordings: Sequence[Recording]) -> tuple[float, float]:
+    """Resistance (V/A) and inductance (V s/A) by regression of voltage less back-EMF on currents and their rates.
+
+    recordings: with phase voltages and currents. What all three phases share is left out: a star floats.
+    """
+    model = Model(result.model)
+    p = model.vector({e.name: e.value for e in result.estimates if e.name in {q.name for q in model.parameters}})[8:14]
+    table = np.zeros((3, 12))
+    harmonics = prepare_motor(model.motor, p, table)
+    factor = 2.0 if result.model == "theta" else 1.0
+    currents, slopes, drops = [], [], []
+    for recording in recordings:
+        assert recording.phase_currents is not None and recording.phase_voltages is not None
+        motion = measure_motion([recording])
+        dt = recording.duration / (recording.y.size - 1)
+        constants = [
+            phase_constants(model.motor, y, p, table, harmonics, factor * p[1], factor * p[3]) for y in motion.y
+        ]
+        drop = recording.phase_voltages - np.transpose(constants) * motion.v
+        currents.append(_apart(recording.phase_currents[:, :-1]))
+        slopes.append(_apart(cubic_spline_coefficients(dt, recording.phase_currents)[:, :, 1]))
+        drops.append(_apart(drop[:, :-1]))
+    columns = np.column_stack([np.concatenate(currents), np.concatenate(slopes)])
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    found = np.linalg.lstsq(columns / scale, np.concatenate(drops), rcond=None)[0] / scale
+    return max(float(found[0]), 1e-3), max(float(found[1]), 1e-6)
+
+
+def _apart(rows: Array) -> Array:
+    """Three phase quantities (3, n) less their mean, in one row."""
+    return np.asarray(rows - rows.mean(axis=0)).ravel()
