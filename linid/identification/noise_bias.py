@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification import field_phase
+from linid.identification.genes import BOX_STD
 from linid.identification.motion import input_noise, with_inputs_moved
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
-from linid.identification.uncertainty import BOX_STD
 
 Array = NDArray[np.float64]
 _PAIRS = 6

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.genes import SearchSpace
+from linid.identification.genes import BOX_STD, SearchSpace
+from linid.identification.motion import noise_level
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
-from linid.identification.uncertainty import BOX_STD
 from linid.identification.winding_currents import WindingCurrents
 from linid.physics.electrical import PARAMETERS
 from linid.physics.model import Model
@@ -26,12 +26,16 @@ from linid.simulation.inputs import pack_inputs
 
 Array = NDArray[np.float64]
 _ROUNDS = 3
+_PAIRS = 6
 _STEP = 1e-4  # of a gene
 _TAPS = 256  # samples of an impulse's answer
 
 
-def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
-    """The fit moved back by what the noise of its voltages has shifted it."""
+def without_voltage_noise(problem: Problem, fit: PolishResult, *, seed: int = 1) -> PolishResult:
+    """The fit moved back by what the noise of its voltages, and that of the back-EMF's motion, has shifted it.
+
+    seed: of the draws of encoder noise.
+    """
     place = next((k for k, part in enumerate(problem.parts) if isinstance(part, WindingCurrents)), None)
     if place is None:
         return fit
@@ -42,15 +46,56 @@ def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
     line.reweight(x)
     p = fit.genes.size
     residuals, jacobian = fit.residuals, fit.jacobian
+    by_motion = np.zeros(p)
     for _ in range(_ROUNDS):
         excess = np.zeros(x.size)
-        excess[:p] = _excess(problem.space, part, x[:p], line.weights[place])
+        excess[:p] = _excess(problem.space, part, x[:p], line.weights[place]) + by_motion
         information = jacobian.T @ jacobian
         information[np.diag_indices_from(information)] += np.where(np.arange(x.size) < p, BOX_STD**-2, 1e-12)
         x = x + np.linalg.solve(information, excess - jacobian.T @ residuals)
         x[:p] = np.clip(x[:p], 0.0, 1.0)
         residuals, jacobian = line.residuals(x), line.jacobian(x)
+        if not np.any(by_motion):
+            by_motion = _excess_by_motion(problem.space, part, x[:p], line.weights[place], seed)
     return replace(fit, genes=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian)
+
+
+def noise_curvature(problem: Problem, genes: Array, weights: Array, part: WindingCurrents) -> Array:
+    """Second derivatives (p, p) of half the noise's weighted square: information that only the noise feigns."""
+    names = [gene.name for gene in problem.space.genes]
+    out = np.zeros((genes.size, genes.size))
+    for name in (q.name for q in PARAMETERS[problem.space.model.winding] if q.name in names):
+        step = np.zeros(genes.size)
+        step[names.index(name)] = 10.0 * _STEP
+        high = _excess(problem.space, part, genes + step, weights)
+        low = _excess(problem.space, part, genes - step, weights)
+        out[names.index(name)] = (high - low) / (20.0 * _STEP)
+    return np.asarray(0.5 * (out + out.T))
+
+
+def _excess_by_motion(space: SearchSpace, part: WindingCurrents, genes: Array, weights: Array, seed: int) -> Array:
+    """The same gradient for encoder noise, which gives the back-EMF its own: by adding as much once more."""
+    generator = np.random.default_rng([seed, 3])
+    names = [gene.name for gene in space.genes]
+    columns = [names.index(q.name) for q in PARAMETERS[space.model.winding] if q.name in names]
+    steps = np.zeros((2 * len(columns) + 1, genes.size))
+    for k, column in enumerate(columns):
+        steps[1 + 2 * k, column], steps[2 + 2 * k, column] = _STEP, -_STEP
+    params = space.vectors(genes + steps)
+    nothing = np.zeros((len(params), 0))
+
+    def slopes(one: WindingCurrents) -> Array:
+        rows = one.residuals(params, nothing) * weights
+        return np.asarray([(rows[1 + 2 * k] - rows[2 + 2 * k]) @ rows[0] / (2.0 * _STEP) for k in range(len(columns))])
+
+    plain = slopes(part)
+    out = np.zeros(genes.size)
+    for _ in range(_PAIRS):
+        noise = [noise_level(r.y) * generator.standard_normal(r.y.size) for r in part.recordings]
+        for sign in (1.0, -1.0):
+            moved = tuple(replace(r, y=r.y + sign * x) for r, x in zip(part.recordings, noise, strict=True))
+            out[columns] += (slopes(replace(part, recordings=moved)) - plain) / (2.0 * _PAIRS)
+    return out
 
 
 def _excess(space: SearchSpace, part: WindingCurrents, genes: Array, weights: Array) -> Array:
@@ -109,4 +154,7 @@ def voltage_noise_level(samples: Array) -> float:
     """
     if samples.size < 16:
         return 0.0
-    return float(np.median(np.abs(np.diff(samples, 8)))) / 0.6745 / math.sqrt(math.comb(16, 8))
+    differences = np.diff(samples, 8)
+    usual = float(np.median(np.abs(differences))) / 0.6745
+    kept = differences[np.abs(differences) <= 4.0 * usual]  # nearly all of the noise, none of a step
+    return float(np.sqrt(np.mean(kept**2) / math.comb(16, 8)))

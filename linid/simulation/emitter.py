@@ -10,6 +10,7 @@ import hashlib
 import importlib.util
 import inspect
 import os
+import re
 import sys
 import tempfile
 from functools import cache
@@ -130,6 +131,7 @@ def emit(model: Model | None = None, by_voltage: bool = False) -> str:
     folder = Path(__file__).parent
     text, *others = ((folder / f"{part}_template.py").read_text(encoding="utf-8") for part in _PARTS)
     text += "".join("\n\n" + other.split("# <body>\n", 1)[1].strip() + "\n" for other in others)
+    text = re.sub(r" *# <only by current>\n(.*?) *# <end by current>\n", "" if by_voltage else r"\1", text, flags=re.S)
     imports = [
         f"effect_{index}_{name} = EFFECTS[{index}].{name}"
         for index, effect in enumerate(EFFECTS)

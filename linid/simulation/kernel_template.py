@@ -146,9 +146,11 @@ def simulate_one(
                 else:
                     i_1, i_2, i_3 = inputs_at(c, x - half)
             # <voltage middle>
+            # <only by current>
             force_mid = external_force(
                 motor, on, powered, t_mid, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
             )
+            # <end by current>
             if on & FRICTIONS:
                 factor = friction_factor(on, t_mid, y_mid, v_mid, i_1, i_2, i_3, p)
                 stiffness, damping = factor * sigma_0, factor * sigma_1
@@ -162,9 +164,11 @@ def simulate_one(
                 else:
                     i_1, i_2, i_3 = inputs_at(c, x)
             # <voltage end>
+            # <only by current>
             force_end = external_force(
                 motor, on, powered, t_k + x, y_end, v_end, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
             )
+            # <end by current>
             # The straight line nearest to the parabola through the three forces: it has the same impulse.
             rise = force_end - force
             mean = (force + 4.0 * force_mid + force_end) / 6.0
