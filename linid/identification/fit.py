@@ -136,7 +136,7 @@ def _refine(
     stages = [Problem(space, make_parts(space.model, recordings, settings, steps, look=look)) for steps, look in looks]
     problem = stages[-1]
     polished = without_noise_bias(problem, _polish_in_stages(stages, state, settings, hooks), seed=settings.search.seed)
-    polished = without_voltage_noise(problem, polished, seed=settings.search.seed)
+    polished = without_voltage_noise(problem, polished)
     uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     profiles = _profiles(problem, polished, uncertainty, settings, hooks)
     result = _assemble(

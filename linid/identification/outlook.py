@@ -16,6 +16,7 @@ from linid.recording.recording import Recording
 
 _AMPLITUDE_PER_FORCE = 20.0
 _READING_PER_STROKE = 0.01
+_BINS, _SHARES = 400, 10  # of the stroke, and of the places visited
 
 
 def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, float]) -> Outlook:
@@ -34,7 +35,21 @@ def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, fl
         period=float(np.median([r.period for r in recordings])),
         campaign_duration=max(r.elapsed + float(r.t[-1]) for r in recordings),
         revolving=recordings[0].axis == "rotary" and high - low > 2.0 * np.pi,
+        visited=_visited(recordings, low, high),
     )
+
+
+def _visited(recordings: Sequence[Recording], low: float, high: float) -> tuple[float, ...]:
+    """Edges (m) of `_SHARES` equal shares of the places where the axis has been, from the lowest to the highest."""
+    edges = np.linspace(low, high, _BINS + 1)
+    seen = np.zeros(_BINS)
+    for recording in recordings:
+        seen += np.histogram(recording.y, edges)[0]
+    lengths = np.concatenate([[0.0], np.cumsum((seen > 0.0) * (high - low) / _BINS)])
+    # A little of every bin counts, or an edge could lie anywhere in a gap.
+    lengths += 1e-6 * (edges - low)
+    shares = np.interp(np.linspace(0.0, lengths[-1], _SHARES + 1), lengths, edges)
+    return tuple(float(x) for x in shares)
 
 
 @lru_cache(maxsize=128)  # every search space asks for it

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.genes import BOX_STD, SearchSpace
-from linid.identification.motion import noise_level
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
 from linid.identification.winding_currents import WindingCurrents
@@ -26,16 +25,12 @@ from linid.simulation.inputs import pack_inputs
 
 Array = NDArray[np.float64]
 _ROUNDS = 3
-_PAIRS = 6
 _STEP = 1e-4  # of a gene
 _TAPS = 256  # samples of an impulse's answer
 
 
-def without_voltage_noise(problem: Problem, fit: PolishResult, *, seed: int = 1) -> PolishResult:
-    """The fit moved back by what the noise of its voltages, and that of the back-EMF's motion, has shifted it.
-
-    seed: of the draws of encoder noise.
-    """
+def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
+    """The fit moved back by what the noise of its voltages has shifted it."""
     place = next((k for k, part in enumerate(problem.parts) if isinstance(part, WindingCurrents)), None)
     if place is None:
         return fit
@@ -46,17 +41,14 @@ def without_voltage_noise(problem: Problem, fit: PolishResult, *, seed: int = 1)
     line.reweight(x)
     p = fit.genes.size
     residuals, jacobian = fit.residuals, fit.jacobian
-    by_motion = np.zeros(p)
     for _ in range(_ROUNDS):
         excess = np.zeros(x.size)
-        excess[:p] = _excess(problem.space, part, x[:p], line.weights[place]) + by_motion
+        excess[:p] = _excess(problem.space, part, x[:p], line.weights[place])
         information = jacobian.T @ jacobian
         information[np.diag_indices_from(information)] += np.where(np.arange(x.size) < p, BOX_STD**-2, 1e-12)
         x = x + np.linalg.solve(information, excess - jacobian.T @ residuals)
         x[:p] = np.clip(x[:p], 0.0, 1.0)
         residuals, jacobian = line.residuals(x), line.jacobian(x)
-        if not np.any(by_motion):
-            by_motion = _excess_by_motion(problem.space, part, x[:p], line.weights[place], seed)
     return replace(fit, genes=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian)
 
 
@@ -71,31 +63,6 @@ def noise_curvature(problem: Problem, genes: Array, weights: Array, part: Windin
         low = _excess(problem.space, part, genes - step, weights)
         out[names.index(name)] = (high - low) / (20.0 * _STEP)
     return np.asarray(0.5 * (out + out.T))
-
-
-def _excess_by_motion(space: SearchSpace, part: WindingCurrents, genes: Array, weights: Array, seed: int) -> Array:
-    """The same gradient for encoder noise, which gives the back-EMF its own: by adding as much once more."""
-    generator = np.random.default_rng([seed, 3])
-    names = [gene.name for gene in space.genes]
-    columns = [names.index(q.name) for q in PARAMETERS[space.model.winding] if q.name in names]
-    steps = np.zeros((2 * len(columns) + 1, genes.size))
-    for k, column in enumerate(columns):
-        steps[1 + 2 * k, column], steps[2 + 2 * k, column] = _STEP, -_STEP
-    params = space.vectors(genes + steps)
-    nothing = np.zeros((len(params), 0))
-
-    def slopes(one: WindingCurrents) -> Array:
-        rows = one.residuals(params, nothing) * weights
-        return np.asarray([(rows[1 + 2 * k] - rows[2 + 2 * k]) @ rows[0] / (2.0 * _STEP) for k in range(len(columns))])
-
-    plain = slopes(part)
-    out = np.zeros(genes.size)
-    for _ in range(_PAIRS):
-        noise = [noise_level(r.y) * generator.standard_normal(r.y.size) for r in part.recordings]
-        for sign in (1.0, -1.0):
-            moved = tuple(replace(r, y=r.y + sign * x) for r, x in zip(part.recordings, noise, strict=True))
-            out[columns] += (slopes(replace(part, recordings=moved)) - plain) / (2.0 * _PAIRS)
-    return out
 
 
 def _excess(space: SearchSpace, part: WindingCurrents, genes: Array, weights: Array) -> Array:

@@ -69,8 +69,10 @@ def test_a_constant_force_is_not_called_a_cable() -> None:
 
 def test_a_richer_one_gets_its_name() -> None:
     """A guideway that is tighter in some places, passed in both directions: named, alone."""
-    place = {"friction_low": -0.3, "friction_high": 0.3, "friction_at_30": -0.15, "friction_at_40": -0.1}
-    place |= {"friction_at_60": 0.2, "friction_at_70": 0.1}
+    place = {f"friction_place_{k}": -0.3 + 0.06 * (k - 1) for k in range(1, 12)}
+    for k in (1, 2, 3, 4, 5, 7, 8, 9, 10, 11):
+        share = 0.1 * (k - 1)
+        place[f"friction_at_{k}"] = 0.12 * (2.0 * share - 1.0) - 0.1 * math.sin(2.0 * math.pi * share)
     recordings = coast_downs("position_dependent_friction", place, 0.6)
     verdict = diagnose("both ways", recordings, "friction", jobs=2, seed=1).diagnosis.verdict
     assert (verdict.status, verdict.effects) == ("identified", ("position_dependent_friction",))

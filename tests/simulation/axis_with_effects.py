@@ -39,9 +39,10 @@ SAMPLES: dict[str, dict[str, float]] = {
         "cable_middle": 0.02,
     },
     "position_dependent_friction": {
-        "friction_at_0": -0.3, "friction_at_10": -0.1, "friction_at_20": 0.25, "friction_at_30": 0.5,
-        "friction_at_40": 0.15, "friction_at_60": -0.2, "friction_at_70": -0.25, "friction_at_80": 0.1,
-        "friction_at_90": 0.3, "friction_at_100": 0.2, "friction_low": -0.06, "friction_high": 0.09,
+        "friction_at_1": -0.3, "friction_at_2": -0.1, "friction_at_3": 0.25, "friction_at_4": 0.5,
+        "friction_at_5": 0.15, "friction_at_7": -0.2, "friction_at_8": -0.25, "friction_at_9": 0.1,
+        "friction_at_10": 0.3, "friction_at_11": 0.2,
+        **{f"friction_place_{k}": -0.06 + 0.015 * (k - 1) for k in range(1, 12)},
     },
     "quadratic_drag": {"drag_coefficient": 6.0},
     "input_delay": {"input_delay": 2.3e-3},

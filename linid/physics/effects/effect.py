@@ -54,7 +54,8 @@ class Outlook:
     stroke_low, stroke_high: m (rotary: rad); field_wavenumber: of the motor's field (pi / pole pitch) in rad/m, None
     without a phase motor; top_speed: m/s; top_current: A; durations: s and records: numbers, one per recording;
     period: sampling period in s; campaign_duration: running time of the whole campaign in s; revolving: the axis turns
-    more than once, so that all repeats with every revolution.
+    more than once, so that all repeats with every revolution; visited: edges (m) of equal shares of all the places that
+    the recordings visit, empty: of the stroke.
     """
 
     stroke_low: float
@@ -67,11 +68,19 @@ class Outlook:
     period: float
     campaign_duration: float = 0.0
     revolving: bool = False
+    visited: tuple[float, ...] = ()
 
     @property
     def stroke(self) -> float:
         """Length of the stroke in m."""
         return self.stroke_high - self.stroke_low
+
+    def place(self, share: float) -> float:
+        """Position in m up to which a share of all visited places lies."""
+        edges = self.visited or (self.stroke_low, self.stroke_high)
+        at = min(max(share, 0.0), 1.0) * (len(edges) - 1)
+        left = min(int(at), len(edges) - 2)
+        return edges[left] + (at - left) * (edges[left + 1] - edges[left])
 
 
 def no_grid(outlook: Outlook) -> tuple[Values, ...]:

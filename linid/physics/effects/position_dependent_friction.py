@@ -3,50 +3,60 @@
 from __future__ import annotations
 
 from linid.physics.effects.effect import Effect, Outlook, Values, term
-from linid.physics.effects.shapes import bounded, share_of
+from linid.physics.effects.shapes import bounded
 from linid.physics.parameter import Parameter
 
-# Places in percent of the stroke; in its middle the factor is one, or it could not be told from the friction itself.
-_PLACES = (0, 10, 20, 30, 40, 60, 70, 80, 90, 100)
+_PLACES = tuple(range(1, 12))
+_MIDDLE = 6  # where the factor is one, or it could not be told from the friction itself
 
 
 @term
 def friction(
     t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
-    at_0, at_10, at_20, at_30, at_40, at_60, at_70, at_80, at_90, at_100, low, high,
+    at_1, at_2, at_3, at_4, at_5, at_7, at_8, at_9, at_10, at_11,
+    y_1, y_2, y_3, y_4, y_5, y_6, y_7, y_8, y_9, y_10, y_11,
 ):  # fmt: skip
-    """Factor on the whole bristle force: straight lines from place to place."""
-    knots = (at_0, at_10, at_20, at_30, at_40, 0.0, at_60, at_70, at_80, at_90, at_100)
-    place = 10.0 * min(max(share_of(y, low, high), 0.0), 1.0)
-    left = min(int(place), 9)
-    part = place - left
+    """Factor on the whole bristle force: straight lines from place to place, constant beyond the outer ones."""
+    knots = (at_1, at_2, at_3, at_4, at_5, 0.0, at_7, at_8, at_9, at_10, at_11)
+    places = (y_1, y_2, y_3, y_4, y_5, y_6, y_7, y_8, y_9, y_10, y_11)
+    left = 0
+    while left < 9 and y > places[left + 1]:
+        left += 1
+    part = (y - places[left]) / max(places[left + 1] - places[left], 1e-12)
+    part = min(max(part, 0.0), 1.0)
     return bounded(1.0 + (1.0 - part) * knots[left] + part * knots[left + 1])
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
-    """The ends of the stroke."""
-    return ({"friction_low": outlook.stroke_low, "friction_high": outlook.stroke_high},)
+    """Places that share out evenly where the recordings have been: each has been visited."""
+    return ({f"friction_place_{k}": outlook.place(0.1 * (k - 1)) for k in _PLACES},)
 
 
 _AMPLITUDES = tuple(
     Parameter(
-        f"friction_at_{place}", f"f_{place}", "1", -0.95, 20.0, 0.0,
-        meaning=f"at {place} % of the stroke, relative to its middle",
+        f"friction_at_{k}",
+        f"f_{k}",
+        "1",
+        -0.95,
+        20.0,
+        0.0,
+        meaning=f"at place {k}, relative to that at place {_MIDDLE}",
     )
-    for place in _PLACES
-)  # fmt: skip
+    for k in _PLACES
+    if k != _MIDDLE
+)
+_POSITIONS = tuple(
+    Parameter(f"friction_place_{k}", f"y_{k}", "m", -1e3, 1e3, 0.1 * (k - 1), meaning=f"position of place {k}")
+    for k in _PLACES
+)
 
 EFFECT = Effect(
     name="position_dependent_friction",
     slot="FORCE",
     physics="The bristle force is scaled along the guideway: 1 + f(y), straight lines between eleven places.",
-    parameters=(
-        *_AMPLITUDES,
-        Parameter("friction_low", "y_1", "m", -1e3, 1e3, 0.0, meaning="lower end of the stroke"),
-        Parameter("friction_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
-    ),
+    parameters=(*_AMPLITUDES, *_POSITIONS),
     amplitudes=tuple(p.name for p in _AMPLITUDES),
-    structural=("friction_low", "friction_high"),
+    structural=tuple(p.name for p in _POSITIONS),
     grid=grid,
     friction=friction,
     exposed_by="slow moves and free wheels over the whole stroke in both directions",
