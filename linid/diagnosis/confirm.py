@@ -70,6 +70,11 @@ class Judge:
         """Squared residuals (n,) in units of their recording's scale."""
         return np.asarray((residual / self.scale[self.balance.rows.recording]) ** 2)
 
+    def excess(self, residual: Array) -> float:
+        """What a residual (n,) has above the floor over the held-out rows, in floors."""
+        held = self.balance.split
+        return float(np.mean(self.power(residual)[held])) / self.floor(held) - 1.0
+
     def floor(self, chosen: NDArray[np.bool_]) -> float:
         """What the noise gives in the mean of `power` over the chosen rows."""
         return float(np.mean((self.noise / self.scale)[self.balance.rows.recording[chosen]] ** 2))

@@ -103,7 +103,7 @@ def diagnose(
     balance = judge.balance
     held = balance.split
     floor = judge.floor(held)
-    excess = float(np.mean(judge.power(base.residual)[held])) / floor - 1.0
+    excess = judge.excess(base.residual)
     masses = recording_masses(recordings, base.values["mass"])
     field = _field_wavenumber(kind, base.values)
     axes = coordinates(balance, recordings[0].axis, field)

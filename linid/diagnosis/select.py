@@ -134,17 +134,13 @@ def mends_its_recordings(judge: Judge, reference: Fitted, found: Fitted, name: s
     """Whether the recordings of a push or payload fit as well as those without: one that only mends a part of what is
     wrong with a recording is not what is wrong with it."""
     balance = judge.balance
-    owner = balance.rows.recording
-    floor = (judge.noise / judge.scale) ** 2
-
-    def left(residual: Array) -> Array:
-        return np.asarray(np.bincount(owner, judge.power(residual)) / np.maximum(np.bincount(owner), 1) / floor)
-
-    rest = np.maximum(left(found.residual), 1.0)
+    # Residual power of each recording in floors.
+    before, rest = ((rms_per_recording(balance, one.residual) / judge.noise) ** 2 for one in (reference, found))
+    rest = np.maximum(rest, 1.0)
     marked = np.array([acts_in(name, found.structural, r) for r in balance.recordings])
     driven = np.array([r.kind != "free_wheel" for r in balance.recordings])
     others = ~marked & driven if np.any(~marked & driven) else ~marked
-    before = left(reference.residual)[marked] - 1.0
+    before = before[marked] - 1.0
     mended = np.any(others) and float(np.max(rest[marked], initial=1.0)) <= LIKE * float(np.median(rest[others]))
     if name == "payload_change":
         return bool(mended) and float(np.max(before, initial=0.0)) >= LEAST_GAP
@@ -225,10 +221,8 @@ def _leaves_as_little(judge: Judge, best: Confirmed, other: Confirmed) -> bool:
     """Whether two candidates leave about the same of the excess over the held-out rows."""
     if other.closure <= best.closure - RIVAL:
         return False
-    held = judge.balance.split
-    floor = judge.floor(held)
-    left = [float(np.mean(judge.power(c.fitted.residual)[held])) / floor - 1.0 for c in (best, other)]
-    return left[1] <= TIMES_LEFT * max(left[0], 0.0) + LEFT_ALIKE
+    least = max(judge.excess(best.fitted.residual), 0.0)
+    return judge.excess(other.fitted.residual) <= TIMES_LEFT * least + LEFT_ALIKE
 
 
 def scales_between(judge: Judge, step: Fitted) -> Array:

@@ -14,7 +14,8 @@ from linid.identification.motion import measure_motion
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space import build_space
-from linid.physics.model import Model
+from linid.identification.winding_currents import tells_windings
+from linid.physics.model import MOTOR_SIZE, MOTOR_START, Model
 from linid.physics.motors import phase_constants, prepare_motor
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
@@ -40,7 +41,7 @@ def fit_windings(
     settings = settings or FitSettings()
     if result.per_mass:
         raise UsageError("mass", "is not known, so volts and newtons cannot be compared", "Give the mass.")
-    able = [r for r in recordings if _has_both(r)]
+    able = [r for r in recordings if tells_windings(r)]
     if not able:
         raise DataError(
             "recordings", "hold no driven one with three phase voltages and the phase currents",
@@ -51,30 +52,21 @@ def fit_windings(
     resistance, inductance = first_winding_values(result, able)
     values |= {"phase_resistance": resistance, "phase_inductance": inductance, "mutual_inductance": 0.0}
     names = {p.name for p in model.parameters}
-    fixed = {e.name: e.value for e in result.estimates if e.status == "fixed"}
+    # What a space holds by itself is no known value.
+    own = {"stribeck_exponent"} | (set() if settings.stribeck else {"static_force", "stribeck_velocity"})
+    fixed = {e.name: e.value for e in result.estimates if e.status == "fixed" and e.name not in own}
     fixed |= {k: x for k, x in (known or {}).items() if k in names}
     values |= fixed
-    first = {name: values[name] for name in names}
-    tied = any(e.name == "static_force" and e.status == "fixed" for e in result.estimates)
-    held = {k: x for k, x in fixed.items() if not (tied and k in ("static_force", "stribeck_velocity"))}
-    if "stribeck_exponent" in held and "stribeck_exponent" not in (known or {}):
-        held.pop("stribeck_exponent")
     space = build_space(
-        model, recordings, first, held, settings.bounds, settings.free_exponent,
-        (values["guideway_density"],), settings.stribeck and not tied,
+        model, recordings, {name: values[name] for name in names}, fixed, settings.bounds, settings.free_exponent,
+        (values["guideway_density"],), settings.stribeck,
     )  # fmt: skip
-    found = refine(space, space.encode(first), recordings, settings=settings, hooks=hooks)
+    found = refine(space, space.encode(values), recordings, settings=settings, hooks=hooks)
     return replace(
         found, history=result.history + found.history, stop_reasons=result.stop_reasons + found.stop_reasons,
         evaluations=result.evaluations + found.evaluations, warnings=result.warnings + found.warnings,
         converged=result.converged and found.converged, seed=result.seed,
     )  # fmt: skip
-
-
-def _has_both(recording: Recording) -> bool:
-    return (
-        recording.kind != "free_wheel" and recording.phase_voltages is not None and recording.phase_currents is not None
-    )
 
 
 def first_winding_values(result: FitResult, recordings: Sequence[Recording]) -> tuple[float, float]:
@@ -83,7 +75,8 @@ def first_winding_values(result: FitResult, recordings: Sequence[Recording]) -> 
     recordings: with phase voltages and currents. What all three phases share is left out: a star floats.
     """
     model = Model(result.model)
-    p = model.vector({e.name: e.value for e in result.estimates if e.name in {q.name for q in model.parameters}})[8:14]
+    vector = model.vector({e.name: e.value for e in result.estimates})
+    p = vector[MOTOR_START : MOTOR_START + MOTOR_SIZE]
     table = np.zeros((3, 12))
     harmonics = prepare_motor(model.motor, p, table)
     factor = 2.0 if result.model == "theta" else 1.0

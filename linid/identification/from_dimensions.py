@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -43,9 +44,7 @@ def designed_model(design: MotorDesign, kind: Literal["sine", "theta"], rest: di
         stop_reasons=("from dimensions",), converged=True, seed=0, evaluations=0, substeps=_SUBSTEPS,
         step_error=math.nan,
     )  # fmt: skip
-    derived = tuple(e for e in derived_quantities(bare, ()) if e.name != "sine_force_error")
-    fixed = tuple(
-        Estimate(e.name, e.symbol, e.unit, e.value, math.nan, math.nan, math.nan, "fixed", "from dimensions")
-        for e in derived
-    )
-    return FitResult(**{**bare.__dict__, "derived": fixed})
+    derived = (e for e in derived_quantities(bare, ()) if e.name != "sine_force_error")
+    nan = math.nan
+    fixed = (replace(e, std=nan, low=nan, high=nan, status="fixed", note="from dimensions") for e in derived)
+    return replace(bare, derived=tuple(fixed))

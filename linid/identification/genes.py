@@ -11,6 +11,8 @@ from linid.physics.model import MASS, VECTOR_SIZE, Model
 
 Array = NDArray[np.float64]
 _COULOMB, _STATIC, _SIGMA_0, _SIGMA_1 = 0, 1, 4, 5
+# Standard deviation of a uniform prior over the search box in gene units: what a parameter that the data
+# say nothing about keeps.
 BOX_STD = 1.0 / np.sqrt(12.0)
 
 

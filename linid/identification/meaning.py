@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from linid.identification.result import Estimate, FitResult
+from linid.physics.field.guideway import k_of
+from linid.physics.field.winding import force_harmonics
 from linid.physics.motors import fundamental_force_constant
 from linid.recording.recording import Recording
 
@@ -51,7 +53,7 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     ]
     if theta:
         rows += [
-            ("field_shape", "k", "1", lambda q: math.sqrt(-4.0 * math.log(q)) / math.pi, ("nome",)),
+            ("field_shape", "k", "1", k_of, ("nome",)),
             ("coil_length", "l_y", unit, lambda z, d: 2.0 * z / d, ("winding_length", "guideway_density")),
             (
                 "fundamental_force_constant",
@@ -99,7 +101,7 @@ def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool)
     density, displacement = result.value("guideway_density"), result.value("winding_displacement")
     shift = result.value("shift")
     lost = total = 0.0
-    amplitudes = {n: 8.0 * nome ** (n * n) * math.sin(2 * n * length) for n in range(1, 40, 2)}
+    amplitudes = force_harmonics(nome, length)
     for recording in recordings:
         currents = recording.phase_currents
         if currents is None or recording.kind == "free_wheel":
@@ -116,7 +118,7 @@ def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool)
         total += float((higher + force[1]) @ (higher + force[1]))
     # Two digits: a share of force to judge by, not to compute with.
     share = float(f"{math.sqrt(lost / total):.2g}") if total > 0.0 else 0.0
-    k = math.sqrt(-4.0 * math.log(nome)) / math.pi
+    k = k_of(nome)
     verdict = "sine would do" if share < 0.01 else "theta pays"
     note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {verdict} at these currents"
     if unsure:

@@ -14,7 +14,7 @@ from linid.identification.free_run import FreeRun
 from linid.identification.motion import measure_motion
 from linid.identification.parts import Part
 from linid.identification.settings import FitSettings
-from linid.identification.winding_currents import WindingCurrents
+from linid.identification.winding_currents import WindingCurrents, tells_windings
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -37,8 +37,7 @@ def make_parts(
 
     A motor with windings moves by its measured currents, and these follow from the measured voltages.
     """
-    windings = tuple(r for r in recordings if r.phase_voltages is not None and r.phase_currents is not None)
-    windings = tuple(r for r in windings if model.winding and r.kind != "free_wheel")
+    windings = tuple(r for r in recordings if model.winding and tells_windings(r))
     electrical = (WindingCurrents(model, windings),) if windings else ()
     model = replace(model, winding="")
     free = tuple(r for r in recordings if r.kind == "free_wheel")

@@ -14,12 +14,9 @@ from linid.identification.parts import Part
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
 from linid.identification.voltage_noise import noise_curvature
-from linid.identification.winding_currents import WindingCurrents
 
 Array = NDArray[np.float64]
 
-# Standard deviation of a uniform prior over the search box in gene units: what a parameter that the data
-# say nothing about keeps.
 _MINIMUM_LAGS = 4
 _NORMAL = 1.959964
 _NOISE_DRAWS = 3
@@ -162,7 +159,7 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     spurious = np.zeros((n, n))
     if problem.space.model.kind in ("sine", "theta"):
         spurious = _spurious_information(problem, fit, seed)[np.ix_(told, told)]
-    spurious[:p, :p] += _feigned_by_voltages(problem, fit)
+    spurious[:p, :p] += noise_curvature(problem, fit)
     aligned = False
     if pair is not None:
         jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])
@@ -205,16 +202,6 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     condition = float(values[-1] / max(values[0], 1e-16))
     conditional = np.sqrt(max(noise, 1e-12) / np.diag(regular)[:p])
     return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals, aligned)
-
-
-def _feigned_by_voltages(problem: Problem, fit: PolishResult) -> Array:
-    """Information (p, p) on the windings that the voltages' noise feigns; zeros where no voltages were fitted."""
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(np.concatenate([fit.genes, fit.offsets]))
-    for part, weights in zip(problem.parts, line.weights, strict=True):
-        if isinstance(part, WindingCurrents):
-            return noise_curvature(problem, fit.genes, weights, part)
-    return np.zeros((fit.genes.size, fit.genes.size))
 
 
 def _second_order(problem: Problem, fit: PolishResult, pair: tuple[int, int]) -> Array:

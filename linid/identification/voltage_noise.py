@@ -31,14 +31,12 @@ _TAPS = 256  # samples of an impulse's answer
 
 def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
     """The fit moved back by what the noise of its voltages has shifted it."""
-    place = next((k for k, part in enumerate(problem.parts) if isinstance(part, WindingCurrents)), None)
-    if place is None:
+    found = _winding_part(problem)
+    if found is None:
         return fit
-    part = problem.parts[place]
-    assert isinstance(part, WindingCurrents)
-    line = Linearisation(problem, Cost(problem))
+    place, part = found
     x = np.concatenate([fit.genes, fit.offsets])
-    line.reweight(x)
+    line = _weighted(problem, x)
     p = fit.genes.size
     residuals, jacobian = fit.residuals, fit.jacobian
     for _ in range(_ROUNDS):
@@ -52,10 +50,31 @@ def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
     return replace(fit, genes=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian)
 
 
-def noise_curvature(problem: Problem, genes: Array, weights: Array, part: WindingCurrents) -> Array:
-    """Second derivatives (p, p) of half the noise's weighted square: information that only the noise feigns."""
-    names = [gene.name for gene in problem.space.genes]
+def _winding_part(problem: Problem) -> tuple[int, WindingCurrents] | None:
+    """The part with phase voltages and its place, None where there is none."""
+    return next(((k, part) for k, part in enumerate(problem.parts) if isinstance(part, WindingCurrents)), None)
+
+
+def _weighted(problem: Problem, x: Array) -> Linearisation:
+    """The linearisation with its weights taken at x, genes and offsets."""
+    line = Linearisation(problem, Cost(problem))
+    line.reweight(x)
+    return line
+
+
+def noise_curvature(problem: Problem, fit: PolishResult) -> Array:
+    """Second derivatives (p, p) of half the noise's weighted square: information that only the voltages' noise feigns.
+
+    Zeros where no voltages were fitted.
+    """
+    genes = fit.genes
     out = np.zeros((genes.size, genes.size))
+    found = _winding_part(problem)
+    if found is None:
+        return out
+    place, part = found
+    weights = _weighted(problem, np.concatenate([genes, fit.offsets])).weights[place]
+    names = [gene.name for gene in problem.space.genes]
     for name in (q.name for q in PARAMETERS[problem.space.model.winding] if q.name in names):
         step = np.zeros(genes.size)
         step[names.index(name)] = 10.0 * _STEP

@@ -20,6 +20,12 @@ _GROUP = 0.004  # s, residuals are grouped in bins of this length: noise hardly 
 _FLOOR = 1e-9  # A
 
 
+def tells_windings(recording: Recording) -> bool:
+    """Whether a recording is driven and has both phase voltages and phase currents."""
+    driven = recording.kind != "free_wheel"
+    return driven and recording.phase_voltages is not None and recording.phase_currents is not None
+
+
 @dataclass
 class WindingCurrents:
     """Simulated minus measured phase currents of whole recordings, in A; resistance lets every start be forgotten.

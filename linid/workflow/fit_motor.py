@@ -47,8 +47,9 @@ def fit_motor(
     if winding and model == "force":
         raise UsageError("--input voltage", "needs a model of the phases", "Take --model sine or theta.")
     electrical = {p.name for p in PARAMETERS[winding]}
-    task = FitTask(model, inputs.of(split="fit"), settings, known, start).without(electrical)
-    check_names(set(task.parameter_names()) | electrical, settings, inputs.known)
+    whole = FitTask(model, inputs.of(split="fit"), settings, known, start)
+    check_names(set(whole.parameter_names()) | electrical, settings, inputs.known)
+    task = whole.restricted() if winding else whole
     stages = [("motor", task)]
     first: FitTask | None = None
     if start is None and inputs.of(split="fit", kind="free_wheel"):
@@ -70,7 +71,7 @@ def fit_motor(
         place = folder.path / CURRENTS_FOLDER if winding else folder.path
         result = run_stage(task, place, reporter, label=model, jobs=request.jobs, resume=request.resume)
         if winding:
-            result = run_windings(result, task, winding, known, folder.path, reporter, jobs=request.jobs)
+            result = run_windings(result, whole, winding, folder.path, reporter, jobs=request.jobs)
         return complete(folder, result, inputs, request, reporter)
 
 

@@ -52,12 +52,6 @@ class FitTask:
         start = None if self.start is None else model_to_text(self.start)
         return identity_of(self.kind, fingerprint(self.recordings), decisive(self.settings), self.known, start)
 
-    def without(self, names: set[str]) -> FitTask:
-        """The task without known values and bounds of these parameters, which another stage identifies."""
-        known = {k: v for k, v in self.known.items() if k not in names}
-        bounds = {k: v for k, v in self.settings.bounds.items() if k not in names}
-        return replace(self, known=known, settings=self.settings.model_copy(update={"bounds": bounds}))
-
     def restricted(self) -> FitTask:
         """The task without known values, bounds and profiles of other models (the motor's, in a friction fit)."""
         names = set(self.parameter_names())
@@ -125,18 +119,17 @@ def run_stage(task: FitTask, folder: Path, reporter: Reporter, *, label: str, jo
 
 
 def run_windings(
-    result: FitResult, task: FitTask, winding: str, known: dict[str, float], folder: Path, reporter: Reporter, *,
-    jobs: int,
-) -> FitResult:  # fmt: skip
+    result: FitResult, task: FitTask, winding: str, folder: Path, reporter: Reporter, *, jobs: int
+) -> FitResult:
     """The windings of a motor fitted by its currents, everything identified together, and the model files.
 
-    known: SI values of all parameters that are not identified.
+    task: with the known values and bounds of the windings too.
     """
     from linid.identification.fit_windings import fit_windings
     from linid.identification.settings import Hooks
 
     found = fit_windings(
-        result, task.recordings, winding, settings=fit_settings(task.settings, jobs), known=known,
+        result, task.recordings, winding, settings=fit_settings(task.settings, jobs), known=task.known,
         hooks=Hooks(progress=_progress(reporter, "windings")),
     )  # fmt: skip
     write_fit(found, folder)
