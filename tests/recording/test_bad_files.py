@@ -56,11 +56,12 @@ def test_header_only(tmp_path: Path) -> None:
     ("content", "word"),
     [
         (b"PK\x03\x04" + bytes(200), "Excel"),
-        (gzip.compress(b"1,2,3\n" * 50), "gzip"),
+        (gzip.compress(b"1,2,3\n" * 50, mtime=0), "gzip"),
         (b"\x89HDF\r\n\x1a\n" + bytes(100), "HDF5"),
         (b"MATLAB 5.0 MAT-file" + bytes(100), "MATLAB"),
         (bytes(range(256)) * 20, "binary"),
     ],
+    ids=["Excel", "gzip", "HDF5", "MATLAB", "binary"],
 )
 def test_binary_named_csv(tmp_path: Path, content: bytes, word: str) -> None:
     error_of(write(tmp_path, content), word)
