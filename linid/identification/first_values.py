@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from linid.identification import seed as guess
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import effect_guess, scaled_to_masses
+from linid.identification.field_shape import better_field_shape
 from linid.identification.genes import SearchSpace
 from linid.identification.polish import polish
 from linid.identification.problem import Cost, Problem
@@ -18,6 +19,7 @@ from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.identification.space import build_space
 from linid.physics.model import Model
+from linid.physics.motors import PARAMETERS
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -110,10 +112,16 @@ def seed_candidates(
     if driven:
         # Accelerations at one mass say nothing about it: all forces would shrink with it.
         held = {} if len({r.added_mass for r in driven}) > 1 or "mass" not in first else {"mass": first["mass"]}
-        balance = Problem(space.holding(held), (Acceleration(model, driven, settings.jobs, stride=10),))
+        part = Acceleration(model, driven, settings.jobs, stride=10)
+        balance = Problem(space.holding(held), (part,))
         refined = polish(balance, Cost(balance), balance.space.encode(first), rounds=2, max_evaluations=12)
         vector = balance.space.vectors(refined.genes)[0]
         values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
+        shaped = better_field_shape(balance.space, part, values)
+        if shaped is not None:  # also with the friction of the free wheels, which tell it far better
+            values = shaped
+            motor = {p.name: shaped[p.name] for p in PARAMETERS[model.kind]}
+            rows.insert(0, space.encode({**shaped, **first, **motor}))
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
         rows.insert(0, space.encode(values))

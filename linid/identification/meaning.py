@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.identification.result import Estimate, FitResult
 from linid.physics.field.guideway import k_of
+from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.physics.field.winding import force_harmonics
 from linid.physics.motors import fundamental_force_constant
 from linid.recording.recording import Recording
@@ -119,8 +120,11 @@ def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool)
     # Two digits: a share of force to judge by, not to compute with.
     share = float(f"{math.sqrt(lost / total):.2g}") if total > 0.0 else 0.0
     k = k_of(nome)
-    verdict = "sine would do" if share < 0.01 else "theta pays"
+    pays = share >= NEGLIGIBLE
+    verdict = "theta pays" if pays else "sine would do"
     note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {verdict} at these currents"
-    if unsure:
+    if unsure and pays:
+        note = "theta pays at these currents, which tell nome and winding length only together"
+    elif unsure:
         note = "the recordings do not tell the field shape: sine does as well on them"
     return Estimate("sine_force_error", "e_sine", "1", share, math.nan, math.nan, math.nan, "fixed", note)

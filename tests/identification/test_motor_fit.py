@@ -13,6 +13,7 @@ from linid.identification.fit import fit
 from linid.identification.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
+from linid.physics.theta import Theta0
 
 from .stand import FREE_WHEELS, stand
 
@@ -50,6 +51,33 @@ def test_what_the_field_means() -> None:
     assert derived["pole_pitch"].low < np.pi / 222.0 + 1e-5 and derived["pole_pitch"].high > np.pi / 222.0 - 1e-5
     status = {e.name: e.status for e in theta_fit().estimates}
     assert status["nome"] == "not_identifiable" and status["winding_length"] == "not_identifiable"
+
+
+def thrust(motor: dict[str, float]) -> np.ndarray:
+    """Thrust over position within a pole pitch under currents of 1 A that turn with the true field."""
+    y = np.linspace(0.0, np.pi / 111.0, 200)
+    angle = 2.0 * (111.0 * y + 0.768)
+    z = motor["guideway_density"] * y + motor["shift"]
+    parts = [
+        np.sin(angle + j * 2.0 * np.pi / 3.0)
+        * Theta0(z + j * motor["winding_displacement"], motor["nome"], motor["winding_length"])
+        for j in (-1, 0, 1)
+    ]
+    return motor["force_constant"] * np.sum(parts, axis=0)
+
+
+def test_narrow_magnets_are_found_across_the_plain_of_equal_shapes() -> None:
+    """Below a nome of 0.8 all shapes push alike; the search must not stay there when the truth is 0.895."""
+    campaign = stand("stand_axis_narrow.yaml", only=("freewheel_1", "freewheel_5", *DRIVEN))
+    wheels = [r for r in campaign.recordings if r.kind == "free_wheel"]
+    friction = fit("friction", wheels, settings=SMALL)
+    result = fit("theta", campaign.recordings, settings=SMALL, start=friction)
+    true = thrust(dict(campaign.truth))
+    error = thrust({e.name: e.value for e in result.estimates}) - true
+    assert np.std(true) > 0.05 * np.mean(true)  # what a sine cannot follow
+    assert np.sqrt(np.mean(error**2)) < 0.003 * np.mean(true)
+    cost = next(e for e in result.derived if e.name == "sine_force_error")
+    assert cost.value == pytest.approx(0.06, abs=0.01) and cost.note.startswith("theta pays")
 
 
 def test_a_profile_agrees_with_the_covariance_where_the_fit_is_nearly_linear() -> None:
