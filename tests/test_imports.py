@@ -11,8 +11,8 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
     ("errors", "stop_signals"), ("config",), ("recording",), ("physics",), ("simulation",),
-    ("identification",), ("diagnosis",), ("challenge",), ("report",), ("workflow",), ("cli_errors", "cli_options"),
-    ("cli_challenge", "cli_field"), ("cli",),
+    ("identification",), ("diagnosis",), ("challenge", "reproduction"), ("report",), ("workflow",),
+    ("cli_errors", "cli_options"), ("cli_challenge", "cli_field"), ("cli",),
 )  # fmt: skip
 STAND = {"errors", "config", "recording", "physics"}
 USES_STAND = {"challenge", "workflow", "cli", "cli_options"}

@@ -37,9 +37,12 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
     specs = read_specs(request.files, overrides)
     if request.dry_run:
         jobs = [
-            {"job": s.label, "command": s.command, "files": list(s.files), "model": s.model, "after": list(s.after)}
+            {
+                "job": s.label, "command": s.command, "files": list(s.files),
+                "model": s.options.get("model") or s.models.get("model", ""), "after": list(s.after),
+            }
             for s in specs
-        ]
+        ]  # fmt: skip
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "jobs": jobs})
     folder = open_run_folder(COMMAND, request.out, overwrite=request.overwrite, resume=request.resume)
     folder.previous = None if folder.previous is None else {**folder.previous, "status": "resumed", "identity": None}
@@ -135,9 +138,11 @@ class Scheduler:
             if not all(a in self.reports for a in spec.after):
                 continue
             here, there = context.Pipe(duplex=False)
-            friction = None if spec.friction is None else self._real(spec.friction, "parameters.json")
-            files = tuple(self._real(text, "campaign.yaml") for text in spec.files)
-            job = replace(spec, files=files, model=self._real(spec.model, "parameters.json"), friction=friction)
+            campaigns = {
+                key: tuple(self._real(text, "campaign.yaml") for text in texts) for key, texts in spec.campaigns.items()
+            }
+            models = {key: self._real(text, "parameters.json") for key, text in spec.models.items()}
+            job = replace(spec, campaigns=campaigns, models=models)
             target = self.folder / spec.label
             process = context.Process(target=run_job, args=(job, target, self.resume, self.threads, there))
             process.start()

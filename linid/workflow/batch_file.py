@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,14 +14,21 @@ from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
 from linid.workflow.settings import Settings, make_settings, resolve_channels
 
-Model = Literal["sine", "theta", "force"]
+MotorModel = Literal["sine", "theta", "force"]
+Files = Annotated[tuple[str, ...], Field(min_length=1)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
 
 class Job(BaseModel):
-    """What every job has. name: also its folder; after: jobs that must be done before."""
+    """What every job has. name: also its folder; after: jobs that must be done before.
+
+    CAMPAIGNS, MODELS, PATHS: keys that name recordings, a MODEL (or the fitting job that makes it), other files.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    CAMPAIGNS: ClassVar[tuple[str, ...]] = ("files",)
+    MODELS: ClassVar[tuple[str, ...]] = ()
+    PATHS: ClassVar[tuple[str, ...]] = ()
 
     name: str = Field(pattern=NAME)
     after: tuple[str, ...] = ()
@@ -31,25 +38,31 @@ class FitFrictionJob(Job):
     """linid fit-friction."""
 
     command: Literal["fit-friction"]
-    files: tuple[str, ...] = Field(min_length=1)
+    files: Files
     settings: Settings = Field(default_factory=lambda: Settings())
 
 
 class FitMotorJob(Job):
     """linid fit-motor; several models make one job each, called NAME_MODEL."""
 
+    MODELS = ("friction",)
+
     command: Literal["fit-motor"]
-    files: tuple[str, ...] = Field(min_length=1)
-    model: Model | tuple[Model, ...]
+    files: Files
+    model: MotorModel | tuple[MotorModel, ...]
     friction: str | None = Field(default=None, description="name of a job, or a parameters.json")
+    input: Literal["current", "voltage"] = "current"
+    connection: Literal["star", "separate"] = "star"
     settings: Settings = Field(default_factory=lambda: Settings())
 
 
 class ValidateJob(Job):
     """linid validate."""
 
+    MODELS = ("model",)
+
     command: Literal["validate"]
-    files: tuple[str, ...] = Field(min_length=1)
+    files: Files
     model: str = Field(description="name of a fitting job, or a parameters.json")
     split: Literal["auto", "held_out", "fit", "all"] = "auto"
     settings: Settings = Field(default_factory=lambda: Settings())
@@ -57,6 +70,9 @@ class ValidateJob(Job):
 
 class GenerateJob(Job):
     """linid generate; its campaign is CAMPAIGN.yaml in the job's folder: `files: [job:NAME]` in other jobs."""
+
+    CAMPAIGNS = ()
+    PATHS = ("axis",)
 
     command: Literal["generate"]
     axis: str
@@ -66,7 +82,46 @@ class GenerateJob(Job):
     only: tuple[str, ...] = ()
 
 
-AnyJob = Annotated[FitFrictionJob | FitMotorJob | ValidateJob | GenerateJob, Field(discriminator="command")]
+class FieldJob(Job):
+    """linid field."""
+
+    CAMPAIGNS = ()
+    MODELS = ("model", "friction")
+    PATHS = ("geometry",)
+
+    command: Literal["field"]
+    geometry: str | None = None
+    k: float | None = Field(default=None, gt=0.0)
+    model: str | None = Field(default=None, description="name of a fitting job, or a parameters.json")
+    friction: str | None = Field(default=None, description="name of a fitting job, or a parameters.json")
+    settings: Settings = Field(default_factory=lambda: Settings())
+
+
+class ReproduceJob(Job):
+    """The paper's tables and figures from fits of a stand, and its claims beside what was found.
+
+    narrow_*: the same fits of a stand whose field a sine cannot follow.
+    """
+
+    CAMPAIGNS = ("files", "narrow_files")
+    MODELS = ("friction", "sine", "theta", "narrow_sine", "narrow_theta")
+    PATHS = ("geometry",)
+
+    command: Literal["reproduce"]
+    files: Files
+    geometry: str
+    friction: str = Field(description="name of a fitting job, or a parameters.json; so are the following")
+    sine: str
+    theta: str
+    narrow_files: Files
+    narrow_sine: str
+    narrow_theta: str
+    settings: Settings = Field(default_factory=lambda: Settings())
+
+
+AnyJob = Annotated[
+    FitFrictionJob | FitMotorJob | ValidateJob | GenerateJob | FieldJob | ReproduceJob, Field(discriminator="command")
+]
 
 
 class BatchFile(BaseModel):
@@ -83,18 +138,22 @@ class BatchFile(BaseModel):
 class JobSpec:
     """One job, ready to run in a process of its own. label: unique in the batch, also its folder.
 
-    files, model, friction: paths, or `job:LABEL` for what another job makes; after: labels.
+    campaigns, models: what stands under the keys that name them, paths or `job:LABEL` for what another job makes;
+    options: the other keys, with paths resolved; after: labels.
     """
 
     label: str
     command: str
-    files: tuple[str, ...]
     settings: Settings
-    model: str = ""
-    friction: str | None = None
-    split: str = "auto"
+    campaigns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    models: dict[str, str] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)
     after: tuple[str, ...] = ()
-    generate: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The recordings and campaigns of the job."""
+        return self.campaigns.get("files", ())
 
 
 def read_batch(path: Path, overrides: dict[str, Any], *, prefix: str = "") -> tuple[JobSpec, ...]:
@@ -127,7 +186,7 @@ def _resolve_mappings(data: Any, folder: Path) -> None:
             resolve_channels(job.get("settings"), folder)
 
 
-def _motor_labels(job: FitMotorJob) -> list[tuple[str, Model]]:
+def _motor_labels(job: FitMotorJob) -> list[tuple[str, MotorModel]]:
     if isinstance(job.model, str):
         return [(job.name, job.model)]
     return [(f"{job.name}_{model}", model) for model in job.model]
@@ -155,20 +214,21 @@ class _Reader:
         labels = _all_labels(self.batch)
         for name in job.after:
             self._known(name, labels, "after")
-        if isinstance(job, GenerateJob):
-            self._exists(job.axis, ("axis",))
-            return
-        assert isinstance(job, FitFrictionJob | FitMotorJob | ValidateJob)
-        for number, text in enumerate(job.files):
-            if text.startswith("job:"):
-                self._known(text[4:], labels, "files")
-                self._makes(text[4:], labels, ("generate",), "files")
-            else:
-                self._exists(text, ("files", number))
-        if isinstance(job, ValidateJob):
-            self._model(job.model, labels, "model")
-        if isinstance(job, FitMotorJob) and job.friction is not None:
-            self._model(job.friction, labels, "friction")
+        for key in job.PATHS:
+            path = getattr(job, key)
+            if path is not None:
+                self._exists(path, (key,))
+        for key in job.CAMPAIGNS:
+            for number, text in enumerate(getattr(job, key)):
+                if _is_job(text):
+                    self._known(text[4:], labels, key)
+                    self._makes(text[4:], labels, ("generate",), key)
+                else:
+                    self._exists(text, (key, number))
+        for key in job.MODELS:
+            model = getattr(job, key)
+            if model is not None:
+                self._model(model, labels, key)
 
     def _model(self, text: str, labels: dict[str, str], key: str) -> None:
         """A job's name or a MODEL file."""
@@ -213,42 +273,34 @@ class _Reader:
 def _specs(
     job: Job, folder: Path, defaults: dict[str, Any], overrides: dict[str, Any], prefix: str, batch: BatchFile
 ) -> list[JobSpec]:
-    after = tuple(prefix + name for name in job.after)
-    if isinstance(job, GenerateJob):
-        options = job.model_dump(include={"seed", "layout", "decimal_mark", "only"})
-        return [
-            JobSpec(
-                prefix + job.name, job.command, (str(folder / job.axis),), Settings(), after=after, generate=options
-            )
-        ]
-    assert isinstance(job, FitFrictionJob | FitMotorJob | ValidateJob)
-    settings = make_settings(defaults, job.settings.model_dump(exclude_unset=True), overrides)
     labels = _all_labels(batch)
 
-    def place(text: str) -> str:
-        if text.startswith("job:"):
-            return f"job:{prefix}{text[4:]}"
+    def campaign(text: str) -> str:
+        return f"job:{prefix}{text[4:]}" if _is_job(text) else str(folder / text)
+
+    def model(text: str) -> str:
         return f"job:{prefix}{text}" if text in labels else str(folder / text)
 
-    files = tuple(place(text) if text.startswith("job:") else str(folder / text) for text in job.files)
-    if isinstance(job, FitMotorJob):
-        friction = None if job.friction is None else place(job.friction)
-        return [
-            _with_dependencies(JobSpec(prefix + label, job.command, files, settings, model, friction, after=after))
-            for label, model in _motor_labels(job)
-        ]
-    model = place(job.model) if isinstance(job, ValidateJob) else ""
-    split = job.split if isinstance(job, ValidateJob) else "auto"
+    own = job.settings.model_dump(exclude_unset=True) if hasattr(job, "settings") else None
+    campaigns = {key: tuple(campaign(text) for text in getattr(job, key)) for key in job.CAMPAIGNS}
+    models = {key: model(getattr(job, key)) for key in job.MODELS if getattr(job, key) is not None}
+    options = job.model_dump(exclude={"name", "command", "after", "settings", *job.CAMPAIGNS, *job.MODELS})
+    options |= {key: str(folder / options[key]) for key in job.PATHS if options[key] is not None}
+    used = [text[4:] for text in (*(t for c in campaigns.values() for t in c), *models.values()) if _is_job(text)]
+    after = tuple(dict.fromkeys([*(prefix + name for name in job.after), *used]))
+    settings = Settings() if own is None else make_settings(defaults, own, overrides)
+    variants = _motor_labels(job) if isinstance(job, FitMotorJob) else [(job.name, "")]
     return [
-        _with_dependencies(JobSpec(prefix + job.name, job.command, files, settings, model, split=split, after=after))
-    ]
+        JobSpec(
+            prefix + label, labels[label], settings, campaigns, models,
+            {**options, "model": kind} if kind else options, after,
+        )
+        for label, kind in variants
+    ]  # fmt: skip
 
 
-def _with_dependencies(spec: JobSpec) -> JobSpec:
-    from dataclasses import replace
-
-    used = [text[4:] for text in (*spec.files, spec.model, spec.friction or "") if text.startswith("job:")]
-    return replace(spec, after=tuple(dict.fromkeys([*spec.after, *used])))
+def _is_job(text: str) -> bool:
+    return text.startswith("job:")
 
 
 def _ordered(specs: Sequence[JobSpec], path: Path) -> tuple[JobSpec, ...]:

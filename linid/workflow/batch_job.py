@@ -6,7 +6,8 @@ import signal
 import sys
 import time
 import traceback
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from linid.workflow.batch_file import JobSpec
     from linid.workflow.outcome import Outcome
     from linid.workflow.reporter import Reporter
+    from linid.workflow.request import Request
 
 LOG_FILE = "log.txt"
 
@@ -75,29 +77,80 @@ def _run(spec: JobSpec, folder: Path, resume: bool, threads: int, log: Any) -> O
         clear_run(folder)
     files = tuple(Path(text) for text in spec.files)
     request = Request(files, spec.settings, folder, resume=again, jobs=threads, line=f"batch job {spec.label}")
-    if spec.command == "generate":
-        return _generate(spec, folder, resume, reporter)
-    if spec.command == "fit-friction":
-        from linid.workflow.fit_friction import fit_friction
+    models = {key: Path(text) for key, text in spec.models.items()}
+    return _COMMANDS[spec.command](_Call(spec, request, models, reporter, resume))
 
-        return fit_friction(request, reporter)
-    if spec.command == "fit-motor":
-        from linid.workflow.fit_motor import fit_motor
 
-        friction = None if spec.friction is None else Path(spec.friction)
-        return fit_motor(request, reporter, model=spec.model, friction=friction)  # type: ignore[arg-type]
+@dataclass(frozen=True)
+class _Call:
+    """What a command of a batch gets. resume: whether the batch is resumed, even if this job starts anew."""
+
+    spec: JobSpec
+    request: Request
+    models: dict[str, Path]
+    reporter: Reporter
+    resume: bool
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return self.spec.options
+
+
+def _fit_friction(call: _Call) -> Outcome:
+    from linid.workflow.fit_friction import fit_friction
+
+    return fit_friction(call.request, call.reporter)
+
+
+def _fit_motor(call: _Call) -> Outcome:
+    from linid.workflow.fit_motor import fit_motor
+
+    options = call.options
+    winding = options["connection"] if options["input"] == "voltage" else ""
+    friction = call.models.get("friction")
+    return fit_motor(call.request, call.reporter, model=options["model"], friction=friction, winding=winding)
+
+
+def _validate(call: _Call) -> Outcome:
     from linid.workflow.validate import validate
 
-    return validate(request, reporter, model=Path(spec.model), split=spec.split)  # type: ignore[arg-type]
+    return validate(call.request, call.reporter, model=call.models["model"], split=call.options["split"])
 
 
-def _generate(spec: JobSpec, folder: Path, resume: bool, reporter: Reporter) -> Outcome:
+def _generate(call: _Call) -> Outcome:
     from linid.workflow.generate import generate_campaign
     from linid.workflow.outcome import Outcome
 
-    if resume and (folder / "truth.yaml").exists():  # written last
+    folder = call.request.out
+    assert folder is not None
+    if call.resume and (folder / "truth.yaml").exists():  # written last
         return Outcome("generate", folder, key_figure="made before")
-    return generate_campaign(Path(spec.files[0]), folder, reporter, overwrite=resume, **spec.generate)
+    options = {**call.options, "axis": Path(call.options["axis"])}
+    return generate_campaign(out=folder, reporter=call.reporter, overwrite=call.resume, **options)
+
+
+def _field(call: _Call) -> Outcome:
+    from linid.workflow.field import field
+    from linid.workflow.geometry_file import read_geometry
+
+    path = call.options["geometry"]
+    geometry = None if path is None else read_geometry(Path(path), {})
+    request = replace(call.request, files=() if path is None else (Path(path),), resume=False, overwrite=True)
+    return field(request, call.reporter, geometry=geometry, k=call.options["k"], **call.models)
+
+
+def _reproduce(call: _Call) -> Outcome:
+    from linid.workflow.reproduce import reproduce
+
+    narrow = tuple(Path(text) for text in call.spec.campaigns["narrow_files"])
+    geometry = Path(call.options["geometry"])
+    return reproduce(call.request, call.reporter, models=call.models, narrow=narrow, geometry=geometry)
+
+
+_COMMANDS: dict[str, Callable[[_Call], Outcome]] = {
+    "fit-friction": _fit_friction, "fit-motor": _fit_motor, "validate": _validate, "generate": _generate,
+    "field": _field, "reproduce": _reproduce,
+}  # fmt: skip
 
 
 def _interrupt_once() -> None:

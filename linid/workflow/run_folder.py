@@ -33,7 +33,8 @@ _FILES = (
     RUN_FILE, CONFIG_FILE, CHECKPOINT_FILE, "parameters.json", "parameters.csv", "parameters.tex", "convergence.csv",
     "gaps.csv", "gaps.tex", "gaps.json", "summary.csv", "diagnosis.json", "diagnosis.md", "report.html",
     "model_before.json", "model_after.json", "field.json", "best_k.csv", "guideway_field.csv", "thrust.csv",
-    "model_sine.json", "model_theta.json", *_LOGS,
+    "model_sine.json", "model_theta.json", "paper.html", "paper.md",
+    *(f"table_{stem}.{end}" for stem in ("1_friction", "2_sine", "3_theta") for end in ("csv", "tex")), *_LOGS,
 )  # fmt: skip
 _FOLDERS = ("figures", FRICTION_FOLDER, CURRENTS_FOLDER, "simulations", "predictions")
 FINISHED = ("done", "not_converged")

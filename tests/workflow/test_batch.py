@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from linid.workflow.batch_file import BatchFile, read_batch
+from linid.workflow.batch_file import BatchFile, FieldJob, FitMotorJob, GenerateJob, ValidateJob, read_batch
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 DEFAULTS = "defaults: {population: 10, generations: 4, polish_rounds: 1, figures: false}\n"
@@ -129,10 +129,20 @@ def test_generated_recordings_feed_a_fit(tmp_path: Path) -> None:
     assert (tmp_path / "o" / "made" / "truth.yaml").exists()
 
 
-@pytest.mark.parametrize("name", ["stand", "template"])
+@pytest.mark.parametrize("name", ["stand", "template", "paper"])
 def test_the_batch_files_of_the_project_are_valid(name: str) -> None:
     specs = read_batch(ROOT / "configs" / f"{name}.yaml", {})
-    assert {spec.command for spec in specs} >= {"fit-friction", "fit-motor", "validate"}
+    assert {spec.command for spec in specs} >= {"fit-friction", "fit-motor"}
+    assert "reproduce" in {spec.command for spec in specs} or name != "paper"
+
+
+def test_jobs_wait_for_all_that_they_name() -> None:
+    specs = {spec.label: spec for spec in read_batch(ROOT / "configs" / "paper.yaml", {})}
+    assert set(specs["paper"].after) == {
+        "friction", "motor_sine", "motor_theta", "narrow_stand", "narrow_sine", "narrow_theta",
+    }  # fmt: skip
+    assert specs["field"].models == {"model": "job:motor_theta"} and specs["field"].after == ("motor_theta",)
+    assert specs["narrow_sine"].options["model"] == "sine" and specs["narrow_sine"].options["input"] == "current"
 
 
 def test_the_emps_example_says_which_file_is_missing(tmp_path: Path) -> None:
@@ -150,6 +160,8 @@ def test_the_template_explains_every_setting() -> None:
 
     text = (ROOT / "configs" / "template.yaml").read_text(encoding="utf-8")
     assert [name for name in Settings.model_fields if f"{name}:" not in text] == []
+    keys = {key for job in (FitMotorJob, GenerateJob, ValidateJob, FieldJob) for key in job.model_fields}
+    assert [key for key in sorted(keys) if f"{key}:" not in text] == []
 
 
 @pytest.mark.parametrize(
