@@ -19,7 +19,7 @@ from linid.challenge.run import run_challenge
 from linid.errors import DataError, UsageError
 from linid.workflow.challenge import run
 from linid.workflow.reporter import Reporter
-from tests.workflow.small import ROOT, children, linid
+from tests.workflow.small import ROOT, children, interruptible, linid
 
 
 def fake(path: Path, out: Path, jobs: int) -> None:
@@ -121,7 +121,8 @@ if __name__ == "__main__":
 def test_workers_end_with_the_process_that_started_them(tmp_path: Path, blow: signal.Signals) -> None:
     script = tmp_path / "waiting.py"
     script.write_text(WAITING, encoding="utf-8")
-    process = subprocess.Popen([sys.executable, str(script)], env={**os.environ, "PYTHONPATH": str(ROOT)})
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen([sys.executable, str(script)], env=environment, preexec_fn=interruptible)
     workers: list[int] = []
     for _ in range(300):
         workers = children(process.pid)

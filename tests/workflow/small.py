@@ -56,14 +56,14 @@ def command(*arguments: object) -> list[str]:
 def start(*arguments: object, cwd: Path) -> subprocess.Popen[str]:
     """Start the command line in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    # Where the tests themselves run in the background, SIGINT is ignored, and children would inherit that.
     return subprocess.Popen(
         command(*arguments), cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=_interruptible,
+        preexec_fn=interruptible,
     )  # fmt: skip
 
 
-def _interruptible() -> None:
+def interruptible() -> None:
+    """For a child process: Ctrl-C stops it, even where the tests run in the background, which ignore SIGINT."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
