@@ -212,7 +212,7 @@ def _figures(
         (16, "theta", "fit", "identification"), (17, "theta", "held_out", "validation"),
     )  # fmt: skip
     for number, kind, split, purpose in pages:
-        for ahead, stem, what in ((False, "", "free run"), (True, "_ahead", "0.1 s ahead of the measured state")):
+        for ahead, stem, what in ((False, "", "free run"), (True, "_ahead", "0.1 s ahead")):
             drawn[f"figure_{number}_{kind}_{purpose}{stem}"] = (
                 f"Fig. {number}: {kind} model over four cases of operation, {purpose}; {what}",
                 partial(
