@@ -94,7 +94,7 @@ def test_the_model_file_keeps_the_windings() -> None:
     assert again.winding == STAR and again.value("phase_inductance") == with_windings().value("phase_inductance")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_intervals_cover_over_fifty_draws_of_the_noise() -> None:
     true, seeds = truth(), range(200, 250)
     names = ("phase_resistance", "phase_inductance", "force_constant", "back_emf_over_inductance")
