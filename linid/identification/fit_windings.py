@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,16 +12,23 @@ from numpy.typing import NDArray
 from linid.errors import DataError, UsageError
 from linid.identification.fit import refine
 from linid.identification.motion import measure_motion
-from linid.identification.result import FitResult
+from linid.identification.result import Estimate, FitResult
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space import build_space
-from linid.identification.winding_currents import tells_windings
+from linid.identification.voltage_noise import tells_mutual_inductance
+from linid.identification.winding_currents import WindingCurrents, tells_windings
+from linid.physics.electrical import INDUCTANCE, MUTUAL, SEPARATE, STAR
 from linid.physics.model import MOTOR_SIZE, MOTOR_START, Model
 from linid.physics.motors import phase_constants, prepare_motor
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
 
 Array = NDArray[np.float64]
+_UNTOLD = Estimate(
+    MUTUAL.name, MUTUAL.symbol, MUTUAL.unit, 0.0, math.nan, math.nan, math.nan, "not_identifiable",
+    "these recordings do not tell it, as the currents all but sum to zero: feed one phase alone",
+)  # fmt: skip
+_TOGETHER = "stands for L - M, as in a star: these recordings do not tell M"
 
 
 def fit_windings(
@@ -34,7 +42,8 @@ def fit_windings(
 ) -> FitResult:
     """A fitted sine or theta motor with its windings, all parameters identified anew and together.
 
-    The back-EMF constant is the force constant, so the voltages also sharpen what the motion alone told of it.
+    The back-EMF constant is the force constant, so the voltages also sharpen what the motion alone told of it. Of
+    separate windings whose currents sum to zero, M is not identifiable and the inductance is L - M.
     result: of a fit to the phase currents of the same recordings; winding: star or separate; known: SI values that
     are not identified. Raises DataError where no driven recording has phase voltages and currents.
     """
@@ -50,23 +59,50 @@ def fit_windings(
     model = Model(result.model, result.effects, winding)
     values = {e.name: e.value for e in result.estimates}
     resistance, inductance = first_winding_values(result, able)
-    values |= {"phase_resistance": resistance, "phase_inductance": inductance, "mutual_inductance": 0.0}
+    values |= {"phase_resistance": resistance, "phase_inductance": inductance, MUTUAL.name: 0.0}
     names = {p.name for p in model.parameters}
     # What a space holds by itself is no known value.
     own = {"stribeck_exponent"} | (set() if settings.stribeck else {"static_force", "stribeck_velocity"})
     fixed = {e.name: e.value for e in result.estimates if e.status == "fixed" and e.name not in own}
     fixed |= {k: x for k, x in (known or {}).items() if k in names}
     values |= fixed
+    untold = winding == SEPARATE and not {MUTUAL.name, INDUCTANCE.name} & fixed.keys()
+    untold = untold and not tells_mutual_inductance(model.vector(values), WindingCurrents(model, tuple(able)))
+    if untold:  # what the currents have in common is left out: noise in it would bias the rest
+        model = Model(result.model, result.effects, STAR)
+        names.remove(MUTUAL.name)
+        settings = _without_mutual(settings)
     space = build_space(
         model, recordings, {name: values[name] for name in names}, fixed, settings.bounds, settings.free_exponent,
         (values["guideway_density"],), settings.stribeck,
     )  # fmt: skip
     found = refine(space, space.encode(values), recordings, settings=settings, hooks=hooks)
+    if untold:
+        found = replace(found, winding=winding, estimates=_with_mutual_untold(found.estimates))
     return replace(
         found, history=result.history + found.history, stop_reasons=result.stop_reasons + found.stop_reasons,
         evaluations=result.evaluations + found.evaluations, warnings=result.warnings + found.warnings,
         converged=result.converged and found.converged, seed=result.seed,
     )  # fmt: skip
+
+
+def _without_mutual(settings: FitSettings) -> FitSettings:
+    """The settings without wishes for the mutual inductance."""
+    bounds = {name: ends for name, ends in settings.bounds.items() if name != MUTUAL.name}
+    profiles = tuple(name for name in settings.profiles if name != MUTUAL.name)
+    return replace(settings, bounds=bounds, profiles=profiles)
+
+
+def _with_mutual_untold(estimates: tuple[Estimate, ...]) -> tuple[Estimate, ...]:
+    """Estimates of a star, read as those of separate windings whose mutual inductance left no trace."""
+    out: list[Estimate] = []
+    for estimate in estimates:
+        if estimate.name == INDUCTANCE.name:
+            note = "; ".join(filter(None, (estimate.note, _TOGETHER)))
+            out += [replace(estimate, note=note), _UNTOLD]
+        else:
+            out.append(estimate)
+    return tuple(out)
 
 
 def first_winding_values(result: FitResult, recordings: Sequence[Recording]) -> tuple[float, float]:

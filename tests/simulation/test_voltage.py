@@ -89,6 +89,21 @@ def test_against_the_reference(kind: str, winding: str) -> None:
     assert np.max(np.abs(y - exact.y)) < 1e-6
 
 
+def test_strong_coupling_of_motion_and_currents() -> None:
+    """A light forcer with many newtons per ampere: its back-EMF turns the currents within a fraction of a step."""
+    changes = {"force_constant": 120.0, "mass": 0.1, "phase_inductance": 5e-4}
+    t = np.arange(301) * 1e-3
+    path = 0.02 * np.sin(5.0 * np.pi * t) ** 2
+    push = 120.0 * np.gradient(path, t) + 0.2 * np.sin(10.0 * np.pi * t)
+    rows = [push * np.sin(222.0 * path + SINE["shift"] + (j - 2) * 2.0 * np.pi / 3.0) for j in (1, 2, 3)]
+    one = Recording("light", t, np.zeros_like(t), phase_voltages=np.array(rows))
+    exact = simulate_voltage_reference("sine", STAR, values("sine", **changes), one, START, (0.0, 0.0, 0.0))
+    y, _, i = simulate("sine", STAR, 2, one, **changes)
+    assert np.ptp(exact.y) > 0.01
+    assert np.max(np.abs(i - exact.currents)) < 2e-3
+    assert np.max(np.abs(y - exact.y)) < 1e-6
+
+
 def test_second_order_at_least_in_the_step() -> None:
     exact = reference("sine", STAR)
     errors = [float(np.max(np.abs(simulate("sine", STAR, n)[2] - exact.currents))) for n in (1, 2, 4)]
