@@ -20,11 +20,13 @@ Array = NDArray[np.float64]
 CONFIRMED = 5  # effects refitted per step
 LARGEST = 3  # effects in one verdict
 # An effect pays if its gain is many deviations of the bootstrap, or, where few blocks hold it (a mass shows only while
-# the axis accelerates), large and without doubt; and never below a share of the floor.
+# the axis accelerates), large and without doubt; and never below a share of the floor, which for a single moment of one
+# recording is small.
 LEAST_SIGNIFICANCE = 4.0
 LARGEST_DOUBT = 0.002
 LARGE_GAIN = 0.1
-LEAST_GAIN = 0.004
+LEAST_GAIN = 0.01
+LEAST_GAIN_OF_A_MOMENT = 0.004
 # A push must explain so many times as much as the best push at any other moment: residuals of other causes have many
 # moments that a push can mimic.
 LEAST_LEAD = 4.0
@@ -35,13 +37,15 @@ MOST_OF_ITS_RECORDING = 0.9
 LEAST_CLOSURE = 0.7  # of the excess, to be named: true effects close 0.8 to 1, wrong ones at most 0.5
 # One more effect must gain this share of what those before it did: real effects never have quite the library's form,
 # and what is left of a strong one must not call in others. Either its gain is large beside the floor, of which nobody
-# knows the last tenth, and it closes a share of what was left; or it closes most of that, without doubt. Effects of
-# single recordings, which fit themselves to much, must do the first, and more of it.
+# knows the last tenth, and it closes a share of what was left (below half of it: twice as much as any other effect
+# would); or it closes most of that, without doubt. Effects of single recordings, which fit themselves to much, must do
+# the first, and more of it; a payload, which no single moment vouches for, also without doubt.
 SHARE_OF_FIRST = 0.01
 WORTH = 0.3
 MOST = 0.5
+AHEAD = 2.0
 SMALL_GAIN = 0.02
-WORTH_ALONE = 0.5
+WORTH_ALONE = 0.7
 # A rival falls behind by this closure, or by leaving so many times as much of the excess (and a share of the floor
 # more): two that leave 0.3 % and 9 % are not alike, even where few blocks make the difference.
 RIVAL = 0.1
@@ -164,18 +168,25 @@ def pays(candidate: Confirmed) -> bool:
         return False
     unique = math.isfinite(candidate.lead)  # at one moment: no other blocks can vouch for it
     clear = candidate.gain >= LARGE_GAIN and (unique or candidate.doubt <= LARGEST_DOUBT)
-    return (candidate.significance >= LEAST_SIGNIFICANCE or clear) and candidate.gain >= LEAST_GAIN
+    least = LEAST_GAIN_OF_A_MOMENT if unique else LEAST_GAIN
+    return (candidate.significance >= LEAST_SIGNIFICANCE or clear) and candidate.gain >= least
 
 
-def worth_adding(candidate: Confirmed, gained: float) -> bool:
-    """Whether an effect judged against the step before deserves its place; gained: by the effects before it."""
+def worth_adding(candidate: Confirmed, others: Sequence[Confirmed], gained: float) -> bool:
+    """Whether an effect judged against the step before deserves its place.
+
+    others: all candidates of this step; gained: by the effects before it.
+    """
     alone = candidate.effects[-1] in PER_RECORDING
     if candidate.gain < SHARE_OF_FIRST * gained:
         return False
+    significant = candidate.significance >= LEAST_SIGNIFICANCE
+    if alone and not (significant or math.isfinite(candidate.lead)):
+        return False
     if candidate.gain >= LARGE_GAIN and candidate.closure >= (WORTH_ALONE if alone else WORTH):
-        return True
-    certain = candidate.significance >= LEAST_SIGNIFICANCE and candidate.gain >= SMALL_GAIN
-    return certain and not alone and candidate.closure >= MOST
+        next_best = max((other.closure for other in others if other is not candidate), default=0.0)
+        return candidate.closure >= min(MOST, AHEAD * next_best)
+    return significant and candidate.gain >= SMALL_GAIN and not alone and candidate.closure >= MOST
 
 
 def _lead(judge: Judge, best: Confirmed, other: Confirmed) -> float:
@@ -344,7 +355,7 @@ def forward_selection(
         over = sorted((judged(judge, step, c.fitted, trials[c.effects[-1]]) for c in found), key=lambda c: -c.closure)
         better = [c for c in over if pays(c)]
         if chosen is not None:
-            better = [c for c in better if worth_adding(c, chosen.gain)]
+            better = [c for c in better if worth_adding(c, over, chosen.gain)]
         if not better:
             break
         best = _simplest(judge, better[0], over)
