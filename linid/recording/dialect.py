@@ -134,11 +134,9 @@ def _sample(lines: Sequence[str], skip: int) -> list[int]:
 
 def _looks_like_data(row: Sequence[str], decimal: str) -> bool:
     """More numbers than words, and no cell that shows another separator or decimal mark."""
-    numbers = sum(is_number(cell, decimal) for cell in row)
-    empty = [cell for cell in row if not is_number(cell, decimal)]
-    holes = sum(1 for cell in empty if _PLACEHOLDER.fullmatch(cell) or _DATE.fullmatch(cell))
-    other = len(row) - numbers - holes
-    return numbers > other and not any(_broken(cell, decimal) for cell in row)
+    rest = [cell for cell in row if not is_number(cell, decimal)]
+    holes = sum(1 for cell in rest if _PLACEHOLDER.fullmatch(cell) or _DATE.fullmatch(cell))
+    return len(row) - len(rest) > len(rest) - holes and not any(_broken(cell, decimal) for cell in rest)
 
 
 def _broken(cell: str, decimal: str) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections import UserDict
-from dataclasses import asdict
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -28,19 +27,20 @@ class Checkpoint:
         self.path = path
         self.identity = identity
         self._written = float("-inf")
-        self._pending: str | None = None
+        self._pending: dict[str, Any] | None = None
 
     def save(self, state: SearchState) -> None:
         """Keep the state after a generation; on disk at once unless the last writing was a moment ago."""
-        # The search goes on changing `state`, so it is turned into text here and now.
-        self._pending = json.dumps({"schema": SCHEMA, "identity": self.identity, "state": asdict(state)})
+        # A generation replaces what the state holds, but only adds to the history.
+        self._pending = {**vars(state), "history": list(state.history)}
         if time.monotonic() - self._written >= _EVERY:
             self.flush()
 
     def flush(self) -> None:
         """Write what is not yet on disk."""
         if self._pending is not None:
-            write_atomic(self.path, self._pending.encode())
+            body = {"schema": SCHEMA, "identity": self.identity, "state": self._pending}
+            write_atomic(self.path, json.dumps(body).encode())
             self._pending = None
             self._written = time.monotonic()
 
