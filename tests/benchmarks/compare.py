@@ -1,8 +1,8 @@
 """Two commits' speed as ratios with their noise: `python -m tests.benchmarks.compare COMMIT_A COMMIT_B`.
 
 Both are checked out into temporary git worktrees, and the benchmarks below, those of the present checkout, run on
-them alternately (A, B, A, B, ...), each round in processes of their own. A ratio is the median time of B over that of A;
-its 95 % interval comes from the bootstrap over rounds. --commands adds fit-friction and fit-motor end to end.
+them alternately (A, B, A, B, ...), each round in processes of its own. A ratio is the median time of B over that of
+A; its 95 % interval comes from the bootstrap over rounds. --commands adds fit-friction and fit-motor end to end.
 
 Only what all commits share is called: Simulator, pack_inputs, Model, and whole commands.
 """
@@ -141,9 +141,7 @@ class Checkout:
 
     def __init__(self, commit: str, folder: Path) -> None:
         self.commit, self.tree = commit, folder / "tree"
-        subprocess.run(
-            ["git", "worktree", "add", "--quiet", "--detach", str(self.tree), commit], cwd=ROOT, check=True
-        )
+        subprocess.run(["git", "worktree", "add", "--quiet", "--detach", str(self.tree), commit], cwd=ROOT, check=True)
         self.environment = {
             **os.environ, "PYTHONPATH": str(self.tree), "LINID_CACHE_DIR": str(folder / "cache"),
             "OPENBLAS_NUM_THREADS": "1",

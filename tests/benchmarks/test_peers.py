@@ -14,7 +14,14 @@ from linid.simulation.reference import motor_force
 from tests.benchmarks.peers import report
 from tests.benchmarks.peers.fits import FITS, Done, PositionError, Watch
 from tests.benchmarks.peers.problems import (
-    NAMES, Problem, judge, linid_simulation, make_problem, rms, steady_bristle, truth,
+    NAMES,
+    Problem,
+    judge,
+    linid_simulation,
+    make_problem,
+    rms,
+    steady_bristle,
+    truth,
 )  # fmt: skip
 from tests.benchmarks.peers.simulators import SIMULATORS, candidate, harmonics, missing
 from tests.benchmarks.peers.speed import at_error, tight

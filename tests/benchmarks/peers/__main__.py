@@ -8,6 +8,7 @@ file, so that an interrupted run goes on with --resume; at its end docs/benchmar
 from __future__ import annotations
 
 import argparse
+import contextlib
 import datetime
 import importlib.metadata
 import json
@@ -86,10 +87,8 @@ def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
     begin = time.perf_counter()
     for seed in (1, 2, 3):
         lines.clear()
-        try:
+        with contextlib.suppress(Done):
             FITS["linid"].run(problem, None, seed, Watch(seconds, 0.0, lines.append))
-        except Done:
-            pass
         starts.append(np.array([line for line in lines if "x" in line][-1]["x"]))
         if time.perf_counter() - begin > 3.0 * seconds:
             break
@@ -101,9 +100,8 @@ def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
     return {"cost": value, "x": [float(g) for g in x], "from": "a long polish by linid"}
 
 
-def run_process(arguments: list[str], limit: float | None) -> tuple[list[dict[str, Any]], float, str]:
-    """Lines of one process, its peak memory in MB and the end of its error output; ended when `limit` s have passed
-    since it was ready."""
+def run_process(arguments: list[str], limit: float | None) -> tuple[list[dict[str, Any]], str]:
+    """Lines of one process and the end of its error output; ended when `limit` s have passed since it was ready."""
     command = [sys.executable, "-m", "tests.benchmarks.peers.one", *arguments]
     process = subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -127,17 +125,14 @@ def run_process(arguments: list[str], limit: float | None) -> tuple[list[dict[st
     finally:
         if timer is not None:
             timer.cancel()
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
+        process.wait()
     listener.join(5.0)
-    return lines, usage.ru_maxrss / 1024.0, "".join(errors)[-600:]
+    return lines, "".join(errors)[-600:]
 
 
 def one_fit(problem: Problem, name: str, seed: int, limit: float, best: float) -> dict[str, Any]:
     """One run of one peer, its improvements near the best known cost judged by the common simulation."""
-    lines, peak, errors = run_process(
-        ["fit", problem.name, name, str(seed), str(limit), repr(best * (1.0 + _STOP))], limit
-    )
+    lines, errors = run_process(["fit", problem.name, name, str(seed), str(limit), repr(best * (1.0 + _STOP))], limit)
     steps = [line for line in lines if "x" in line]
     end = next((line["end"] for line in lines if "end" in line), "limit")
     ready = next((line for line in lines if "ready" in line), None)
@@ -149,12 +144,12 @@ def one_fit(problem: Problem, name: str, seed: int, limit: float, best: float) -
             step["judged"] = cost(np.array(step["x"]))
     last = max((line for line in lines if "evaluations" in line), key=lambda line: line["evaluations"], default=None)
     return {
-        "steps": [{k: v for k, v in step.items() if k != "x"} for step in steps],
+        "steps": [{k: v for k, v in step.items() if k not in ("x", "mb")} for step in steps],
         "x": steps[-1]["x"] if steps else None,
         "evaluations": last["evaluations"] if last else 0,
         "s": last["s"] if end != "limit" and last else limit,
         "end": end,
-        "peak_mb": peak,
+        "peak_mb": max(line["mb"] for line in lines if "mb" in line),
         "first_simulation_s": ready["first_simulation_s"],
         "stderr": errors if not steps else "",
     }
@@ -191,11 +186,11 @@ def speeds(results: Results, simulators: list[str]) -> None:
     for name in simulators:
         for case in CASES:
             if f"{case}|{name}" not in results.data["speed"]:
-                lines, peak, errors = run_process(["speed", case, name], None)
-                results.put("speed", f"{case}|{name}", {**(lines[-1] if lines else {"reason": errors}), "peak_mb": peak})
+                lines, errors = run_process(["speed", case, name], None)
+                results.put("speed", f"{case}|{name}", lines[-1] if lines else {"reason": errors})
                 print(f"speed     {case:<12} {name}", flush=True)
         if name not in results.data["box"]:
-            lines, _, errors = run_process(["box", name], None)
+            lines, errors = run_process(["box", name], None)
             results.put("box", name, lines[-1] if lines else {"reason": errors})
             print(f"speed     search box   {name}", flush=True)
 

@@ -69,5 +69,3 @@ def address() -> int:
         du[2] = w_rate
 
     return int(cfunc(lsoda_sig)(right_hand_side).address)
-
-

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import random
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,17 @@ class Done(Exception):  # noqa: N818
     """The target is reached or the time is over."""
 
 
+def peak_memory() -> float:
+    """Largest memory of this process so far in MB; unlike the kernel's count for children, without the parent's."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return float(line.split()[1]) / 1024.0
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
 class Watch:
     """Counts evaluations and keeps every improvement: (s, evaluations, cost, x); ends the fit by raising Done.
 
@@ -38,9 +51,7 @@ class Watch:
     is ended from outside.
     """
 
-    def __init__(
-        self, limit: float, target: float, tell: Callable[[dict[str, Any]], None] = lambda line: None
-    ) -> None:
+    def __init__(self, limit: float, target: float, tell: Callable[[dict[str, Any]], None] = lambda line: None) -> None:
         self.limit, self.target, self.tell = limit, target, tell
         self.begin = self.told = time.perf_counter()
         self.evaluations = 0
@@ -56,7 +67,7 @@ class Watch:
         self.evaluations += len(costs)
         seconds = now - self.begin
         first = int(np.argmin(costs))
-        line: dict[str, Any] = {"s": seconds, "evaluations": self.evaluations}
+        line: dict[str, Any] = {"s": seconds, "evaluations": self.evaluations, "mb": peak_memory()}
         if costs[first] < self.best:
             self.best = float(costs[first])
             self.tell({**line, "cost": self.best, "x": [float(g) for g in xs[first]]})
@@ -291,14 +302,22 @@ def mujoco_sysid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> 
 
     generator = np.random.default_rng(seed)
     errors = _errors(problem, simulation, watch)
+
+    def residual(x: Any, parameters: Any) -> tuple[list[Array], None, None]:
+        """In mm; x: (p,), or one candidate per column when sysid takes differences."""
+        x = np.asarray(x)
+        columns = [errors(column) / 1e-3 for column in x.reshape(problem.dimension, -1).T]
+        return [columns[0] if x.ndim == 1 else np.stack(columns, axis=1)], None, None
+
     while True:
         parameters = sysid.ParameterDict()
         for name, value in zip(problem.space.names, generator.random(problem.dimension), strict=True):
             parameters.add(sysid.Parameter(name, value, 0.0, 1.0))
         try:
-            sysid.optimize(
-                parameters, lambda x, p: ([errors(np.ravel(x)) / 1e-3], None, None), "mujoco", verbose=False
-            )
+            parameters.move_off_bounds()
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                sysid.optimize(parameters, residual, "mujoco", verbose=False, eps=STEP)
         except (np.linalg.LinAlgError, ValueError):
             continue  # a start from which it cannot go on
 
@@ -312,6 +331,8 @@ def diffrax_least_squares(problem: Problem, simulation: Any, seed: int, watch: W
     generator = np.random.default_rng(seed)
     errors = _errors(problem, simulation, watch)
     slope = derivatives(problem, SIMULATORS["diffrax Kvaerno5"].usual)
+    slope(problem.space.encode(problem.first))
+    watch.begin = time.perf_counter()  # compiled by now, as the others are
     while True:
         start = np.clip(generator.random(problem.dimension), 1e-6, 1.0 - 1e-6)
         least_squares(errors, start, jac=slope, bounds=(0.0, 1.0), x_scale="jac")

@@ -25,9 +25,7 @@ def say(line: dict[str, Any]) -> None:
 
 def fit(problem_name: str, peer: str, seed: int, limit: float, target: float) -> None:
     """Run one fit; the first simulation, which compiles, is made before the clock starts."""
-    import numpy as np
-
-    from tests.benchmarks.peers.fits import FITS, Done, Watch
+    from tests.benchmarks.peers.fits import FITS, Done, Watch, peak_memory
     from tests.benchmarks.peers.problems import make_problem
     from tests.benchmarks.peers.simulators import SIMULATORS
 
@@ -38,7 +36,7 @@ def fit(problem_name: str, peer: str, seed: int, limit: float, target: float) ->
     begin = time.perf_counter()
     simulation = simulator.make(problem, usual)
     problem.cost(simulation, problem.space.encode(problem.first))
-    say({"ready": True, "first_simulation_s": time.perf_counter() - begin})
+    say({"ready": True, "first_simulation_s": time.perf_counter() - begin, "mb": peak_memory()})
     watch = Watch(limit, target, say)
     end = "ended by itself"
     try:
@@ -46,8 +44,8 @@ def fit(problem_name: str, peer: str, seed: int, limit: float, target: float) ->
             chosen.run(problem, simulation, seed, watch)
     except Done:
         end = "target" if watch.best <= watch.target else "limit"
-    say({"end": end, "s": time.perf_counter() - watch.begin, "evaluations": watch.evaluations,
-         "dimension": int(np.size(problem.space.genes))})  # fmt: skip
+    seconds = time.perf_counter() - watch.begin
+    say({"end": end, "s": seconds, "evaluations": watch.evaluations, "mb": peak_memory()})
 
 
 def main() -> None:

@@ -61,8 +61,8 @@ def _head(data: dict[str, Any]) -> list[str]:
     return [
         "# Benchmarks", "",
         "Written by `python -m tests.benchmarks.peers`; nothing here is typed by hand.", "",
-        f"{about.get('date', '')}, {about.get('machine', '')}, one core for every run, Python {about.get('python', '')}; "
-        f"{versions}.", "",
+        f"{about.get('date', '')}, {about.get('machine', '')}, one core for every run, Python "
+        f"{about.get('python', '')}; {versions}.", "",
         "All peers get the same recordings of `data/stand`, the same start states, the same bounds (linid's, as a unit "
         "cube with its logarithmic scales), and one cost: the RMS of simulated minus measured position over all "
         "samples. Friction: whole free wheels. Motors: every fourth piece of 0.1 s of three driven recordings, started "
@@ -136,9 +136,9 @@ def _fit_tables(data: dict[str, Any]) -> list[str]:
     for name, best in data["best"].items():
         target = best["cost"] * (1.0 + SHARE)
         lines += [
-            f"**{_TITLES[name]}**. Best known cost {1e6 * best['cost']:.4g} um ({best['from']}); arrived: within 1 % of "
-            f"it; at most {limit:g} s per run. Time and evaluations are medians over the runs that arrived; where none "
-            "did, the lowest cost reached is given.", "",
+            f"**{_TITLES[name]}**. Best known cost {1e6 * best['cost']:.4g} um ({best['from']}); arrived: within 1 % "
+            f"of it; at most {limit:g} s per run. Time and evaluations are medians over the runs that arrived; where "
+            "none did, the lowest cost reached is given.", "",
         ]  # fmt: skip
         rows = []
         for peer in FITS:
@@ -172,16 +172,16 @@ def _not_arrived(runs: list[dict[str, Any]]) -> str:
 def _remarks(data: dict[str, Any]) -> list[str]:
     return [
         "## How to read this", "",
-        "- The clock of a fit starts after the first simulation, which compiles (last column); linid's first guess and "
-        "the making of its start candidates are within its time, the reading of files is in nobody's.",
-        "- linid also gives intervals, identifiability and gaps, which the cost here leaves out; its own objective fits "
-        "the start states too.",
-        "- `scipy least_squares from linid's guess` shows what the first guess alone is worth; `linid without its first "
-        "guess` what search and simulation are worth without it.",
+        "- The clock of a fit starts after the first simulation, which compiles (last column); linid's first guess "
+        "and the making of its start candidates are within its time, the reading of files is in nobody's.",
+        "- linid also gives intervals, identifiability and gaps, which the cost here leaves out; its own objective "
+        "fits the start states too.",
+        "- `scipy least_squares from linid's guess` shows what the first guess alone is worth; `linid without its "
+        "first guess` what search and simulation are worth without it.",
         "- numba RK4 has a fixed explicit step: it is stable only for bristles that are not much stiffer than the "
         "stand's. That is why it is no peer in the fits, whose box reaches far stiffer ones.",
-        "- MuJoCo has LuGre friction, in its `dcmotor` actuator, but no three-phase field. Its explicit RK4 is unstable for "
-        "the stiffest bristles of the box, its own Euler steps stay first order.",
+        "- MuJoCo has LuGre friction, in its `dcmotor` actuator, but no three-phase field. Its explicit RK4 is "
+        "unstable for the stiffest bristles of the box, its own Euler steps stay first order.",
         "- Peers are set up as their documentation advises (default settings unless `tests/benchmarks/peers/fits.py` "
         "says why not); someone who knows one better may find a faster set-up.", "",
     ]  # fmt: skip

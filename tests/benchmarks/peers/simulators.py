@@ -127,9 +127,7 @@ def by_numbalsoda(problem: Problem, rtol: float) -> Simulation:
 
     def simulate(values: dict[str, float]) -> Array:
         rows = []
-        for recording, start, (t_0, dt, spline) in zip(
-            problem.recordings, problem.starts(values), inputs, strict=True
-        ):
+        for recording, start, (t_0, dt, spline) in zip(problem.recordings, problem.starts(values), inputs, strict=True):
             head = candidate(kind, values, recording.added_mass)
             head[12:15] = t_0, dt, spline.shape[0]
             data = np.concatenate([head, spline.ravel()])
@@ -149,9 +147,7 @@ def by_numba(problem: Problem, substeps: int) -> Simulation:
 
     def simulate(values: dict[str, float]) -> Array:
         rows = []
-        for recording, start, (t_0, dt, spline) in zip(
-            problem.recordings, problem.starts(values), inputs, strict=True
-        ):
+        for recording, start, (t_0, dt, spline) in zip(problem.recordings, problem.starts(values), inputs, strict=True):
             head = candidate(kind, values, recording.added_mass)
             head[12:15] = t_0, dt, spline.shape[0]
             out = np.empty(recording.t.size)
@@ -195,7 +191,8 @@ SIMULATORS = {
             parallel=many_by_diffrax,
         ),
         Simulator(
-            "MuJoCo RK4", by_mujoco, (1, 2, 4, 8, 16, 32, 64), 2, ("mujoco",), (("sine", _NO_FIELD), ("theta", _NO_FIELD))
+            "MuJoCo RK4", by_mujoco, (1, 2, 4, 8, 16, 32, 64), 2, ("mujoco",),
+            (("sine", _NO_FIELD), ("theta", _NO_FIELD)),
         ),
     )
 }  # fmt: skip
