@@ -24,7 +24,7 @@ from tests.benchmarks.peers.problems import (
     truth,
 )  # fmt: skip
 from tests.benchmarks.peers.simulators import SIMULATORS, candidate, harmonics, missing
-from tests.benchmarks.peers.speed import at_error, tight
+from tests.benchmarks.peers.speed import CASES, at_error, speed_problem, tight
 
 # Error in m that each simulator may have at the setting used in the fits; the best known costs are 6 um and more.
 ACCURACY = {
@@ -189,6 +189,15 @@ def test_linids_way_arrives_at_the_minimum_that_it_is_told() -> None:
     polished = 1.1 * judge(problem)(problem.space.encode(problem.first))
     with pytest.raises(Done):
         FITS["linid"].run(problem, None, 1, Watch(120.0, polished))
+
+
+@pytest.mark.parametrize("case", list(CASES))
+def test_linid_converges_to_tight_lsoda_on_the_recordings_whose_speed_is_measured(case: str) -> None:
+    """Halving the step must go on lowering the error: all else would compare different problems."""
+    problem, values = speed_problem(case)
+    exact = tight(problem, values)
+    errors = [rms(SIMULATORS["linid"].make(problem, k)(values) - exact) for k in (1, 4, 16)]
+    assert errors[1] < 0.3 * errors[0] and errors[2] < 0.3 * errors[1]
 
 
 def test_the_fastest_setting_at_an_error_and_arrivals() -> None:

@@ -185,7 +185,7 @@ SIMULATORS = {
         Simulator("linid", by_linid, (1, 2, 4, 8, 16), None, parallel=many_by_linid),
         Simulator("scipy LSODA", by_scipy, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), 1e-7),
         Simulator("numbalsoda LSODA", by_numbalsoda, tuple(10.0**-k for k in range(3, 12)), 1e-7, ("numbalsoda",)),
-        Simulator("numba RK4", by_numba, (4, 6, 8, 12, 16, 32, 64, 128), 8),
+        Simulator("numba RK4", by_numba, (1, 2, 3, 4, 6, 8, 12, 16, 32, 64), 8),
         Simulator(
             "diffrax Kvaerno5", by_diffrax, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9), 1e-6, ("diffrax", "jax"),
             parallel=many_by_diffrax,

@@ -32,7 +32,8 @@ def speed_problem(case: str) -> tuple[Problem, dict[str, float]]:
     problem = make_problem(kind)
     recording = next(r for r in problem.sources if r.name == name)
     motion = measure_motion([recording])
-    state = np.array([[motion.y[0], motion.v[0], math.nan]])
+    # The driven recording begins at rest: what the bristle holds there is nobody's business here.
+    state = np.array([[motion.y[0], motion.v[0], math.nan] if kind == "friction" else [motion.y[0], 0.0, 0.0]])
     values = as_sine(truth()) if kind == "sine" else truth()
     return replace(problem, sources=(recording,), recordings=(recording,), states=state), values
 
@@ -47,8 +48,7 @@ def tight(problem: Problem, values: dict[str, float]) -> Array:
 
 
 def seconds(call: Callable[[], Any]) -> float:
-    """Least processor time in s of several calls, after one that compiles."""
-    call()
+    """Least processor time in s of several calls of what has been compiled."""
     times: list[float] = []
     while not times or (sum(times) < _ENOUGH and len(times) < 200):
         begin = time.process_time()
@@ -81,8 +81,11 @@ def _population(simulator: Simulator, problem: Problem, values: dict[str, float]
     if simulator.parallel is None:
         return None
     many = simulator.parallel(problem, usual)
-    candidates = [{**values, "viscous_friction": values["viscous_friction"] * (1.0 + 0.01 * k)} for k in range(16)]
-    return seconds(lambda: many(candidates[:POPULATION])) / POPULATION
+    candidates = [
+        {**values, "viscous_friction": values["viscous_friction"] * (1.0 + 0.01 * k)} for k in range(POPULATION)
+    ]
+    many(candidates)
+    return seconds(lambda: many(candidates)) / POPULATION
 
 
 def over_the_box(name: str) -> dict[str, Any]:
