@@ -182,7 +182,7 @@ _NO_FIELD = "has no motor whose force depends on position and three phase curren
 SIMULATORS = {
     s.name: s
     for s in (
-        Simulator("linid", by_linid, (1, 2, 4, 8, 16), None, parallel=many_by_linid),
+        Simulator("linid", by_linid, (1, 2, 3, 4, 8, 16), None, parallel=many_by_linid),
         Simulator("scipy LSODA", by_scipy, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), 1e-7),
         Simulator("numbalsoda LSODA", by_numbalsoda, tuple(10.0**-k for k in range(3, 12)), 1e-7, ("numbalsoda",)),
         Simulator("numba RK4", by_numba, (1, 2, 3, 4, 6, 8, 12, 16, 32, 64), 8),
