@@ -31,6 +31,7 @@ from tests.benchmarks.peers.speed import CASES
 
 ROOT = Path(__file__).parents[3]
 SHARE = 0.01  # a cost within this share of the best known one counts as arrived
+FAST = ("linid", "numbalsoda LSODA")  # simulators of the peers that --slow-seeds leaves alone
 _STOP = 0.005  # ... and a run ends at half of it, so that a better best found later does not undo it
 
 
@@ -166,7 +167,7 @@ def fits(results: Results, chosen: argparse.Namespace) -> None:
             problem, best = make_problem(name), results.data["best"][name]["cost"]
             for peer, fit in FITS.items():
                 key = f"{name}|{peer}|{seed}"
-                slow = fit.simulator == "scipy LSODA"
+                slow = fit.simulator not in FAST
                 most = 1 if not fit.repeats else chosen.slow_seeds if slow and chosen.slow_seeds else chosen.seeds
                 if key in results.data["runs"] or seed > most or (chosen.peers and peer not in chosen.peers):
                     continue
@@ -199,7 +200,9 @@ def main() -> None:
     """See the head of the file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=20, help="runs of every peer (20)")
-    parser.add_argument("--slow-seeds", type=int, help="runs of the peers on solve_ivp (default: as --seeds)")
+    parser.add_argument(
+        "--slow-seeds", type=int, help="runs of the peers whose simulation is slow (default: as --seeds)"
+    )
     parser.add_argument("--limit", type=float, default=300.0, help="s per run, after which it has not arrived (300)")
     parser.add_argument("--problems", nargs="+", choices=NAMES, default=list(NAMES))
     parser.add_argument("--peers", nargs="+", choices=list(FITS), help="only these fits")
