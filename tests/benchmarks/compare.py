@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 # A difference that is smaller than this is of no interest, however surely it is there: layout of memory alone makes it.
 NEGLIGIBLE = 0.02
+LEAST = 8  # rounds; the bootstrap of a median of fewer is too sure of itself
 _DRAWS = 4000
 
 
@@ -42,10 +43,10 @@ class Comparison:
 
 def compare(times_a: Sequence[float], times_b: Sequence[float], seed: int = 1) -> Comparison:
     """Compare the times in s of alternating rounds, (n,) each; rounds are drawn as pairs, since a busy spell of the
-    machine hits neighbours alike. Raises ValueError for fewer than three rounds."""
+    machine hits neighbours alike. Raises ValueError for fewer than LEAST rounds."""
     a, b = np.asarray(times_a, dtype=float), np.asarray(times_b, dtype=float)
-    if a.size != b.size or a.size < 3:
-        raise ValueError(f"{a.size} and {b.size} rounds: at least three of each are needed")
+    if a.size != b.size or a.size < LEAST:
+        raise ValueError(f"{a.size} and {b.size} rounds: at least {LEAST} of each are needed")
     rows = np.random.default_rng(seed).integers(0, a.size, (_DRAWS, a.size))
     ratios = np.median(b[rows], axis=1) / np.median(a[rows], axis=1)
     low, high = (float(q) for q in np.quantile(ratios, (0.025, 0.975)))
@@ -58,7 +59,7 @@ def compare(times_a: Sequence[float], times_b: Sequence[float], seed: int = 1) -
 
 
 def measure() -> dict[str, float]:
-    """Times in s of the quick benchmarks with the linid that is on the path; what it lacks is left out."""
+    """Processor times in s of the quick benchmarks with the linid on the path; what it lacks is left out."""
     out: dict[str, float] = {}
     for kind in ("friction", "force", "sine", "theta"):
         try:
@@ -96,15 +97,15 @@ def _simulation(kind: str) -> dict[str, float]:
     vector = model.vector(values)
     start = np.array([y[0], 0.8, 0.0])
     out = {}
-    for label, count, repeats in (("one simulation", 1, 12), ("16 candidates", 16, 4)):
+    for label, count, repeats in (("one simulation", 1, 40), ("16 candidates", 16, 10)):
         params, starts = np.tile(vector, (count, 1)), np.tile(start, (count, 1, 1))
         segments = whole_recordings(simulator.inputs)
         simulator.run(params, segments, starts)
         times = []
         for _ in range(repeats):
-            begin = time.perf_counter()
+            begin = time.process_time()
             simulator.run(params, segments, starts)
-            times.append(time.perf_counter() - begin)
+            times.append(time.process_time() - begin)
         out[label] = min(times)
     return out
 
@@ -217,12 +218,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("commit_a")
     parser.add_argument("commit_b")
-    parser.add_argument("--rounds", type=int, default=15, help="alternating rounds (15; at least 3)")
+    parser.add_argument("--rounds", type=int, default=15, help="alternating rounds (15)")
     parser.add_argument("--commands", action="store_true", help="fit-friction and fit-motor end to end too")
     parser.add_argument("--json", type=Path, help="also write all times to this file")
     chosen = parser.parse_args()
-    if chosen.rounds < 3:
-        parser.error("--rounds: at least three")
+    if chosen.rounds < LEAST:
+        parser.error(f"--rounds: at least {LEAST}")
     commits = (chosen.commit_a, chosen.commit_b)
     times = run(commits, chosen.rounds, chosen.commands)
     if chosen.json:
