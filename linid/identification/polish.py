@@ -17,9 +17,10 @@ _GENE_STEP = 1e-5
 _OFFSET_STEP = 0.3
 _OFFSET_LIMIT = 1e4
 POLISH_STEPS = 60
-POLISH_PRECISION = 1e-3  # 3 % of a standard deviation
-_DAMPING = 1e-3  # at first, relative to each parameter's own curvature
-_DAMPING_AGAIN = 1e-5  # at least, once a step has failed
+POLISH_PRECISION = 1e-4  # 1 % of a standard deviation
+_DAMPING = 1e-4  # at first, relative to each parameter's own curvature
+_UNDAMPED = 1e-12
+_DAMPING_AGAIN = 1e-8  # at least, once a step has failed
 _LEAST_KEPT = 1e-3  # of the promised gain
 # Along a valley in which the data hardly tell the parameters, so many steps that gain less than this end the polish.
 _CREEP, _CREEP_GAIN = 4, 0.15
@@ -197,18 +198,22 @@ def polish(
     for number in range(1, steps + 1):
         residual, jacobian = line.triangle(x)
         before = float(residual @ residual)
-        while True:
-            trial, promised = _damped_step(residual, jacobian, damping, x, lower, upper)
-            if promised < precision:
-                break
-            gain = before - float(np.sum(line.residuals(trial) ** 2))
-            kept = gain / promised
-            if kept > _LEAST_KEPT:
-                break
-            damping = max(10.0 * damping, _DAMPING_AGAIN)
-        if promised < precision:
+        if all(_damped_step(residual, jacobian, d, x, lower, upper)[1] < precision for d in (_UNDAMPED, damping)):
             converged = True
             reason = f"polish: no step promises to gain {precision:g} (one standard deviation weighs 1)"
+            break
+        while True:
+            trial, promised = _damped_step(residual, jacobian, damping, x, lower, upper)
+            gain = before - float(np.sum(line.residuals(trial) ** 2))
+            kept = gain / promised
+            if kept > _LEAST_KEPT or promised < _LEAST_KEPT * precision:
+                break
+            damping = max(10.0 * damping, _DAMPING_AGAIN)
+        if kept <= _LEAST_KEPT:
+            converged = True
+            reason = (
+                f"polish: no step gains anything (the next promises {promised:.1g}, one standard deviation weighs 1)"
+            )
             break
         damping *= 0.1 if kept > 0.75 else 1.0 if kept > 0.25 else 4.0
         x = trial
@@ -247,9 +252,10 @@ def _damped_step(
     free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
     move = np.zeros_like(x)
     while np.any(free):  # until no more of them meet their bounds
-        stacked = np.vstack([jacobian[:, free], np.diag(np.sqrt(damping) * norms[free])])
-        aim = np.concatenate([-(residual + jacobian[:, ~free] @ move[~free]), np.zeros(int(free.sum()))])
-        move[free] = np.linalg.lstsq(stacked, aim, rcond=None)[0]
+        count = int(free.sum())
+        stacked = np.vstack([jacobian[:, free] / norms[free], np.sqrt(damping) * np.eye(count)])
+        aim = np.concatenate([-(residual + jacobian[:, ~free] @ move[~free]), np.zeros(count)])
+        move[free] = np.linalg.lstsq(stacked, aim, rcond=None)[0] / norms[free]
         beyond = free & ((x + move < lower) | (x + move > upper))
         if not np.any(beyond):
             break
