@@ -84,6 +84,7 @@ def simulate_one(
     force = external_force(motor, on, powered, t_k, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
     stiffness, damping = sigma_0, sigma_1  # of the bristle as it is in this step
     # <only by current>
+    alone = not powered and not on & (PUSHES | STATES)
     fast, slowest = v_s * FAST ** (1.0 / alpha), v_s * SLOWEST ** (1.0 / alpha)
     if on & (FRICTIONS | LEVELS | STATES):
         fast = math.inf
@@ -94,12 +95,21 @@ def simulate_one(
     for k in range(count - 1):
         t_k = t_start + (first + k) * dt
         done = 0
+        # <only by current>
+        if alone and abs(v) < REST_SPEED and abs(w) < REST_BRISTLE:  # nothing will ever move it
+            done = ticks_per_interval
+            v = w = 0.0
+        # <end by current>
         while done < ticks_per_interval:
             # <only by current>
             if level == 0 and abs(v) > fast and abs(sigma_0 * w - math.copysign(coulomb, v)) < STEADY * coulomb:
-                # Nothing but the outer forces changes here, and these smoothly: no bristle need be followed.
+                # Nothing but the outer forces changes here, and these smoothly: no bristle need be followed. Without
+                # any, the step is exact however long it is.
                 drag = math.copysign(coulomb, v)
-                h = (1 << FINEST) * tick
+                size = 1 << FINEST
+                if alone:
+                    size = ticks_per_interval - done
+                h = size * tick
                 half = 0.5 * h
                 x = done * tick + h
                 v_mid = v + half * (force - drag - sigma_2 * v) / mass
@@ -131,7 +141,7 @@ def simulate_one(
                 mean = (force + 4.0 * force_mid + force_end) / 6.0 - drag
                 v_new, displacement = gliding_step(v, mean - 0.5 * rise, rise / h, mass, sigma_2, h)
                 if math.copysign(v_new, v) == v_new and abs(v_new) > slowest:
-                    done += 1 << FINEST
+                    done += size
                     v = v_new
                     w = drag / sigma_0
                     force = force_end

@@ -31,6 +31,7 @@ VOLTAGE_SWEEPS = 1  # how often motion and currents of a step are brought to ter
 # Fast sliding: where the Stribeck curve has fallen to F_C but for this exponent's power of e, the bristle is steady but
 # for this share of F_C, and the step ends where the curve has fallen by SLOWEST at least.
 FAST, SLOWEST, STEADY = 40.0, 36.0, 1e-8
+REST_SPEED, REST_BRISTLE = 1e-9, 1e-11  # m/s and m, below which what still moves cannot be seen
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 
