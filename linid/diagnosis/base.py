@@ -17,7 +17,7 @@ from linid.recording.recording import Recording
 
 Progress = Callable[[str, int, int], None]
 # Friction and Stribeck parameters come from the free wheels; a short search is enough to start from.
-_ROUNDS, _TOLERANCE = 4, 1e-3
+_STEPS, _PRECISION = 20, 0.1
 _FRICTION_SEARCH = SearchSettings(population=32, generations=12, patience=4)
 
 
@@ -37,7 +37,7 @@ def fit_base_model(
     wheels = [r for r in fitted if r.kind == "free_wheel"]
     model = Model(kind)
     settings = FitSettings(
-        search=replace(_FRICTION_SEARCH, seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
+        search=replace(_FRICTION_SEARCH, seed=seed), jobs=jobs, polish_steps=_STEPS, polish_precision=_PRECISION
     )
     start: FitResult | None = None
     fixed = dict(known)

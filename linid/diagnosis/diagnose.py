@@ -44,7 +44,7 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 # The models start from where the force balance has brought them.
-_ROUNDS, _TOLERANCE = 3, 1e-3
+_STEPS, _PRECISION = 20, 0.03
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def _models(
     def refined(item: tuple[str, Fitted], jobs: int) -> str:
         model = item[1]
         settings = FitSettings(
-            search=SearchSettings(seed=seed), jobs=jobs, polish_rounds=_ROUNDS, polish_tolerance=_TOLERANCE
+            search=SearchSettings(seed=seed), jobs=jobs, polish_steps=_STEPS, polish_precision=_PRECISION
         )
         return model_to_text(refine(model.space, model.genes, fitted, settings=settings))
 

@@ -86,7 +86,7 @@ class Ahead:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
+        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w, acceleration=False)
         dts = self.simulator.inputs.dts[self.segments.recording]
         starts = along.starts(self.flat_first, motion.y, motion.v, dts)
         return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])

@@ -22,22 +22,22 @@ from linid.physics.field.winding import theta_harmonic
 
 Array = NDArray[np.float64]
 
-_NOMES = (0.3, 0.6, 0.75, 0.82, 0.86, 0.89, 0.92, 0.95, 0.97)
+# Magnets of like width have one valley of the misfit; below the first all shapes push alike.
+_NOMES = ((0.75, 0.82, 0.86, 0.89), (0.92, 0.95, 0.97))
 _LENGTHS = tuple(np.linspace(0.1, 0.25 * math.pi, 15))  # a coil longer than the pole pitch pushes like a shorter one
 _TURNS = (-0.15, -0.1, -0.05, 0.0, 0.05, 0.1, 0.15)  # of the shift
 _ORDERS = (1, 3, 5, 7, 9, 11)
-_LEFT = 0.7  # of the misfit: another shape must explain half of its variance to be begun with
 
 
-def better_field_shape(space: SearchSpace, balance: Acceleration, values: dict[str, float]) -> dict[str, float] | None:
-    """Values with another nome and winding length that leave clearly less of the force balance; None if none do.
+def field_shapes(space: SearchSpace, balance: Acceleration, values: dict[str, float]) -> list[dict[str, float]]:
+    """Values with the shapes of field, one for each kind of magnets, that leave least of the force balance.
 
     balance: force balance along the measured motion of driven recordings; values: SI, polished on it. The first
     harmonic of the thrust is kept while the shapes are looked at; the field's phase is not, for commutated currents
-    tell it badly and its error counts five times in the fifth harmonic.
+    tell it badly and its error counts five times in the fifth harmonic. None where the shape is known or has no part.
     """
     if not {"force_constant", "nome", "winding_length", "shift"} <= set(space.names):
-        return None
+        return []
     problem = Problem(space, (balance,))
     cost = Cost(problem)
     waves = _thrust_waves(balance, values)
@@ -45,20 +45,18 @@ def better_field_shape(space: SearchSpace, balance: Acceleration, values: dict[s
     own = _amplitudes(values["nome"], values["winding_length"])
     without = before - values["force_constant"] * own @ waves[_TURNS.index(0.0)]
     first = values["force_constant"] * own[0]
-    shapes = list(product(_TURNS, _NOMES, _LENGTHS))
-    rows = np.array([without + first * _relative(nome, length) @ waves[_TURNS.index(turn)]
-                     for turn, nome, length in shapes])  # fmt: skip
-    costs = cost.of_residuals([np.vstack([before, rows])])
-    if costs[1:].min() >= costs[0]:
-        return None
-    turn, nome, length = shapes[int(np.argmin(costs[1:]))]
-    constant = first / float(_amplitudes(nome, length)[0])
-    best = {"nome": nome, "winding_length": length, "force_constant": constant, "shift": values["shift"] + turn}
-    polished = polish(problem, cost, space.encode({**values, **best}), rounds=3, max_evaluations=30)
-    if float(cost(polished.genes[None, :])[0]) > _LEFT * float(costs[0]):
-        return None
-    vector = space.vectors(polished.genes)[0]
-    return {p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters}
+    found = []
+    for nomes in _NOMES:
+        shapes = list(product(_TURNS, nomes, _LENGTHS))
+        rows = np.array([without + first * _relative(nome, length) @ waves[_TURNS.index(turn)]
+                         for turn, nome, length in shapes])  # fmt: skip
+        turn, nome, length = shapes[int(np.argmin(cost.of_residuals([rows])))]
+        constant = first / float(_amplitudes(nome, length)[0])
+        best = {"nome": nome, "winding_length": length, "force_constant": constant, "shift": values["shift"] + turn}
+        polished = polish(problem, cost, space.encode({**values, **best}), steps=40, precision=0.1, final=False)
+        vector = space.vectors(polished.genes)[0]
+        found.append({p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters})
+    return found
 
 
 def _amplitudes(nome: float, length: float) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from linid.identification import seed as guess
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import effect_guess, scaled_to_masses
-from linid.identification.field_shape import better_field_shape
+from linid.identification.field_shape import field_shapes
 from linid.identification.genes import SearchSpace
 from linid.identification.polish import polish
 from linid.identification.problem import Cost, Problem
@@ -104,27 +104,30 @@ def seed_candidates(
     first: dict[str, float],
     densities: tuple[float, ...],
     settings: FitSettings,
-) -> Array:
-    """First candidates: the regression's guess, the same after a polish of the force balance, rival densities."""
+) -> tuple[Array, Array]:
+    """First candidates (S, p) that lie in valleys of their own and are worth a polish, and more (T, p) as they are.
+
+    The regression's guess after a polish of the force balance, and with other shapes of the field; the guess itself
+    and with rival densities.
+    """
     guess_row = space.encode(first)
-    rows = [guess_row]
+    rows: list[Array] = []
+    others = [guess_row]
     driven = tuple(r for r in recordings if r.kind != "free_wheel")
     if driven:
         # Accelerations at one mass say nothing about it: all forces would shrink with it.
         held = {} if len({r.added_mass for r in driven}) > 1 or "mass" not in first else {"mass": first["mass"]}
         part = Acceleration(model, driven, settings.jobs, stride=10)
         balance = Problem(space.holding(held), (part,))
-        refined = polish(balance, Cost(balance), balance.space.encode(first), rounds=2, max_evaluations=12)
+        refined = polish(balance, Cost(balance), balance.space.encode(first), steps=12, precision=0.3, final=False)
         vector = balance.space.vectors(refined.genes)[0]
         values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
-        shaped = better_field_shape(balance.space, part, values)
-        if shaped is not None:  # also with the friction of the free wheels, which tell it far better
-            values = shaped
+        for shaped in field_shapes(balance.space, part, values):
             motor = {p.name: shaped[p.name] for p in PARAMETERS[model.kind]}
-            rows.insert(0, space.encode({**shaped, **first, **motor}))
+            rows.append(space.encode({**shaped, **first, **motor}))  # the free wheels tell friction far better
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
         rows.insert(0, space.encode(values))
     for density in densities[1:]:
-        rows.append(space.encode({**first, "guideway_density": density}))
-    return np.array(rows)
+        others.append(space.encode({**first, "guideway_density": density}))
+    return np.array(rows or [guess_row]), np.array(others)

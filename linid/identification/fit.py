@@ -78,12 +78,12 @@ def fit(
         check_profile(space, name)
     substeps = settings.substeps or choose_substeps(model, recordings, first)
     coarse_parts = make_parts(
-        model, [without_rest(r) for r in recordings], settings, min(substeps, 2),
+        model, [without_rest(r) for r in recordings], settings, 1,
         look=Look(_thinning(recordings), project=True),
     )  # fmt: skip
     coarse = Problem(space, coarse_parts)
     seeds = seed_candidates(space, model, recordings, first, densities, settings)
-    state, reason, silent = _search(coarse, seeds, settings, hooks)
+    state, reason, silent = _search(coarse, *seeds, settings, hooks)
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
     looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
@@ -112,6 +112,8 @@ def refine(
         hooks or Hooks(), [(substeps, Look(_thinning(recordings)))],
     )  # fmt: skip
 
+
+_PART_PRECISION = 0.3  # of the polish on a part of the data
 
 # A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
 _LOOSE_PHASE = 0.1
@@ -161,10 +163,14 @@ def _profiles(
 
 
 def _search(
-    problem: Problem, seeds: Array, settings: FitSettings, hooks: Hooks
+    problem: Problem, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
 ) -> tuple[SearchState, str, tuple[str, ...]]:
+    """starts (S, p) are polished first: what is left to the search is to look for other minima."""
     cost = Cost(problem)
-    silent = without_effect(problem.space, cost, seeds[0])
+    silent = without_effect(problem.space, cost, starts[0])
+    seeds = np.vstack([starts, others])
+    if hooks.resume is None:
+        seeds = np.vstack([_polished(problem, cost, starts, hooks), seeds])
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -172,8 +178,20 @@ def _search(
         if hooks.progress is not None:
             hooks.progress(state.method, state.generation, settings.search.generations, state.best_cost)
 
-    state, reason = search(cost, seeds, len(problem.space.genes), settings.search, resume=hooks.resume, watch=watch)
+    state, reason = search(
+        cost, seeds, len(problem.space.genes), settings.search, spent=cost.evaluations, resume=hooks.resume, watch=watch
+    )
     return state, reason, silent
+
+
+def _polished(problem: Problem, cost: Cost, starts: Array, hooks: Hooks) -> Array:
+    """Each of the first candidates (S, p) polished."""
+    rows = []
+    for number, start in enumerate(starts):
+        rows.append(polish(problem, cost, start, steps=20, precision=_PART_PRECISION, final=False))
+        if hooks.progress is not None:
+            hooks.progress("first polish", number + 1, starts.shape[0], rows[-1].cost)
+    return np.array([row.genes for row in rows])
 
 
 def _polish_in_stages(
@@ -182,24 +200,25 @@ def _polish_in_stages(
     """Polish the best candidate on the thinned problem first, then on all data."""
     genes = np.array(state.best)
     offsets = None
-    total = settings.polish_rounds * len(stages)
+    total = settings.polish_steps * len(stages)
     evaluations = state.evaluations
     history: tuple[Generation, ...] = ()
     for number, problem in enumerate(stages):
         cost = Cost(problem)
         cost.evaluations = evaluations
 
-        def watch(done: int, value: float, before: int = number * settings.polish_rounds) -> None:
+        def watch(done: int, value: float, before: int = number * settings.polish_steps) -> None:
             if hooks.progress is not None:
                 hooks.progress("polish", before + done, total, value)
 
+        last = number == len(stages) - 1
         polished = polish(
-            problem, cost, genes, offsets, rounds=settings.polish_rounds, tolerance=settings.polish_tolerance,
-            watch=watch, final=number == len(stages) - 1,
+            problem, cost, genes, offsets, steps=settings.polish_steps, watch=watch, final=last,
+            precision=settings.polish_precision if last else max(settings.polish_precision, _PART_PRECISION),
         )  # fmt: skip
         genes, offsets, evaluations = polished.genes, polished.offsets, polished.evaluations
         # The thinned problem has a cost of its own, which must not be read against the next.
-        stage = "polish" if number == len(stages) - 1 else "polish of a part"
+        stage = "polish" if last else "polish of a part"
         history += tuple(replace(row, stage=stage) for row in polished.history)
     return replace(polished, history=history)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,17 +41,24 @@ class Gene:
         return float(min(max(fraction, 0.0), 1.0))
 
 
+def first_harmonic(nome: Array, winding_length: Array) -> Array:
+    """First harmonic of a theta motor's thrust per K_f' (eq. 37)."""
+    return np.asarray(8.0 * nome * np.sin(2.0 * winding_length))
+
+
 @dataclass(frozen=True)
 class SearchSpace:
     """The genes of a model; `fixed` holds SI values of everything that is not searched.
 
-    stribeck: False ties F_S to F_C (no Stribeck effect).
+    stribeck: False ties F_S to F_C (no Stribeck effect); fundamental: the gene of a theta motor's force constant is of
+    the first harmonic of its thrust, which the recordings tell whatever the shape of the field is.
     """
 
     model: Model
     genes: tuple[Gene, ...]
     fixed: dict[str, float]
     stribeck: bool = True
+    fundamental: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,7 +68,7 @@ class SearchSpace:
     def holding(self, values: dict[str, float]) -> SearchSpace:
         """The same space with some parameters fixed at SI values instead of searched."""
         genes = tuple(gene for gene in self.genes if gene.name not in values)
-        return SearchSpace(self.model, genes, {**self.fixed, **values}, self.stribeck)
+        return replace(self, genes=genes, fixed={**self.fixed, **values})
 
     def vectors(self, population: Array) -> Array:
         """Population (C, p) of genes -> flat parameter vectors (C, VECTOR_SIZE) in SI units."""
@@ -77,6 +84,9 @@ class SearchSpace:
             out[:, _STATIC] = out[:, _COULOMB]
         if "bristle_damping" in names:
             out[:, _SIGMA_1] *= 2.0 * np.sqrt(out[:, _SIGMA_0] * out[:, MASS])
+        if self.fundamental and "force_constant" in names:
+            nome, length, constant = (self.model.slot(n) for n in ("nome", "winding_length", "force_constant"))
+            out[:, constant] /= first_harmonic(out[:, nome], out[:, length])
         return out
 
     def encode(self, values: dict[str, float]) -> Array:
@@ -91,6 +101,8 @@ class SearchSpace:
                 value /= known["coulomb_force"]
             elif gene.name == "bristle_damping":
                 value /= 2.0 * np.sqrt(known["bristle_stiffness"] * known["mass"])
+            elif gene.name == "force_constant" and self.fundamental:
+                value *= float(first_harmonic(np.array(known["nome"]), np.array(known["winding_length"])))
             genes[column] = gene.gene(value)
         return genes
 

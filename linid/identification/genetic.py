@@ -27,7 +27,7 @@ class SearchSettings:
     method: str = "genetic"
     population: int = 64
     generations: int = 120
-    patience: int = 15
+    patience: int = 6
     tolerance: float = 1e-3
     crossover: float = 0.9
     crossover_eta: float = 10.0
@@ -199,12 +199,14 @@ def search(
     dimension: int,
     settings: SearchSettings,
     *,
+    spent: int = 0,
     resume: SearchState | None = None,
     watch: Watcher | None = None,
 ) -> tuple[SearchState, str]:
     """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
 
-    cost: genes (C, p) -> (C,); seeds: (S, p) start candidates; watch: called after each generation.
+    cost: genes (C, p) -> (C,); seeds: (S, p) start candidates; spent: evaluations that these took; watch: called after
+    each generation.
     The same seed gives the same result on any number of threads, resumed or not.
     """
     if resume is not None:
@@ -226,7 +228,7 @@ def search(
             population[best].tolist(),
             np.inf,
             0,
-            population.shape[0],
+            spent + population.shape[0],
             random_state,
         )
         _update(state, settings)

@@ -1,4 +1,4 @@
-"""The local polish: bounded least squares on genes and start offsets, with the class noise re-estimated."""
+"""The local polish: damped least squares on genes and start offsets, with the class noise re-estimated."""
 
 from __future__ import annotations
 
@@ -15,8 +15,15 @@ from linid.identification.result import Generation
 Array = NDArray[np.float64]
 _GENE_STEP = 1e-5
 _OFFSET_STEP = 0.3
-_SETTLED = 3e-4  # relative change of the cost between rounds of re-estimated weights
-POLISH_TOLERANCE = 1e-6
+_OFFSET_LIMIT = 1e4
+POLISH_STEPS = 60
+POLISH_PRECISION = 1e-4  # 1 % of a standard deviation
+_DAMPING = 1e-4  # at first, relative to each parameter's own curvature
+_UNDAMPED = 1e-12
+_DAMPING_AGAIN = 1e-8  # at least, once a step has failed
+_LEAST_KEPT = 1e-3  # of the promised gain
+# Along a valley in which the data hardly tell the parameters, so many steps that gain less than this end the polish.
+_CREEP, _CREEP_GAIN = 4, 0.15
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -47,6 +54,7 @@ class Linearisation:
         self.p = len(problem.space.genes)
         self.k = problem.nuisances
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
+        self._latest: tuple[Array, list[Array]] | None = None
 
     def reweight(self, x: Array) -> float:
         """Set the weights from the class RMS at x; returns the cost there."""
@@ -61,8 +69,10 @@ class Linearisation:
         return float(self.cost.of_residuals(rows)[0])
 
     def _rows(self, x: Array) -> list[Array]:
-        self.cost.evaluations += 1
-        return self.problem.residuals(x[None, : self.p], x[None, self.p :])
+        if self._latest is None or not np.array_equal(self._latest[0], x):
+            self.cost.evaluations += 1
+            self._latest = x.copy(), self.problem.residuals(x[None, : self.p], x[None, self.p :])
+        return self._latest[1]
 
     def residuals(self, x: Array) -> Array:
         """Weighted residuals (N,) at x = genes and offsets; a failed simulation gives large ones."""
@@ -76,11 +86,17 @@ class Linearisation:
         out[0] = np.linalg.norm(self.residuals(x))
         return out
 
-    def rotated_jacobian(self, x: Array) -> Array:
-        """(p + k + 1, p + k) in the axes of `length`: all that least squares needs to know of the long Jacobian."""
+    def triangle(self, x: Array) -> tuple[Array, Array]:
+        """Weighted residuals (p + k + 1,) and Jacobian (p + k + 1, p + k) in rotated axes, the first one along the
+        residuals: all that least squares needs to know of the long ones."""
         base, jacobian = self._differences(x)
         triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, jacobian]), mode="r"))
-        return triangle[:, 1:] * (1.0 if triangle[0, 0] >= 0.0 else -1.0)
+        return triangle[:, 0], triangle[:, 1:]
+
+    def rotated_jacobian(self, x: Array) -> Array:
+        """(p + k + 1, p + k) in the axes of `length`."""
+        residual, jacobian = self.triangle(x)
+        return jacobian * (1.0 if residual[0] >= 0.0 else -1.0)
 
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
         """(N, p + k) of the weighted residuals."""
@@ -157,50 +173,59 @@ def polish(
     genes: Array,
     offsets: Array | None = None,
     *,
-    rounds: int = 6,
-    max_evaluations: int = 15,
-    tolerance: float = POLISH_TOLERANCE,
+    steps: int = POLISH_STEPS,
+    precision: float = POLISH_PRECISION,
     final: bool = True,
     watch: Callable[[int, float], None] | None = None,
 ) -> PolishResult:
-    """Refine genes (p,) with scipy's bounded trust-region least squares.
+    """Refine genes (p,) by Levenberg and Marquardt's method within the box, the noise re-estimated at each step.
 
-    offsets: start offsets (k,) to begin with; tolerance: relative change of cost or genes that ends a round; final:
-    also return the linearisation at the end.
-    Each round re-estimates the noise of the residual classes; rounds end when the cost has settled.
+    offsets: start offsets (k,) to begin with; steps: at most; precision: the polish ends when no step promises to
+    lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1); final:
+    also return the linearisation at the end; watch: called after each step with its number and the cost.
+    Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares.
     """
-    from scipy.optimize import least_squares
-
     line = Linearisation(problem, cost)
     p, k = line.p, line.k
     x = np.concatenate([np.clip(genes, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
-    lower = np.concatenate([np.zeros(p), np.full(k, -1e4)])
-    upper = np.concatenate([np.ones(p), np.full(k, 1e4)])
+    lower = np.concatenate([np.zeros(p), np.full(k, -_OFFSET_LIMIT)])
+    upper = np.concatenate([np.ones(p), np.full(k, _OFFSET_LIMIT)])
     best = line.reweight(x)
     history = []
-    converged, reason = False, f"polish: {rounds} rounds used"
-    settled = max(_SETTLED, tolerance)
-    for number in range(rounds):
-        solution = least_squares(
-            line.length,
-            x,
-            jac=line.rotated_jacobian,
-            bounds=(lower, upper),
-            x_scale="jac",
-            max_nfev=max_evaluations,
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=1e-12,
-        )
-        x = np.asarray(solution.x)
+    gains: list[float] = []
+    converged, reason = False, f"polish: {steps} steps used"
+    damping = _DAMPING
+    for number in range(1, steps + 1):
+        residual, jacobian = line.triangle(x)
+        before = float(residual @ residual)
+        if all(_damped_step(residual, jacobian, d, x, lower, upper)[1] < precision for d in (_UNDAMPED, damping)):
+            converged = True
+            reason = f"polish: no step promises to gain {precision:g} (one standard deviation weighs 1)"
+            break
+        while True:
+            trial, promised = _damped_step(residual, jacobian, damping, x, lower, upper)
+            gain = before - float(np.sum(line.residuals(trial) ** 2))
+            kept = gain / promised
+            if kept > _LEAST_KEPT or promised < _LEAST_KEPT * precision:
+                break
+            damping = max(10.0 * damping, _DAMPING_AGAIN)
+        if kept <= _LEAST_KEPT:
+            converged = True
+            reason = (
+                f"polish: no step gains anything (the next promises {promised:.1g}, one standard deviation weighs 1)"
+            )
+            break
+        damping *= 0.1 if kept > 0.75 else 1.0 if kept > 0.25 else 4.0
+        x = trial
         current = line.reweight(x)
-        history.append(Generation("polish", number + 1, cost.evaluations, min(current, best), current))
+        history.append(Generation("polish", number, cost.evaluations, min(current, best), current))
         if watch is not None:
-            watch(number + 1, current)
-        gain = (best - current) / best
+            watch(number, current)
         best = min(best, current)
-        if number > 0 and abs(gain) < settled and solution.status > 0:
-            converged, reason = True, f"polish: relative gain {abs(gain):.1e} below {settled:g} ({solution.message})"
+        gains.append(gain)
+        if len(gains) >= _CREEP and sum(gains[-_CREEP:]) < max(_CREEP_GAIN, _CREEP * precision):
+            converged = True
+            reason = f"polish: {_CREEP} steps gained {sum(gains[-_CREEP:]):.2g} (one standard deviation weighs 1)"
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
     return PolishResult(
@@ -214,6 +239,30 @@ def polish(
         line.residuals(x),
         line.jacobian(x, central=central) if final else np.zeros((0, 0)),
     )
+
+
+def _damped_step(
+    residual: Array, jacobian: Array, damping: float, x: Array, lower: Array, upper: Array
+) -> tuple[Array, float]:
+    """The damped Gauss-Newton step within the bounds: the new x (n,), and the decrease that it promises of the sum of
+    squares. residual: (m,); jacobian: (m, n)."""
+    norms = np.linalg.norm(jacobian, axis=0)
+    norms[norms == 0.0] = 1.0
+    gradient = jacobian.T @ residual
+    free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
+    move = np.zeros_like(x)
+    while np.any(free):  # until no more of them meet their bounds
+        count = int(free.sum())
+        stacked = np.vstack([jacobian[:, free] / norms[free], np.sqrt(damping) * np.eye(count)])
+        aim = np.concatenate([-(residual + jacobian[:, ~free] @ move[~free]), np.zeros(count)])
+        move[free] = np.linalg.lstsq(stacked, aim, rcond=None)[0] / norms[free]
+        beyond = free & ((x + move < lower) | (x + move > upper))
+        if not np.any(beyond):
+            break
+        move[beyond] = np.clip(x + move, lower, upper)[beyond] - x[beyond]
+        free &= ~beyond
+    change = jacobian @ move
+    return np.clip(x + move, lower, upper), -float(2.0 * residual @ change + change @ change)
 
 
 def polish_starts(part: FreeRun, vector: Array, rounds: int = 3) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +98,7 @@ def _without(space: SearchSpace, genes: Array, column: int, gene: float) -> Sear
     name = space.names[column]
     value = float(_si_values(space, genes, column, np.array([gene]))[0])
     others = tuple(g for g in space.genes if g.name != name)
-    return SearchSpace(space.model, others, {**space.fixed, name: value}, space.stribeck)
+    return replace(space, genes=others, fixed={**space.fixed, name: value})
 
 
 def _crossing(values: Array, statistic: Array, side: int) -> float:

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from linid.identification.ahead import HORIZON
 from linid.identification.genetic import SearchSettings, SearchState
-from linid.identification.polish import POLISH_TOLERANCE
+from linid.identification.polish import POLISH_PRECISION, POLISH_STEPS
 
 Objective = Literal["auto", "free_run", "ahead", "acceleration"]
 Progress = Callable[[str, int, int, float], None]
@@ -18,8 +18,8 @@ Progress = Callable[[str, int, int, float], None]
 class FitSettings:
     """How to fit. objective auto: free_run for free wheels, ahead for driven runs; bounds, fixed: SI values
     by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
-    friction only); profiles: parameters whose profile likelihood is computed; polish_tolerance: relative change of
-    cost or genes that ends a round of the polish; jobs: threads, never changes a result."""
+    friction only); profiles: parameters whose profile likelihood is computed; polish_steps, polish_precision: when
+    the polish ends (see `polish`); jobs: threads, never changes a result."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
     objective: Objective = "auto"
@@ -30,8 +30,8 @@ class FitSettings:
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     fixed: dict[str, float] = field(default_factory=dict)
     jobs: int = 1
-    polish_rounds: int = 10
-    polish_tolerance: float = POLISH_TOLERANCE
+    polish_steps: int = POLISH_STEPS
+    polish_precision: float = POLISH_PRECISION
     profiles: tuple[str, ...] = ()
 
     def stored(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from linid.errors import UsageError
-from linid.identification.genes import Gene, SearchSpace
+from linid.identification.genes import Gene, SearchSpace, first_harmonic
 from linid.identification.motion import measure_motion
 from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
 from linid.physics.effects.registry import find_effect
@@ -62,6 +62,11 @@ def build_space(
     if "shift" in first:
         half = math.pi if model.kind == "sine" else 0.5 * math.pi
         box["shift"] = (first["shift"] - half, first["shift"] + half)
+    fundamental = model.kind == "theta" and "force_constant" in box and "force_constant" not in bounds
+    if fundamental:
+        at = {**first, **fixed}
+        share = float(first_harmonic(np.array(at["nome"]), np.array(at["winding_length"])))
+        box["force_constant"] = (share * box["force_constant"][0], share * box["force_constant"][1])
     box |= _effect_box(model, recordings, first, fixed)
     genes = []
     held = dict(fixed)
@@ -74,7 +79,7 @@ def build_space(
         if not stribeck and parameter.name in ("static_force", "stribeck_velocity"):
             continue
         genes.append(_gene(parameter, box, bounds))
-    return SearchSpace(model, tuple(genes), held, stribeck)
+    return SearchSpace(model, tuple(genes), held, stribeck, fundamental)
 
 
 def _effect_box(

@@ -154,3 +154,19 @@ def lugre_step(
     w_new = w + h * (even_1 * w_rate + odd_1 * w_turn + odd_2 * slope * jerk)
     gain = even_2 * v_rate + odd_2 * v_turn + (even_3 + odd_3 * difference) * jerk
     return v_new, w_new, h * (v + h * gain)
+
+
+@njit(cache=True, error_model="numpy")
+def gliding_step(
+    v: float, force: float, force_rate: float, mass: float, sigma_2: float, h: float
+) -> tuple[float, float]:
+    """Advance a mass on which only viscous friction and outer forces act over h, exactly: m v' = force - sigma_2 v.
+
+    This is LuGre friction far above the Stribeck velocity, once the bristle has come to rest against the sliding
+    surface. force: at the start in N without the viscous part, growing by force_rate in N/s. Returns v in m/s and the
+    displacement in m after h seconds.
+    """
+    first, second, third = _phi(-sigma_2 * h / mass)
+    v_rate = (force - sigma_2 * v) / mass
+    jerk = force_rate * h / mass
+    return v + h * (first * v_rate + second * jerk), h * (v + h * (second * v_rate + third * jerk))

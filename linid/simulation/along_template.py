@@ -44,8 +44,9 @@ def along_one(
 
     y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
     (the bristle then balances the other forces). a_out: (count,) m/s^2, its mean over both
-    neighbouring intervals with triangular weights, as second differences of position show it; w_out: (count,) m; states_out: (count, kept)
-    hidden states number `kept`; reading_out: (count,) reading error in m, or empty if no effect has one.
+    neighbouring intervals with triangular weights, as second differences of position show it, or empty if not wanted;
+    w_out: (count,) m; states_out: (count, kept) hidden states number `kept`; reading_out: (count,) reading error in m,
+    or empty if no effect has one.
     """
     p = params
     mass = p[7] + added_mass
@@ -65,7 +66,8 @@ def along_one(
         wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
     i_1 = i_2 = i_3 = 0.0
     factor = level = 1.0
-    last = before_last = mean = late = 0.0
+    last = before_last = mean = late = force = 0.0
+    want_a = a_out.size > 0
     unknown = False
     for k in range(count):
         t = t_start + k * dt
@@ -84,7 +86,10 @@ def along_one(
                 w = steady_bristle(
                     p, motor, on, powered, i_1, i_2, i_3, t, y[0], v[0], table, harmonics, wavenumber, phase
                 )
-        force = external_force(motor, on, powered, t, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
+        if want_a or standstill[k]:
+            force = external_force(
+                motor, on, powered, t, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+            )
         if on & FRICTIONS:
             factor = friction_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
         if on & LEVELS:
@@ -124,13 +129,14 @@ def along_one(
             w += min(1.0, dt / REST_AVERAGE) * (held - w)
         w_out[k] = w
         # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
-        outer = (force - sigma_2 * v[k]) / mass
-        if k > 1:
-            a_out[k - 1] += (before_last + 10.0 * last + outer) / 12.0
-        before_last = last
-        last = outer
         bristle = factor / mass
-        a_out[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
+        if want_a:
+            outer = (force - sigma_2 * v[k]) / mass
+            if k > 1:
+                a_out[k - 1] += (before_last + 10.0 * last + outer) / 12.0
+            before_last = last
+            last = outer
+            a_out[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
         if on & STATES:
             for place in range(kept.size):
                 states_out[k, place] = p[STATE_START + kept[place]]
@@ -167,14 +173,16 @@ def along_one(
                 rest = level * stribeck(part * pieces / dt, coulomb, static, v_s, alpha) / sigma_0
                 if part < 0.0:
                     rest = -rest
-                first, second = decay_means(abs(part / rest))
                 started = w - rest
                 w = rest + started * math.exp(-abs(part / rest))
-                whole = rest + started * first
-                mean += whole / pieces
-                late += (piece * whole + 0.5 * rest + started * second) / pieces**2
+                if want_a:
+                    first, second = decay_means(abs(part / rest))
+                    whole = rest + started * first
+                    mean += whole / pieces
+                    late += (piece * whole + 0.5 * rest + started * second) / pieces**2
             # The bristle's rate is a difference of w: the equation's right-hand side would amplify noise.
-            a_out[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
+            if want_a:
+                a_out[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -228,7 +236,7 @@ def along_tasks(
             start_w[candidate, r],
             kept,
             standstill[a:b],
-            a_out[candidate, a:b],
+            a_out[candidate, a:b] if a_out.size > 0 else a_out[0, 0:0],
             w_out[candidate, a:b],
             states_out[candidate, a:b] if states_out.size > 0 else states_out[0, 0:0],
             reading_out[candidate, a:b] if reading_out.size > 0 else reading_out[0, 0:0],

@@ -83,13 +83,72 @@ def simulate_one(
     tick = dt / ticks_per_interval
     force = external_force(motor, on, powered, t_k, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
     stiffness, damping = sigma_0, sigma_1  # of the bristle as it is in this step
+    # <only by current>
+    alone = not powered and not on & (PUSHES | STATES)
+    fast, slowest = v_s * FAST ** (1.0 / alpha), v_s * SLOWEST ** (1.0 / alpha)
+    if on & (FRICTIONS | LEVELS | STATES):
+        fast = math.inf
+    # <end by current>
     if on & FRICTIONS:
         factor = friction_factor(on, t_k, y, v, i_1, i_2, i_3, p)
         stiffness, damping = factor * sigma_0, factor * sigma_1
     for k in range(count - 1):
         t_k = t_start + (first + k) * dt
         done = 0
+        # <only by current>
+        if alone and abs(v) < REST_SPEED and abs(w) < REST_BRISTLE:  # nothing will ever move it
+            done = ticks_per_interval
+            v = w = 0.0
+        # <end by current>
         while done < ticks_per_interval:
+            # <only by current>
+            if level == 0 and abs(v) > fast and abs(sigma_0 * w - math.copysign(coulomb, v)) < STEADY * coulomb:
+                # Nothing but the outer forces changes here, and these smoothly: no bristle need be followed. Without
+                # any, the step is exact however long it is.
+                drag = math.copysign(coulomb, v)
+                size = 1 << FINEST
+                if alone:
+                    size = ticks_per_interval - done
+                h = size * tick
+                half = 0.5 * h
+                x = done * tick + h
+                v_mid = v + half * (force - drag - sigma_2 * v) / mass
+                y_mid = y + 0.5 * half * (v + v_mid)
+                y_end = y + h * v_mid
+                c = coefficients[first + k]
+                if guided:
+                    y_mid = spline_at(c[3], x - half)
+                    y_end = spline_at(c[3], x)
+                if powered:
+                    if on & DELAYS:
+                        i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - half - lag)
+                    else:
+                        i_1, i_2, i_3 = inputs_at(c, x - half)
+                force_mid = external_force(
+                    motor, on, powered, t_k + x - half, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber,
+                    phase,
+                )  # fmt: skip
+                if powered:
+                    if on & DELAYS:
+                        i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - lag)
+                    else:
+                        i_1, i_2, i_3 = inputs_at(c, x)
+                force_end = external_force(
+                    motor, on, powered, t_k + x, y_end, 2.0 * v_mid - v, i_1, i_2, i_3, p, table, harmonics,
+                    wavenumber, phase,
+                )  # fmt: skip
+                rise = force_end - force
+                mean = (force + 4.0 * force_mid + force_end) / 6.0 - drag
+                v_new, displacement = gliding_step(v, mean - 0.5 * rise, rise / h, mass, sigma_2, h)
+                if math.copysign(v_new, v) == v_new and abs(v_new) > slowest:
+                    done += size
+                    v = v_new
+                    w = drag / sigma_0
+                    force = force_end
+                    y += displacement
+                    steps += 1
+                    continue
+            # <end by current>
             rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
             if on & LEVELS:
                 rate /= level_factor(on, t_k + done * tick, y, v, i_1, i_2, i_3, p)

@@ -178,20 +178,24 @@ class Simulator:
 
         return self._spread(work, params.shape[0] * segments.count.size)
 
-    def along(self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array) -> AlongMotion:
+    def along(
+        self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array, *,
+        acceleration: bool = True,
+    ) -> AlongMotion:  # fmt: skip
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
-        y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m.
+        y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m;
+        acceleration: whether it is wanted (empty without).
         """
         kernel = self._kernel()
         inputs = self.inputs
         kept = self._kept()
         candidates = params.shape[0]
-        a_out = np.empty((candidates, y.size))
-        w_out = np.empty_like(a_out)
+        w_out = np.empty((candidates, y.size))
+        a_out = np.empty_like(w_out) if acceleration else np.empty((1, 0))
         states_out = np.empty((candidates, y.size, kept.size) if kept.size else (1, 0, 0))
         reads = any(find_effect(name).sensor is not None for name in self.model.effects)
-        reading_out = np.empty_like(a_out) if reads else np.empty((1, 0))
+        reading_out = np.empty_like(w_out) if reads else np.empty((1, 0))
         params = np.ascontiguousarray(params)
 
         def work(piece: tuple[int, int]) -> int:

@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from linid.physics.friction import lugre_step, stribeck, stribeck_fall
+from linid.physics.friction import gliding_step, lugre_step, stribeck, stribeck_fall
 from linid.physics.electrical import WEIGHTS, clarke, current_weights, mode_inductances, phases
 from linid.physics.motors import gaussian_force, phase_constants, phase_force, prepare_motor
 import numpy as np
@@ -28,6 +28,10 @@ PIECES = 8
 FINEST = 12  # a base step is halved at most this often around a reversal
 REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
 VOLTAGE_SWEEPS = 1  # how often motion and currents of a step are brought to terms
+# Fast sliding: where the Stribeck curve has fallen to F_C but for this exponent's power of e, the bristle is steady but
+# for this share of F_C, and the step ends where the curve has fallen by SLOWEST at least.
+FAST, SLOWEST, STEADY = 40.0, 36.0, 1e-8
+REST_SPEED, REST_BRISTLE = 1e-9, 1e-11  # m/s and m, below which what still moves cannot be seen
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 

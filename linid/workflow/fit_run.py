@@ -57,17 +57,23 @@ def measure(
     among: where repeats of a recording are looked for (default: recordings).
     """
     from linid.diagnosis.measures import measure_gaps
+    from linid.diagnosis.side_by_side import side_by_side
+
+    def measured(recording: Recording, jobs: int) -> tuple[tuple[RecordingGap, ...], tuple[Trace, ...]] | LinidError:
+        try:
+            return measure_gaps(result, [recording], jobs=jobs, seed=seed, among=among or recordings)
+        except LinidError as error:
+            return error
 
     gaps: list[RecordingGap] = []
     traces: list[Trace] = []
-    for done, recording in enumerate(recordings, 1):
-        try:
-            gap, trace = measure_gaps(result, [recording], jobs=jobs, seed=seed, among=among or recordings)
-        except LinidError as error:
+    for done, (_, found) in enumerate(side_by_side(measured, recordings, jobs), 1):
+        if isinstance(found, LinidError):
             if strict:
-                raise
-            reporter.warn(str(error))
+                raise found
+            reporter.warn(str(found))
             continue
+        gap, trace = found
         gaps += gap
         traces += trace
         reporter.step("gaps", done, len(recordings))
@@ -82,7 +88,7 @@ def complete(folder: RunFolder, result: FitResult, inputs: Inputs, request: Requ
     results.write_gaps(gaps, folder.path, result.axis)
     if request.settings.figures:
         results.write_coast_downs(inputs.coast_downs, folder.path, request.settings)
-        results.write_fit_pictures(result, gaps, traces, folder.path, request.settings, reporter)
+        results.write_fit_pictures(result, gaps, traces, folder.path, request.settings, reporter, request.jobs)
     outcome = fit_outcome(folder, result, gaps)
     folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     reporter.close()

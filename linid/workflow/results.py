@@ -107,7 +107,7 @@ def finite(value: Any) -> Any:
 
 def write_fit_pictures(
     result: FitResult, gaps: Sequence[RecordingGap], traces: Sequence[Trace], folder: Path, settings: Settings,
-    reporter: Reporter,
+    reporter: Reporter, jobs: int,
 ) -> None:  # fmt: skip
     """figures/: the fitted recordings; figures/held_out/: those that were not fitted."""
     from linid.report.figures.write import write_fit_figures, write_validation_figures
@@ -118,11 +118,13 @@ def write_fit_pictures(
     fitted = [t for t in traces if t.split == "fit"]
     formats = settings.figure_formats
     splines = _splines(fitted)
-    write_fit_figures(result, fitted, folder / "figures", splines=splines, formats=formats, progress=progress)
+    write_fit_figures(
+        result, fitted, folder / "figures", splines=splines, formats=formats, progress=progress, processes=jobs
+    )
     held_out = [t for t in traces if t.split == "held_out"]
     if held_out:
         chosen = [g for g in gaps if g.split == "held_out"]
-        write_validation_figures(chosen, held_out, folder / "figures" / "held_out", formats=formats)
+        write_validation_figures(chosen, held_out, folder / "figures" / "held_out", formats=formats, processes=jobs)
 
 
 def write_coast_downs(found: Sequence[FoundCoastDown], folder: Path, settings: Settings) -> None:

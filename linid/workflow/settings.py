@@ -62,9 +62,9 @@ class Settings(BaseModel):
     method: Literal["genetic", "cma"] = Field(default="genetic", description="genetic algorithm or CMA-ES")
     population: int = Field(default=64, ge=8, description="candidates per generation")
     generations: int = Field(default=120, ge=1, description="largest number of generations")
-    patience: int = Field(default=15, ge=1, description="generations without gain before the search stops")
+    patience: int = Field(default=6, ge=1, description="generations without gain before the search stops")
     tolerance: Positive = Field(default=1e-3, description="relative gain below which a generation counts as none")
-    polish_rounds: int = Field(default=10, ge=1, description="rounds of the local polish")
+    polish_steps: int = Field(default=60, ge=1, description="largest number of steps of the local polish")
     substeps: int | None = Field(
         default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
     )

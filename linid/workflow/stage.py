@@ -160,7 +160,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         stribeck=settings.stribeck,
         bounds=dict(settings.bounds),
         jobs=jobs,
-        polish_rounds=settings.polish_rounds,
+        polish_steps=settings.polish_steps,
         profiles=settings.profiles,
     )
 

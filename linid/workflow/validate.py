@@ -68,6 +68,7 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
                 folder.path / "figures",
                 formats=request.settings.figure_formats,
                 progress=lambda done, total, stem: reporter.step("figures", done, total),
+                processes=request.jobs,
             )
         outcome = _outcome(folder.path, gaps, result.axis)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)

@@ -16,7 +16,7 @@ from tests.workflow.small import TINY, campaign, linid, start
 
 # Long enough to be caught in mid-search: many short generations that never stop early.
 SEARCH = (
-    "--population", "24", "--generations", "60", "--set", "patience=1000", "--set", "polish_rounds=1", "--no-figures",
+    "--population", "24", "--generations", "60", "--set", "patience=1000", "--set", "polish_steps=4", "--no-figures",
 )  # fmt: skip
 MINUTES = 5.0
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import multiprocessing
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,12 +43,13 @@ def write_fit_figures(
     splines: Mapping[str, Spline] | None = None,
     formats: Sequence[str] = ("png", "pdf"),
     progress: Progress | None = None,
+    processes: int = 1,
 ) -> list[Path]:
     """Write what shows a fit: free wheels, friction curve, convergence, correlation, currents, each recording.
 
     traces: of the fitted recordings; splines: recording name -> spline of its inputs, mapping (m,) s to (k, m).
     Figures that have nothing to show are left out. Returns the written files in order; progress is called after
-    each figure with (done, total, stem).
+    each figure with (done, total, stem). processes: that draw at once.
     """
     jobs: list[Job] = []
     wheels = [trace for trace in traces if trace.kind == "free_wheel"]
@@ -66,7 +71,7 @@ def write_fit_figures(
         inputs = _inputs(trace)
         if inputs is not None and trace.kind != "free_wheel":
             jobs.append((f"currents_{stem}", _inputs_later(trace, inputs, (splines or {}).get(trace.recording))))
-    return _write(jobs, Path(folder), formats, progress)
+    return _write(jobs, Path(folder), formats, progress, processes)
 
 
 def write_validation_figures(
@@ -76,8 +81,12 @@ def write_validation_figures(
     *,
     formats: Sequence[str] = ("png", "pdf"),
     progress: Progress | None = None,
+    processes: int = 1,
 ) -> list[Path]:
-    """Write what shows a validation: gap measures, overview page, each recording. Returns the written files."""
+    """Write what shows a validation: gap measures, overview page, each recording. Returns the written files.
+
+    progress, processes: as above.
+    """
     jobs: list[Job] = []
     axis = traces[0].axis if traces else "linear"
     if gaps:
@@ -86,16 +95,54 @@ def write_validation_figures(
         jobs.append(("overview", lambda: overview_figure(traces)))
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
         jobs.append((f"comparison_{stem}", _later(trace)))
-    return _write(jobs, Path(folder), formats, progress)
+    return _write(jobs, Path(folder), formats, progress, processes)
 
 
-def _write(jobs: list[Job], folder: Path, formats: Sequence[str], progress: Progress | None) -> list[Path]:
+def _write(
+    jobs: list[Job], folder: Path, formats: Sequence[str], progress: Progress | None, processes: int
+) -> list[Path]:
+    def drawn(index: int) -> list[Path]:
+        stem, draw = jobs[index]
+        return save(draw(), folder / stem, formats)
+
     paths: list[Path] = []
-    for done, (stem, draw) in enumerate(jobs, 1):
-        paths += save(draw(), folder / stem, formats)
+    for index, written in enumerate(_in_processes(drawn, len(jobs), processes)):
+        paths += written
         if progress is not None:
-            progress(done, len(jobs), stem)
+            progress(index + 1, len(jobs), jobs[index][0])
     return paths
+
+
+_task: Callable[[int], list[Path]]  # of a process that draws
+
+
+def _in_processes(function: Callable[[int], list[Path]], count: int, processes: int) -> Iterator[list[Path]]:
+    """The results of function(0) ... function(count - 1) in order.
+
+    Processes are forks, which share what there is to draw; where the system has none, one after the other.
+    """
+    processes = min(processes, count)
+    if processes < 2 or not sys.platform.startswith("linux"):
+        yield from map(function, range(count))
+        return
+    context = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(processes, context, _begin_drawing, (function,)) as pool:
+        try:
+            yield from pool.map(_draw, range(count))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _begin_drawing(function: Callable[[int], list[Path]]) -> None:
+    global _task
+    _task = function
+    for each in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C reaches the parent, which ends this
+        signal.signal(each, signal.SIG_IGN if each == signal.SIGINT else signal.SIG_DFL)
+
+
+def _draw(index: int) -> list[Path]:
+    return _task(index)
 
 
 def _later(trace: Trace) -> Callable[[], Figure]:
