@@ -87,4 +87,4 @@ def lock_compilation() -> None:
     with _installing:
         if fcntl is not None and not _installed:
             _installed.append(CompileLock(cache_folder() / LOCK_FILE))
-            event.register(_EVENT, _installed[0])
+            event.register(_EVENT, _installed[0])  # type: ignore[no-untyped-call]

@@ -12,12 +12,11 @@ from typing import Any
 from linid.errors import LinidError
 from linid.workflow.batch_file import JobSpec
 from linid.workflow.batch_job import JobReport
-from linid.workflow.cluster import Cluster, failure
-from linid.workflow.cluster_worker import run_on_worker, stop
+from linid.workflow.cluster import RETRIES, Cluster, failure, is_killed_worker
+from linid.workflow.cluster_worker import run_job, stop
 from linid.workflow.reporter import Reporter
 
-_SAVED_WITHIN = 60.0  # s, for running jobs after Ctrl-C
-# A kernel that is compiled notices Ctrl-C only when it is ready.
+_SAVED_WITHIN = 60.0  # s, for running jobs after Ctrl-C: a kernel that is compiled notices it only when it is ready
 
 
 class ClusterPlaces:
@@ -31,6 +30,8 @@ class ClusterPlaces:
         self.folder = folder.absolute()
         self.resume = resume
         self.reporter = reporter
+        self.jobs: dict[str, JobSpec] = {}
+        self.submitted = 0
         self.futures: dict[str, Any] = {}
         self.begun: dict[str, float] = {}
         # What is told by dask's own threads: a future that is done, or (label, worker) of a job that begins.
@@ -48,9 +49,12 @@ class ClusterPlaces:
         folder = self.folder / job.label
         # In a folder that holds nothing now, all that is found later comes from a worker that died over this job.
         resume = self.resume or not folder.exists() or not any(folder.iterdir())
+        self.submitted += 1
         future = self.client.submit(
-            run_on_worker, self.cluster.terms, job, str(folder), resume, key=(f"job-{self.token}", job.label)
-        )
+            run_job, self.cluster.terms, job, str(folder), resume, key=(f"job-{self.token}", self.submitted),
+            retries=RETRIES,
+        )  # fmt: skip
+        self.jobs[job.label] = job
         self.futures[job.label] = future
         future.add_done_callback(lambda done: self.told.put((job.label, None)))
 
@@ -60,23 +64,28 @@ class ClusterPlaces:
             label, worker = self.told.get()
             if label not in self.futures:
                 continue
-            if worker is None:
+            if worker is not None:
+                again = " again, its worker was lost" if label in self.begun else ""
+                self.begun[label] = time.monotonic()
+                self.reporter.say(f"{label}: started{again} (worker {worker})")
+            elif label not in self.begun and is_killed_worker(self.futures[label]):
+                # It only stood in line behind the work that killed its workers.
+                self.start(self.jobs[label])
+            else:
                 return [self._report(label)]
-            again = " again, its worker was lost" if label in self.begun else ""
-            self.begun[label] = time.monotonic()
-            self.reporter.say(f"{label}: started{again} (worker {worker})")
 
     def interrupt(self) -> list[JobReport]:
         """Drop the jobs that have not begun, and let those that have save their state."""
         waiting = [label for label in self.futures if label not in self.begun]
         with suppress(Exception):  # the scheduler may be gone: the workers then end what they have begun
             self.client.cancel([self.futures.pop(label) for label in waiting])
-            self.client.run(stop, self.token)
         reports = []
         deadline = time.monotonic() + _SAVED_WITHIN
         while self.futures and time.monotonic() < deadline:
+            with suppress(Exception):
+                self.client.run(stop, self.token)  # again and again: a process that just begins does not listen yet
             with suppress(Empty):
-                label, worker = self.told.get(timeout=1.0)
+                label, worker = self.told.get(timeout=2.0)
                 if label in self.futures and worker is None:
                     reports.append(self._report(label))
         with suppress(Exception):
@@ -87,6 +96,7 @@ class ClusterPlaces:
     def _report(self, label: str) -> JobReport:
         """How a job ended, also where its worker could not do it; the scheduler then forgets it."""
         future = self.futures.pop(label)
+        self.jobs.pop(label)
         try:
             report: JobReport = future.result()
             return report

@@ -38,19 +38,17 @@ class JobReport:
 
 def run_job(spec: JobSpec, folder: Path, resume: bool, threads: int, answer: Connection) -> None:
     """Run a job in a process of its own and send its JobReport."""
-    _interrupt_once()
-    report = perform(spec, folder, resume, threads)
-    for each in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(each, signal.SIG_IGN)
-    answer.send(report)
+    answer.send(run_interruptibly(spec, folder, resume, threads))
     answer.close()
 
 
-def perform(spec: JobSpec, folder: Path, resume: bool, threads: int) -> JobReport:
-    """Run a job; progress goes to log.txt in its folder.
+def run_interruptibly(spec: JobSpec, folder: Path, resume: bool, threads: int) -> JobReport:
+    """Run a job in the main thread of a process that does nothing else meanwhile.
 
+    Progress goes to log.txt in its folder; Ctrl-C and SIGTERM save the state, and are ignored afterwards.
     resume: what an earlier run or worker left in the folder is taken over; a failed job starts anew.
     """
+    _interrupt_once()
     began = time.monotonic()
     status, code, text = "interrupted", 130, "state saved"
     try:
@@ -67,6 +65,8 @@ def perform(spec: JobSpec, folder: Path, resume: bool, threads: int) -> JobRepor
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "traceback.txt").write_text(traceback.format_exc(), encoding="utf-8")
     finally:
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
         _keep_log(folder)
     return JobReport(spec.label, status, code, time.monotonic() - began, text, folder.exists())
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from linid.errors import ConfigError, LinidError, UsageError
 from linid.workflow.cluster_worker import Terms, do_item, look_at_scheduler, look_at_worker, own_versions, same
 from linid.workflow.run_folder import RUN_FILE
+from linid.workflow.work_process import ProcessDiedError
 
 if TYPE_CHECKING:
     from linid.workflow.reporter import Reporter
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 LOCAL = "local"
+RETRIES = 2  # of work whose process has died on its worker
 ANSWER_WITHIN = 15  # s, for the scheduler
 WORKER_WITHIN = 60  # s, for the first worker
 _FEW = 100  # input files that are looked for before the work begins; each task looks for its own
@@ -66,7 +68,7 @@ class Cluster:
         workers die again and again or the scheduler goes away.
         """
         shared = self.client.submit(same, pickle.dumps(function), pure=False)
-        futures = [self.client.submit(do_item, self.terms, shared, item, pure=False) for item in items]
+        futures = [self.client.submit(do_item, self.terms, shared, item, pure=False, retries=RETRIES) for item in items]
         try:
             for future in futures:
                 try:
@@ -145,7 +147,7 @@ def _checked(client: Any, address: str, reporter: Reporter) -> Cluster:
     except TimeoutError:
         raise UsageError(
             f"{_OPTION} {address}", f"has no workers, {WORKER_WITHIN} s after it was asked",
-            f"Start some: dask worker {address} --nthreads 1 --nworkers N",
+            f"Start some: dask worker {address}",
         ) from None  # fmt: skip
     found = cluster.look()
     hosts, processors = ({one[k] for one in found} for k in (0, 1))
@@ -161,6 +163,13 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}{'s' if number != 1 else ''}"
 
 
+def is_killed_worker(future: Any) -> bool:
+    """Whether a task was given up because workers died while they had it."""
+    from distributed import KilledWorker
+
+    return future.status == "error" and isinstance(future.exception(), KilledWorker)
+
+
 def failure(address: str, error: BaseException) -> BaseException:
     """What went wrong with a task, in words where the cluster is to blame."""
     from concurrent.futures import CancelledError as Cancelled
@@ -171,6 +180,11 @@ def failure(address: str, error: BaseException) -> BaseException:
         return LinidError(
             f"{_OPTION} {address}", f"{_count(error.allowed_failures + 1, 'worker')} died of the same work",
             "Look into the workers' logs; often their memory is too small. Go on by --resume.",
+        )  # fmt: skip
+    if isinstance(error, ProcessDiedError):
+        return LinidError(
+            f"{_OPTION} {address}", f"{error}, {RETRIES + 1} times",
+            "Look at the memory of the workers' hosts. Go on by --resume.",
         )  # fmt: skip
     if isinstance(error, CancelledError | Cancelled | OSError) and not isinstance(error, LinidError):
         return LinidError(

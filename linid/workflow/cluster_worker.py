@@ -1,15 +1,15 @@
-"""What runs on the workers of a cluster, each of which does one thing at a time in its only thread."""
+"""What runs on the workers of a cluster: checks, and tasks that they pass on to processes of their own."""
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import os
 import pickle
 import signal
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -17,16 +17,17 @@ from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError
 from linid.workflow.run_folder import RUN_FILE, versions
+from linid.workflow.work_process import ProcessDiedError, WorkProcess
 
 if TYPE_CHECKING:
     from linid.workflow.batch_file import JobSpec
     from linid.workflow.batch_job import JobReport
 
 DECISIVE = ("linid", "numpy", "scipy", "numba", "deap")
-ONE_THREAD = "OPENBLAS_NUM_THREADS"
 _lock = threading.Lock()
 _stopped: set[str] = set()
-_at_work: dict[int, str] = {}  # thread -> token of the run that it works for
+_idle: list[WorkProcess] = []
+_busy: list[tuple[str, WorkProcess]] = []  # with the token of the run that each works for
 
 
 @dataclass(frozen=True)
@@ -61,22 +62,12 @@ def processor() -> str:
     return str(get_host_cpu_name())
 
 
-def objection(terms: Terms, threads: int, inputs: Sequence[str] = ()) -> tuple[str, str] | None:
-    """Why this process cannot take part in a run, as fact and remedy; None if it can.
-
-    threads: that this worker has; inputs: files that it must see.
-    """
+def objection(terms: Terms, inputs: Sequence[str] = ()) -> tuple[str, str] | None:
+    """Why this process cannot take part in a run, as fact and remedy; None if it can. inputs: files to be seen."""
     for name, version in terms.versions.items():
         mine = own_versions().get(name, "unknown")
         if mine != version:
             return f"has {name} {mine}, this program {version}", "Install the same there as here and start it again."
-    if threads != 1:
-        return f"has {threads} threads", "Start it with --nthreads 1, and --nworkers N for more workers."
-    if os.environ.get(ONE_THREAD) != "1":
-        return (
-            f"has {ONE_THREAD} not set to 1, which could change the last bits of results",
-            "Set it before the worker is started, or start the worker with its nanny, which does.",
-        )
     if terms.folder:
         try:
             seen = (Path(terms.folder) / RUN_FILE).read_text(encoding="utf-8") == terms.record
@@ -101,7 +92,7 @@ def objection(terms: Terms, threads: int, inputs: Sequence[str] = ()) -> tuple[s
 def look_at_worker(terms: Terms, inputs: Sequence[str], dask_worker: Any = None) -> tuple[Any, str, str]:
     """Objection of this worker, its host and processor. dask fills in `dask_worker`."""
     host = str(dask_worker.address).rpartition("://")[2].rpartition(":")[0]
-    return objection(terms, dask_worker.state.nthreads, inputs), host, processor()
+    return objection(terms, inputs), host, processor()
 
 
 def look_at_scheduler(dask_scheduler: Any = None) -> dict[str, str]:
@@ -109,53 +100,28 @@ def look_at_scheduler(dask_scheduler: Any = None) -> dict[str, str]:
     return own_versions()
 
 
-def run_on_worker(terms: Terms, job: JobSpec, folder: str, resume: bool) -> JobReport:
+def run_job(terms: Terms, job: JobSpec, folder: str, resume: bool) -> JobReport:
     """A job of a batch as a task; its folder is on the shared file system.
 
-    resume: take over what is in the folder already. Raises ConfigError where this worker cannot do it.
+    resume: take over what is in the folder already. Raises ProcessDiedError, ConfigError where this worker is unfit.
     """
-    from distributed import get_worker
+    from linid.workflow.batch_job import JobReport, run_interruptibly
 
-    from linid.workflow.batch_job import JobReport, perform
-
-    worker = get_worker()
-    reason = objection(terms, worker.state.nthreads, job.inputs)
-    if reason is not None:
-        raise ConfigError(f"worker {worker.address}", *reason)
-    not_begun = JobReport(job.label, "not_started", 130, 0.0, "interrupted before it began")
-    if not _begin(terms.token):
-        return not_begun
     try:
-        worker.log_event(terms.token, (job.label, str(worker.address)))
-        return perform(job, Path(folder), resume, 1)
-    except KeyboardInterrupt:  # before or after the work itself
-        return not_begun
-    finally:
-        _end()
+        with _process(terms, job.inputs, job.label) as process:
+            report: JobReport = process.call(run_interruptibly, job, Path(folder), resume, 1)
+            return report
+    except _StoppedError:
+        return JobReport(job.label, "not_started", 130, 0.0, "interrupted before it began")
 
 
-def _begin(token: str) -> bool:
-    with _lock:
-        if token in _stopped:
-            return False
-        _at_work[threading.get_ident()] = token
-        return True
+def do_item(terms: Terms, pickled: bytes, item: Any) -> Any:
+    """One item of a step that runs side by side; pickled: the function.
 
-
-def _end() -> None:
-    with _lock:
-        _at_work.pop(threading.get_ident(), None)
-    # An interrupt that was sent a moment ago must not reach the worker's own code.
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(threading.get_ident()), None)
-
-
-def stop(token: str) -> None:
-    """Interrupt this worker's work for a run, as Ctrl-C would in a process of its own; it begins no more of it."""
-    with _lock:
-        _stopped.add(token)
-        for thread in [thread for thread, run in _at_work.items() if run == token]:
-            del _at_work[thread]
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(KeyboardInterrupt))
+    Raises ConfigError where this worker cannot do it, ProcessDiedError, and what the function raises.
+    """
+    with _process(terms) as process:
+        return process.call(_apply, pickled, item)
 
 
 def same(pickled: bytes) -> bytes:
@@ -163,21 +129,57 @@ def same(pickled: bytes) -> bytes:
     return pickled
 
 
+def _apply(pickled: bytes, item: Any) -> Any:
+    function: Callable[[Any, int], Any] = _unpickled(pickled)
+    return function(item, 1)
+
+
 @lru_cache(maxsize=1)
 def _unpickled(pickled: bytes) -> Any:
     return pickle.loads(pickled)
 
 
-def do_item(terms: Terms, pickled: bytes, item: Any) -> Any:
-    """One item of a step that runs side by side. Raises ConfigError where this worker cannot do it."""
+class _StoppedError(Exception):
+    """The run was interrupted before this task began."""
+
+
+@contextmanager
+def _process(terms: Terms, inputs: Sequence[str] = (), label: str = "") -> Iterator[WorkProcess]:
+    """A process for one task of a run; label: told to the program that asks."""
     from distributed import get_worker
 
     worker = get_worker()
-    reason = objection(terms, worker.state.nthreads)
+    reason = objection(terms, inputs)
     if reason is not None:
         raise ConfigError(f"worker {worker.address}", *reason)
-    function: Callable[[Any, int], Any] = _unpickled(pickled)
-    return function(item, 1)
+    with _lock:
+        if terms.token in _stopped:
+            raise _StoppedError
+        process = _idle.pop() if _idle else WorkProcess()
+        mine = (terms.token, process)
+        _busy.append(mine)
+    if label:
+        worker.log_event(terms.token, (label, str(worker.address)))
+    died = False
+    try:
+        yield process
+    except ProcessDiedError:
+        died = True
+        raise
+    finally:
+        with _lock:
+            _busy.remove(mine)
+            if not died:
+                _idle.append(process)
+
+
+def stop(token: str) -> None:
+    """Interrupt this worker's work for a run, as Ctrl-C would here, and begin no more of it."""
+    with _lock:
+        _stopped.add(token)
+        for run, process in _busy:
+            if run == token:
+                process.interrupt()
 
 
 def dask_setup(worker: Any) -> None:

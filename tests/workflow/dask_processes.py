@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -11,6 +12,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from linid.errors import ConfigError
 from tests.workflow.small import ROOT, interruptible
 
 MINUTES = 5.0
@@ -72,3 +74,22 @@ class DaskProcesses:
             assert time.monotonic() < deadline
             assert all(process.poll() is None for process in self.processes)
             time.sleep(0.05)
+
+
+def square(item: int, threads: int) -> int:
+    """Work for workers, which import this module by its name."""
+    if item == 7:
+        raise ConfigError("seven", "cannot be squared", "Take another.")
+    return threads * item**2
+
+
+def die(item: int, threads: int) -> int:
+    """Ends the process that computes."""
+    os._exit(9)
+
+
+def kill_worker(item: int, threads: int) -> int:
+    """Ends its worker, which then ends this process."""
+    os.kill(os.getppid(), signal.SIGKILL)
+    time.sleep(60.0)
+    return item

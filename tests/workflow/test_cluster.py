@@ -20,7 +20,7 @@ from linid.workflow.cluster import connected
 from linid.workflow.cluster_worker import Terms, objection, own_versions
 from linid.workflow.reporter import Reporter
 from linid.workflow.request import Request
-from tests.workflow.dask_processes import MINUTES, DaskProcesses
+from tests.workflow.dask_processes import MINUTES, DaskProcesses, die, kill_worker, square
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 distributed = pytest.importorskip("distributed", reason='needs the extra: pip install "linid[cluster]"')
@@ -52,6 +52,7 @@ def batch(folder: Path, *jobs: str) -> Path:
 def results(folder: Path) -> dict[str, bytes]:
     """Everything below a run's folder that must be the same in an equal run."""
     files = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in UNEQUAL]
+    files = [path for path in files if path != folder / "config.yaml"]  # names the batch file
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
@@ -65,6 +66,11 @@ def wait_for_generation(checkpoint: Path, least: int, process: Any) -> None:
                 return
         except (OSError, ValueError):
             time.sleep(0.01)
+
+
+def descendants(pid: int) -> list[int]:
+    """The processes in which a worker computes."""
+    return children(pid, "work_process")
 
 
 def gone(pids: list[int]) -> bool:
@@ -103,20 +109,54 @@ def test_a_batch_on_workers_gives_the_same_files_and_resume_skips_what_is_done(t
     assert results(tmp_path / "here") == results(tmp_path / "there")
 
 
-def test_a_diagnosis_on_workers_gives_the_same_files(tmp_path: Path) -> None:
-    path = campaign(tmp_path, motor=True)
-    options = ("--no-figures", "--jobs", 2)
-    assert linid("diagnose", path, "--out", tmp_path / "here", *options).exit_code == 0
-    result = linid("diagnose", path, "--out", tmp_path / "there", *options, "--scheduler", "local")
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a campaign, and in `here` its diagnosis without any cluster."""
+    folder = tmp_path_factory.mktemp("diagnosed")
+    arguments = ("diagnose", campaign(folder, motor=True), "--out", folder / "here", "--no-figures", "--jobs", 2)
+    assert linid(*arguments).exit_code == 0
+    return folder
+
+
+def fits(out: Path) -> int:
+    """How many fits of a diagnosis are kept so far."""
+    try:
+        kept = json.loads((out / "checkpoint.json").read_text(encoding="utf-8"))["state"]
+    except (OSError, ValueError):
+        return 0
+    return sum(isinstance(value, list) for value in kept.values())
+
+
+def test_a_diagnosis_on_workers_gives_the_same_files(tmp_path: Path, diagnosed: Path) -> None:
+    options = ("--no-figures", "--jobs", 2, "--scheduler", "local")
+    result = linid("diagnose", diagnosed / "campaign.yaml", "--out", tmp_path / "there", *options)
     assert result.exit_code == 0, result.stderr
     assert "2 workers on 1 host" in result.stderr
-    first, second = (results(tmp_path / where) for where in ("here", "there"))
+    first, second = results(diagnosed / "here"), results(tmp_path / "there")
     assert "diagnosis.json" in first and first.keys() == second.keys()
-    assert [name for name in first if first[name] != second[name] and name != "config.yaml"] == []
+    assert [name for name in first if first[name] != second[name]] == []
     # What the workers have fitted is kept, so that an interrupted run could go on.
-    kept = [json.loads((tmp_path / where / "checkpoint.json").read_text()) for where in ("here", "there")]
+    kept = [json.loads((out / "checkpoint.json").read_text()) for out in (diagnosed / "here", tmp_path / "there")]
     assert kept[1]["state"].items() <= kept[0]["state"].items()
-    assert sum(isinstance(value, list) for value in kept[1]["state"].values()) >= 3
+    assert fits(tmp_path / "there") >= 3
+
+
+def test_an_interrupted_diagnosis_on_workers_goes_on_anywhere(tmp_path: Path, diagnosed: Path) -> None:
+    out = tmp_path / "out"
+    arguments = ("diagnose", diagnosed / "campaign.yaml", "--out", out, "--no-figures")
+    process = start(*arguments, "--scheduler", "local", "--jobs", 2, cwd=tmp_path)
+    deadline = time.monotonic() + 60 * MINUTES
+    while fits(out) < 3:
+        assert process.poll() is None, process.communicate()[1]
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    workers = children(process.pid)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60 * MINUTES)
+    assert process.returncode == 130 and "--resume" in said and "Traceback" not in said, said
+    assert workers and gone(workers) and not (out / "diagnosis.json").exists()
+    assert linid(*arguments, "--resume").exit_code == 0
+    assert results(out) == results(diagnosed / "here")
 
 
 def test_a_killed_worker_costs_time_and_nothing_else(tmp_path: Path, slow_alone: Path) -> None:
@@ -129,7 +169,9 @@ def test_a_killed_worker_costs_time_and_nothing_else(tmp_path: Path, slow_alone:
         process = start("batch", path, "--out", "o", "--scheduler", dask.address, cwd=tmp_path)
         wait_for_generation(tmp_path / "o/slow/checkpoint.json", 2, process)
         (busy,) = [address for address, keys in client.processing().items() if keys]
+        helpers = descendants(pids[busy])
         os.kill(pids[busy], signal.SIGKILL)
+        assert helpers and gone(helpers)
         _, said = process.communicate(timeout=60 * MINUTES)
         assert process.returncode in (0, 5), said
         assert "slow: started again, its worker was lost" in said
@@ -160,12 +202,13 @@ def test_ctrl_c_saves_the_state_and_leaves_no_process(tmp_path: Path, slow_alone
     process = start(*arguments, cwd=tmp_path)
     wait_for_generation(tmp_path / "o/slow/checkpoint.json", 1, process)
     workers = children(process.pid)
-    assert workers
+    processes = [*workers, *(helper for pid in workers for helper in descendants(pid))]
+    assert len(processes) == 2
     for pid in [process.pid, *(workers if group else [])]:
         os.kill(pid, signal.SIGINT)
     _, said = process.communicate(timeout=60 * MINUTES)
     assert process.returncode == 130 and "--resume" in said and "Traceback" not in said, said
-    assert gone(workers)
+    assert gone(processes)
     assert json.loads((tmp_path / "o/slow/run.json").read_text(encoding="utf-8"))["status"] == "interrupted"
     assert not (tmp_path / "o/slow/parameters.json").exists() and not (tmp_path / "o/check").exists()
     assert linid(*arguments, "--resume").exit_code in (0, 5)
@@ -177,9 +220,10 @@ def test_workers_here_end_with_the_program_that_started_them(tmp_path: Path) -> 
     process = start("batch", path, "--out", tmp_path / "o", "--scheduler", "local", cwd=tmp_path)
     wait_for_generation(tmp_path / "o/slow/checkpoint.json", 1, process)
     workers = children(process.pid)
+    processes = [*workers, *(helper for pid in workers for helper in descendants(pid))]
     process.kill()
     process.communicate()
-    assert workers and gone(workers)
+    assert len(processes) == 2 and gone(processes)
 
 
 def test_a_worker_of_another_linid_is_refused(tmp_path: Path) -> None:
@@ -195,27 +239,21 @@ def test_a_worker_of_another_linid_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "o").exists()
 
 
-def test_what_a_worker_objects_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+def test_what_a_worker_objects_to(tmp_path: Path) -> None:
     mine = own_versions()
     (tmp_path / "run.json").write_text("this run", encoding="utf-8")
     good = Terms("token", mine, str(tmp_path), "this run")
-    assert objection(good, 1, [str(tmp_path / "run.json")]) is None
-    cases = {
-        "has Python 2.7, this program 3": None,
-        "has 4 threads": objection(good, 4),
-        "does not see the folder": objection(Terms("token", mine, str(tmp_path / "elsewhere"), "this run"), 1),
-        "does not see the file": objection(good, 1, [str(tmp_path / "nowhere.csv")]),
-    }
-    # Another folder under the same path is not the shared one.
-    assert "does not see the folder" in objection(Terms("token", mine, str(tmp_path), "another run"), 1)[0]  # type: ignore[index]
-    other = objection(Terms("token", {**mine, "Python": "2.7"}), 1)
-    assert other is not None and other[0] == f"has Python {mine['Python']}, this program 2.7"
-    del cases["has Python 2.7, this program 3"]
-    for words, found in cases.items():
-        assert found is not None and words in found[0]
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
-    assert "OPENBLAS_NUM_THREADS" in objection(good, 1)[0]  # type: ignore[index]
+    assert objection(good, [str(tmp_path / "run.json")]) is None
+    cases = (
+        (objection(Terms("token", {**mine, "Python": "2.7"})), f"has Python {mine['Python']}, this program 2.7"),
+        (objection(Terms("token", {**mine, "linid": "9.9"})), f"has linid {mine['linid']}, this program 9.9"),
+        (objection(Terms("token", mine, str(tmp_path / "elsewhere"), "this run")), "does not see the folder"),
+        # Another folder under the same path is not the shared one.
+        (objection(Terms("token", mine, str(tmp_path), "another run")), "does not see the folder"),
+        (objection(good, [str(tmp_path / "nowhere.csv")]), "does not see the file"),
+    )
+    for found, words in cases:
+        assert found is not None and words in found[0] and found[1].endswith(".")
 
 
 def test_an_address_where_nothing_answers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -243,21 +281,15 @@ def test_without_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, comm
     assert not (tmp_path / "o").exists()
 
 
-def die(item: int, threads: int) -> int:
-    os._exit(1)
-
-
-def square(item: int, threads: int) -> int:
-    if item == 7:
-        raise ConfigError("seven", "cannot be squared", "Take another.")
-    return threads * item**2
-
-
-def test_items_side_by_side_on_workers() -> None:
+def test_items_side_by_side_on_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
     with connected(Request(scheduler="local", jobs=2), Reporter(-1)) as cluster:
         assert cluster is not None
         assert list(cluster.map(square, range(5))) == [0, 1, 4, 9, 16]
         with pytest.raises(ConfigError, match="cannot be squared"):
             list(cluster.map(square, [7]))
-        with pytest.raises(LinidError, match="died of the same work"):
+        with pytest.raises(LinidError, match=r"ended without an answer \(exit code 9\), 3 times"):
             list(cluster.map(die, [1]))
+        with pytest.raises(LinidError, match="4 workers died of the same work"):
+            list(cluster.map(kill_worker, [1]))
+        assert list(cluster.map(square, range(5))) == [0, 1, 4, 9, 16]
