@@ -44,9 +44,7 @@ class Terms:
 @cache
 def own_versions() -> dict[str, str]:
     """Versions of all that decides a result, and a digest of linid's own source, which may have been edited."""
-    import linid
-
-    package = Path(str(linid.__file__)).parent
+    package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(str(path.relative_to(package)).encode() + path.read_bytes())

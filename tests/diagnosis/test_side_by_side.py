@@ -1,4 +1,4 @@
-"""Independent fits in threads or on workers: order, threads to each, what happens when one fails or the caller stops."""
+"""Independent fits in threads or on workers: order, threads, and what happens when one fails or the caller stops."""
 
 from __future__ import annotations
 
