@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,7 +51,8 @@ def own_versions() -> dict[str, str]:
         digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
     out = {"Python": f"{sys.version_info.major}.{sys.version_info.minor}"}
     out |= {name: versions()[name] for name in DECISIVE}
-    return out | {"linid source": digest.hexdigest()[:12]}
+    added = [f"{one.name} ({one.value})" for one in entry_points(group="linid.effects")]
+    return out | {"added effects": ", ".join(sorted(added)) or "none", "linid source": digest.hexdigest()[:12]}
 
 
 def processor() -> str:
