@@ -105,7 +105,7 @@ def connected(request: Request, reporter: Reporter) -> Iterator[Cluster | None]:
         if request.scheduler == LOCAL:
             local = distributed.LocalCluster(  # type: ignore[no-untyped-call]
                 n_workers=request.jobs, threads_per_worker=1, processes=True, memory_limit=0,
-                dashboard_address=":0" if _has_dashboard() else None, silence_logs=logging.CRITICAL,
+                dashboard_address=":0", silence_logs=logging.CRITICAL,
                 preload=["linid.workflow.cluster_worker"],
             )  # fmt: skip
         try:
