@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,12 @@ class DaskProcesses:
         self.processes: list[subprocess.Popen[bytes]] = []
         more = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
         self._start("dask_scheduler", "--port", "0", "--scheduler-file", str(self.file), "--no-dashboard", more=more)
-        self._wait(self.file.exists)
-        self.address = str(json.loads(self.file.read_text(encoding="utf-8"))["address"])
+        self.address = ""
+        try:
+            self._wait_for_address()
+        except BaseException:
+            self.__exit__()
+            raise
 
     def __enter__(self) -> DaskProcesses:
         return self
@@ -68,11 +72,13 @@ class DaskProcesses:
         )
         return self.processes[-1]
 
-    def _wait(self, ready: Any) -> None:
+    def _wait_for_address(self) -> None:
         deadline = time.monotonic() + 60 * MINUTES
-        while not ready():
+        while not self.address:
             assert time.monotonic() < deadline
             assert all(process.poll() is None for process in self.processes)
+            with suppress(OSError, ValueError):  # not there yet, or not yet written to the end
+                self.address = str(json.loads(self.file.read_text(encoding="utf-8"))["address"])
             time.sleep(0.05)
 
 
