@@ -21,6 +21,7 @@ from linid.cli_options import (
     model_options,
     print_outcome,
     run_options,
+    scheduler_option,
     settings_options,
     verbosity_options,
 )
@@ -195,6 +196,7 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
 @model_options
 @settings_options
 @run_options
+@scheduler_option
 def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: Any) -> None:
     """Say where the simulation differs from the machine, which effect is missing, and how far the gap shrinks with it.
 
@@ -233,6 +235,7 @@ def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) 
 @click.option("--schema", is_flag=True, is_eager=True, expose_value=False, callback=_print_schema,
               help="Print the JSON schema of a batch file and exit.")  # fmt: skip
 @run_options
+@scheduler_option
 def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
     """Run the jobs of batch files; a failing job does not stop those that do not need its result.
 
@@ -241,13 +244,14 @@ def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
     \b
     Example:
       linid batch configs/stand.yaml --jobs 2
+      linid batch fleet.yaml --scheduler tcp://10.0.0.5:8786 --out /shared/fleet
     """
     from linid.cli_options import overrides
     from linid.workflow.batch import run_batch
     from linid.workflow.request import Request
 
     reporter = make_reporter(options)
-    names = ("out", "overwrite", "resume", "jobs", "dry_run")
+    names = ("out", "overwrite", "resume", "jobs", "scheduler", "dry_run")
     request = Request(files=configs, **{name: options[name] for name in names})
     print_outcome(run_batch(request, reporter, overrides=overrides(options)), json_output)
 

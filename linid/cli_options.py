@@ -69,6 +69,12 @@ run_options = _apply(
         debug_option,
     ]
 )
+scheduler_option = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Work on the dask cluster at this address, such as tcp://host:8786; `local`: with --jobs worker processes "
+    'here. Needs the extra: pip install "linid[cluster]".',
+)
 settings_options = _apply(
     [
         click.option(
@@ -168,7 +174,7 @@ SETTINGS_NAMES = (
     "substeps",
     "profile",
 )
-RUN_NAMES = ("out", "overwrite", "resume", "jobs", "dry_run", "json_output", "quiet", "verbose")
+RUN_NAMES = ("out", "overwrite", "resume", "jobs", "scheduler", "dry_run", "json_output", "quiet", "verbose")
 
 
 def overrides(options: dict[str, Any]) -> dict[str, Any]:
@@ -223,6 +229,7 @@ def make_request(files: tuple[Path, ...], options: dict[str, Any]) -> Request:
         overwrite=run.get("overwrite", False),
         resume=run.get("resume", False),
         jobs=run.get("jobs", 1),
+        scheduler=run.get("scheduler"),
         dry_run=run.get("dry_run", False),
         line=command_line(),
     )

@@ -64,6 +64,10 @@ class Balance:
         self._parts = {base.effects: part}
         self.rows = _rows(part, self.recordings)
 
+    def __getstate__(self) -> dict[str, Any]:
+        # On its way to a worker: compiled simulations stay here, and the worker has one thread and a memory of its own.
+        return {**self.__dict__, "_parts": {}, "memory": dict(self.memory), "jobs": 1}
+
     def residual(self, model: Model, vector: Array) -> Array:
         """Measured minus modelled acceleration (n,) in m/s^2; vector: (VECTOR_SIZE,) SI."""
         if model.effects not in self._parts:

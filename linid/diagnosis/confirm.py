@@ -39,7 +39,8 @@ _QUICK = (15, 0.1)
 @dataclass(frozen=True)
 class Fitted:
     """A model fitted by the force balance. genes: (p,) in its search space; values: SI by name; vector: (VECTOR_SIZE,)
-    SI; residual: (n,) m/s^2 of all rows of the balance; structural: SI values that say where its effects act."""
+    SI; residual: (n,) m/s^2 of all rows of the balance; structural: SI values that say where its effects act; key:
+    under which the balance's memory keeps the genes."""
 
     space: SearchSpace
     genes: Array
@@ -47,6 +48,7 @@ class Fitted:
     vector: Array
     residual: Array
     structural: dict[str, float]
+    key: str
 
     @property
     def model(self) -> Model:
@@ -228,7 +230,7 @@ def _fit(
         balance.memory[key] = genes.tolist()
     vector = space.vectors(genes)[0]
     values = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
-    return Fitted(space, genes, values, vector, balance.residual(model, vector), structural)
+    return Fitted(space, genes, values, vector, balance.residual(model, vector), structural, key)
 
 
 def _key(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from linid.diagnosis.report_data import (
 )
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Confirmed, Selection, fit_effects, forward_selection
-from linid.diagnosis.side_by_side import side_by_side
+from linid.diagnosis.side_by_side import Workers, side_by_side
 from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.fit import refine
@@ -66,6 +67,7 @@ def diagnose(
     effects: Sequence[str] = (),
     known: dict[str, float] | None = None,
     jobs: int = 1,
+    workers: Workers | None = None,
     seed: int = 1,
     memory: Memory | None = None,
     progress: Progress | None = None,
@@ -73,7 +75,8 @@ def diagnose(
     """Find the effects that a base model lacks on some recordings; held-out ones judge.
 
     name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; known: SI values that
-    are not identified; memory: fits that an earlier run finished, and where new ones are kept.
+    are not identified; workers: who does the fits of a step and the measures instead of threads here;
+    memory: fits that an earlier run finished, and where new ones are kept.
     Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
     DataError for unfit recordings.
     """
@@ -89,7 +92,7 @@ def diagnose(
         )
     assumptions: list[str] = []
     base, judge = fit_base_model(recordings, kind, known, jobs, seed, assumptions, watch, memory)
-    screening = Screening(base, recordings, known, jobs)
+    screening = Screening(base, recordings, known, jobs, workers)
     if effects:
         extended = fit_effects(judge, screening, base, tuple(effects))
         if extended is None:
@@ -119,8 +122,8 @@ def diagnose(
     next_step = _next_experiment(verdict, found, judge, base, field)
     verdict = replace(verdict, sentence=verdict.sentence + words, next_experiment=next_step)
     best = chosen.fitted if chosen is not None and verdict.status in ("identified", "ambiguous") else base
-    before, after = _models(base, best, fitted, jobs, seed, judge.balance.memory, watch)
-    changes, traces_before, traces_after = _changes(recordings, before, after, jobs, seed, watch)
+    before, after = _models(base, best, fitted, jobs, workers, seed, judge.balance.memory, watch)
+    changes, traces_before, traces_after = _changes(recordings, before, after, jobs, workers, seed, watch)
     diagnosis = Diagnosis(
         name=name,
         model=kind,
@@ -192,52 +195,57 @@ def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
 
 
 def _models(
-    base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, seed: int, memory: Memory, watch: Progress
-) -> tuple[FitResult, FitResult]:
+    base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, workers: Workers | None, seed: int,
+    memory: Memory, watch: Progress,
+) -> tuple[FitResult, FitResult]:  # fmt: skip
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
-
-    def refined(item: tuple[str, Fitted], jobs: int) -> str:
-        model = item[1]
-        settings = FitSettings(
-            search=SearchSettings(seed=seed), jobs=jobs, polish_steps=_STEPS, polish_precision=_PRECISION
-        )
-        return model_to_text(refine(model.space, model.genes, fitted, settings=settings))
-
     wanted = {f"refined {model.model.effects} {model.genes.tolist()}": model for model in (base, best)}
     missing = [(key, model) for key, model in wanted.items() if key not in memory]
     watch("models", 0, 2)
-    for (key, _), text in side_by_side(refined, missing, jobs):
+    for (key, _), text in side_by_side(partial(_refined, tuple(fitted), seed), missing, jobs, workers):
         memory[key] = text
     watch("models", 2, 2)
     models = [model_from_text(memory[key], "checkpoint") for key in wanted]
     return models[0], models[-1]
 
 
+def _refined(fitted: tuple[Recording, ...], seed: int, item: tuple[str, Fitted], jobs: int) -> str:
+    """A model as `fit-motor` finds it, as text. At the top of the module, since it also runs on workers."""
+    settings = FitSettings(
+        search=SearchSettings(seed=seed), jobs=jobs, polish_steps=_STEPS, polish_precision=_PRECISION
+    )
+    return model_to_text(refine(item[1].space, item[1].genes, fitted, settings=settings))
+
+
 def _changes(
-    recordings: Sequence[Recording], before: FitResult, after: FitResult, jobs: int, seed: int, watch: Progress
-) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:
+    recordings: Sequence[Recording], before: FitResult, after: FitResult, jobs: int, workers: Workers | None,
+    seed: int, watch: Progress,
+) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:  # fmt: skip
     """The measures of every recording before and after, and the traces behind them."""
-
-    def measured(recording: Recording, jobs: int) -> tuple[RecordingChange, Trace, Trace]:
-        (first,), (trace,) = measure_gaps(
-            before, [recording], jobs=jobs, seed=seed, among=recordings, floors=after is before
-        )
-        second, later = first, trace
-        if after is not before:
-            (second,), (later,) = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)
-        changes = {
-            "free_run": Change(first.free_run, second.free_run, second.free_run_floor),
-            "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
-            "force": Change(first.force, second.force, second.force_floor),
-        }
-        return RecordingChange(recording.name, recording.kind, recording.split, changes), trace, later
-
+    measured = partial(_measured, tuple(recordings), before, after if after is not before else None, seed)
     found = []
-    for _, one in side_by_side(measured, recordings, jobs):
+    for _, one in side_by_side(measured, range(len(recordings)), jobs, workers):
         found.append(one)
         watch("measures", len(found), len(recordings))
     changes, traces_before, traces_after = zip(*found, strict=True)
     return with_forecasts(changes), traces_before, traces_after
+
+
+def _measured(
+    recordings: tuple[Recording, ...], before: FitResult, after: FitResult | None, seed: int, index: int, jobs: int
+) -> tuple[RecordingChange, Trace, Trace]:
+    """The measures of one recording and the traces behind them; after: None where nothing was added."""
+    recording = recordings[index]
+    (first,), (trace,) = measure_gaps(before, [recording], jobs=jobs, seed=seed, among=recordings, floors=after is None)
+    second, later = first, trace
+    if after is not None:
+        (second,), (later,) = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)
+    changes = {
+        "free_run": Change(first.free_run, second.free_run, second.free_run_floor),
+        "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
+        "force": Change(first.force, second.force, second.force_floor),
+    }
+    return RecordingChange(recording.name, recording.kind, recording.split, changes), trace, later
 
 
 def _candidates(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING, Alone, best_disturbance, best_payload
 from linid.diagnosis.confirm import Fitted
+from linid.diagnosis.side_by_side import Workers
 from linid.identification.effect_guess import EffectColumns, Regression, Trial, amplitude_sizes, best_trial
 from linid.identification.outlook import look_out
 from linid.physics.effects.registry import EFFECTS
@@ -24,17 +25,29 @@ class Screened:
     trial: Trial
 
 
+def to_fit(recordings: Sequence[Recording], effects: Iterable[str]) -> tuple[Recording, ...]:
+    """The fitted recordings; all, for effects that live in single recordings and may show in held-out ones only."""
+    if any(name in PER_RECORDING for name in effects):
+        return tuple(recordings)
+    return tuple(r for r in recordings if r.split == "fit")
+
+
 class Screening:
     """All effects of the library tried on a campaign, at each step of the selection.
 
     base: the model without effects, whose outlook and effect columns all steps share; recordings: both splits. Effects
-    that live in single recordings are tried on all, the others on the fitted ones; known: SI values that are given.
+    that live in single recordings are tried on all, the others on the fitted ones; known: SI values that are given;
+    workers: who fits the candidates (None: threads here).
     """
 
-    def __init__(self, base: Fitted, recordings: Sequence[Recording], known: dict[str, float], jobs: int) -> None:
+    def __init__(
+        self, base: Fitted, recordings: Sequence[Recording], known: dict[str, float], jobs: int,
+        workers: Workers | None = None,
+    ) -> None:  # fmt: skip
         self.recordings = tuple(recordings)
         self.known = known
         self.jobs = jobs
+        self.workers = workers
         self.fitted = [k for k, r in enumerate(recordings) if r.split == "fit"]
         chosen = self.to_fit(())
         self.columns = EffectColumns(base.model.kind, base.values, chosen, jobs)
@@ -42,10 +55,8 @@ class Screening:
         self.whole = look_out(base.model, recordings, base.values)
 
     def to_fit(self, effects: Iterable[str]) -> tuple[Recording, ...]:
-        """The fitted recordings; all, for effects that live in single recordings and may show in held-out ones only."""
-        if any(name in PER_RECORDING for name in effects):
-            return self.recordings
-        return tuple(self.recordings[k] for k in self.fitted)
+        """The recordings to which a model with these effects is fitted."""
+        return to_fit(self.recordings, effects)
 
     def screen(
         self, step: Fitted, scales: NDArray[np.float64], noise: NDArray[np.float64],

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.alone import PER_RECORDING, acts_in
+from linid.diagnosis.balance import Balance
 from linid.diagnosis.confirm import Fitted, Judge, better_base, fit_together, rms_per_recording, rows_to_judge, settle
-from linid.diagnosis.screen import Screened, Screening
+from linid.diagnosis.screen import Screened, Screening, to_fit
 from linid.diagnosis.side_by_side import side_by_side
 from linid.identification.effect_guess import Trial
 
@@ -110,15 +112,29 @@ def confirm(
     reference: the model whose residual counts as `before` (the base without any effect).
     """
 
-    def fitted(item: Screened, jobs: int) -> Fitted:
-        recordings = screening.to_fit((item.name,))
-        return fit_together(judge.balance, base, [(item.name, item.trial)], screening.known, recordings, jobs)
-
+    fitted = partial(_with_effect, judge.balance, base, screening.known)
     out = []
-    for item, found in side_by_side(fitted, screened, screening.jobs):
+    for item, found in side_by_side(fitted, screened, screening.jobs, screening.workers):
+        _remember(judge.balance, found)
         out.append(judged(judge, reference, found, item.trial))
         watch(len(out), len(screened))
     return tuple(sorted(out, key=lambda c: -c.closure))
+
+
+def _with_effect(balance: Balance, base: Fitted, known: dict[str, float], item: Screened, jobs: int) -> Fitted:
+    """The base with one effect more. At the top of the module, since it also runs on workers; so does the next."""
+    recordings = to_fit(balance.recordings, (item.name,))
+    return fit_together(balance, base, [(item.name, item.trial)], known, recordings, jobs)
+
+
+def _at_its_minimum(balance: Balance, known: dict[str, float], one: Confirmed, jobs: int) -> Fitted:
+    return settle(balance, one.fitted, known, to_fit(balance.recordings, one.effects), jobs)
+
+
+def _remember(balance: Balance, found: Fitted) -> None:
+    """Keep what a worker has fitted, for a run that goes on later; fits of this process are kept already."""
+    if found.key not in balance.memory:
+        balance.memory[found.key] = found.genes.tolist()
 
 
 def judged(judge: Judge, reference: Fitted, found: Fitted, trial: Trial | None = None) -> Confirmed:
@@ -287,11 +303,12 @@ def _at_their_minima(
     step: the model that they were added to; trials: by effect.
     """
 
-    def settled(one: Confirmed, jobs: int) -> Confirmed:
-        found = settle(judge.balance, one.fitted, screening.known, screening.to_fit(one.effects), jobs)
-        return judged(judge, step, found, trials[one.effects[-1]])
-
-    found = sorted((one for _, one in side_by_side(settled, contest, screening.jobs)), key=lambda c: -c.closure)
+    settled = partial(_at_its_minimum, judge.balance, screening.known)
+    found = []
+    for one, fitted in side_by_side(settled, contest, screening.jobs, screening.workers):
+        _remember(judge.balance, fitted)
+        found.append(judged(judge, step, fitted, trials[one.effects[-1]]))
+    found.sort(key=lambda c: -c.closure)
     best = _simplest(judge, found[0], found)
     return best, rivals(judge, best, found)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -170,7 +170,12 @@ def _search(
     silent = without_effect(problem.space, cost, starts[0])
     seeds = np.vstack([starts, others])
     if hooks.resume is None:
-        seeds = np.vstack([_polished(problem, cost, starts, hooks), seeds])
+
+        def told(done: int, value: float) -> None:
+            if hooks.progress is not None:
+                hooks.progress("first polish", done, starts.shape[0], value)
+
+        seeds = np.vstack([polish_starts_of_search(problem, cost, starts, told), seeds])
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -184,13 +189,15 @@ def _search(
     return state, reason, silent
 
 
-def _polished(problem: Problem, cost: Cost, starts: Array, hooks: Hooks) -> Array:
-    """Each of the first candidates (S, p) polished."""
+def polish_starts_of_search(
+    problem: Problem, cost: Cost, starts: Array, watch: Callable[[int, float], None] | None = None
+) -> Array:
+    """First candidates (S, p), each polished on the problem of the search; watch: called with number and cost."""
     rows = []
     for number, start in enumerate(starts):
         rows.append(polish(problem, cost, start, steps=20, precision=_PART_PRECISION, final=False))
-        if hooks.progress is not None:
-            hooks.progress("first polish", number + 1, starts.shape[0], rows[-1].cost)
+        if watch is not None:
+            watch(number + 1, rows[-1].cost)
     return np.array([row.genes for row in rows])
 
 

@@ -23,8 +23,10 @@ import numba
 from linid.physics import electrical, friction, motors, theta
 from linid.physics.effects.effect import TERM_ARGUMENTS, Effect
 from linid.physics.effects.registry import EFFECTS
+from linid.physics.kernel_cache import cache_folder, lock_compilation
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_SIZE, STATE_START, STATEFUL, WINDING_START, Model
 
+_WRITTEN = 1_000_000_000  # s since 1970, the time that an emitted source bears
 _PARTS = ("terms", "kernel", "along")
 _MOTOR_TEXT = {
     motors.FORCE: "force = p[8] * i_1",
@@ -34,15 +36,6 @@ _MOTOR_TEXT = {
         "else gaussian_force(y, i_1, i_2, i_3, p[8:14])"
     ),
 }
-
-
-def cache_folder() -> Path:
-    """Where emitted kernels and their machine code are kept (LINID_CACHE_DIR, else the user's cache)."""
-    chosen = os.environ.get("LINID_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "linid"
 
 
 def _call(index: int, effect: Effect, name: str) -> str:
@@ -213,6 +206,7 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False) -> ModuleT
     text = emit(model, by_voltage)
     name = f"kernel_{_source_hash(text)}"
     folder = cache_folder()
+    lock_compilation()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = tempfile.NamedTemporaryFile(dir=folder, delete=True)  # noqa: SIM115 - closed on the next line
@@ -224,6 +218,9 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False) -> ModuleT
         handle, temporary = tempfile.mkstemp(dir=folder, suffix=".tmp")
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
             stream.write(text)
+        # numba's cache goes by the source's time: whichever of several processes writes it last, it is the same file.
+        os.utime(temporary, (_WRITTEN, _WRITTEN))
+        os.chmod(temporary, 0o644)
         os.replace(temporary, path)
     specification = importlib.util.spec_from_file_location(name, path)
     assert specification is not None and specification.loader is not None

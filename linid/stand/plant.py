@@ -14,11 +14,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from linid.physics.kernel_cache import lock_compilation
+
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription, SineMotor, ThetaMotor
     from linid.stand.modes import Command
 
 Array = NDArray[np.float64]
+
+lock_compilation()
 
 # Harmonics below this share of the fundamental cannot change a double-precision sum.
 NEGLIGIBLE = 1e-17

@@ -1,22 +1,20 @@
-"""batch: jobs in processes of their own; a failing one stops only those that need its result."""
+"""batch: jobs in processes here or on a cluster; a failing one stops only those that need its result."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
+from dataclasses import replace
+from heapq import heappop, heappush
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from linid.report.tables import BatchRow, batch_table_console
 from linid.stop_signals import exit_code_of
+from linid.workflow.batch_cluster import ClusterPlaces
 from linid.workflow.batch_file import JobSpec, read_batch
-from linid.workflow.batch_job import JobReport, run_job
+from linid.workflow.batch_job import JobReport
+from linid.workflow.batch_processes import Processes
+from linid.workflow.cluster import Cluster, connected
 from linid.workflow.outcome import Outcome
 from linid.workflow.reporter import Reporter
 from linid.workflow.request import Request
@@ -44,6 +42,13 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
             for s in specs
         ]  # fmt: skip
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "jobs": jobs})
+    with connected(request, reporter) as cluster:
+        return _run(specs, request, reporter, overrides, cluster)
+
+
+def _run(
+    specs: Sequence[JobSpec], request: Request, reporter: Reporter, overrides: dict[str, Any], cluster: Cluster | None
+) -> Outcome:
     folder = open_run_folder(COMMAND, request.out, overwrite=request.overwrite, resume=request.resume)
     folder.previous = None if folder.previous is None else {**folder.previous, "status": "resumed", "identity": None}
     config = "".join(f"# {path}\n{path.read_text(encoding='utf-8')}\n" for path in request.files)
@@ -52,13 +57,20 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
         seed=None, jobs=request.jobs,
     )  # fmt: skip
     with recorded(folder), reporter:
-        scheduler = Scheduler(specs, folder.path, request.jobs, request.resume, reporter)
-        reports = scheduler.run()
+        places: Places
+        if cluster is None:
+            # A lone job may use all threads; that does not change its result.
+            threads = request.jobs if len(specs) == 1 else 1
+            places = Processes(folder.path, request.jobs, threads, request.resume, reporter)
+        else:
+            places = ClusterPlaces(cluster, folder.path, specs, request.resume, reporter)
+        queue = JobQueue(specs, folder.path, places, reporter)
+        reports = queue.run()
         outcome = _outcome(folder.path, reports)
         _write_summary(folder.path, reports)
-        if scheduler.interrupted:
-            folder.end("interrupted", scheduler.interrupted)
-            raise Interrupted(folder.path, scheduler.interrupted)
+        if queue.interrupted:
+            folder.end("interrupted", queue.interrupted)
+            raise Interrupted(folder.path, queue.interrupted)
         folder.end("done" if outcome.exit_code == 0 else "failed", outcome.exit_code)
     return outcome
 
@@ -79,122 +91,99 @@ def read_specs(paths: Sequence[Path], overrides: dict[str, Any]) -> tuple[JobSpe
     )
 
 
-@dataclass
-class _Running:
-    spec: JobSpec
-    process: BaseProcess
-    answer: Connection
-    started: float
+class Places(Protocol):
+    """Where the jobs of a batch run: processes here, or workers of a cluster."""
+
+    def free(self) -> bool:
+        """Whether one more job may be started now."""
+        ...
+
+    def start(self, job: JobSpec) -> None:
+        """Begin a job whose predecessors are done."""
+        ...
+
+    def ended(self) -> list[JobReport]:
+        """Reports of jobs that have ended since; waits for the first."""
+        ...
+
+    def interrupt(self) -> list[JobReport]:
+        """Let what runs save its state; reports of all jobs that were started."""
+        ...
 
 
-class Scheduler:
-    """Starts jobs as their predecessors finish, at most `jobs` at a time, each in a process of its own."""
+class JobQueue:
+    """Starts the jobs of a batch in the order of the file as their predecessors end."""
 
-    def __init__(self, specs: Sequence[JobSpec], folder: Path, jobs: int, resume: bool, reporter: Reporter) -> None:
-        self.waiting = list(specs)
-        self.order = [spec.label for spec in specs]
+    def __init__(self, specs: Sequence[JobSpec], folder: Path, places: Places, reporter: Reporter) -> None:
+        self.specs = {spec.label: spec for spec in specs}
         self.folder = folder
-        self.jobs = jobs
-        # A lone job may use all threads; that does not change its result.
-        self.threads = jobs if len(specs) == 1 else 1
-        self.resume = resume
+        self.places = places
         self.reporter = reporter
         self.reports: dict[str, JobReport] = {}
-        self.running: list[_Running] = []
         self.interrupted = 0  # the exit code that the signal asks for
+        self.order = {label: number for number, label in enumerate(self.specs)}
+        self.missing = {spec.label: len(spec.after) for spec in specs}
+        self.followers: dict[str, list[str]] = {label: [] for label in self.specs}
+        for spec in specs:
+            for before in spec.after:
+                self.followers[before].append(spec.label)
+        self.ready = [self.order[label] for label, count in self.missing.items() if not count]
+        self.labels = list(self.specs)
 
     def run(self) -> list[JobReport]:
         """All reports, in the order of the file."""
+        running = 0
         try:
-            while self.waiting or self.running:
-                self._skip()
-                self._start()
-                self._collect()
+            while self.ready or running:
+                while self.ready and self.places.free():
+                    self.places.start(self._with_paths(self.specs[self.labels[heappop(self.ready)]]))
+                    running += 1
+                for report in self.places.ended():
+                    running -= 1
+                    self._note(report)
         except KeyboardInterrupt as stop:
             self.interrupted = exit_code_of(stop)
-            self._interrupt()
-        for spec in self.waiting:
-            self.reports[spec.label] = JobReport(spec.label, "not_started", 130, 0.0, "interrupted before it began")
-        return [self.reports[label] for label in self.order]
-
-    def _skip(self) -> None:
-        """Jobs whose predecessor failed cannot run."""
-        changed = True
-        while changed:
-            changed = False
-            for spec in list(self.waiting):
-                lost = [a for a in spec.after if a in self.reports and self.reports[a].status not in _USABLE]
-                if lost:
-                    reason = f"{lost[0]} {self.reports[lost[0]].status}"
-                    self._note(JobReport(spec.label, "skipped", 0, 0.0, f"needs {lost[0]}: {reason}"))
-                    self.waiting.remove(spec)
-                    changed = True
-
-    def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        for spec in list(self.waiting):
-            if len(self.running) >= self.jobs:
-                return
-            if not all(a in self.reports for a in spec.after):
-                continue
-            here, there = context.Pipe(duplex=False)
-            campaigns = {
-                key: tuple(self._real(text, "campaign.yaml") for text in texts) for key, texts in spec.campaigns.items()
-            }
-            models = {key: self._real(text, "parameters.json") for key, text in spec.models.items()}
-            job = replace(spec, campaigns=campaigns, models=models)
-            target = self.folder / spec.label
-            process = context.Process(target=run_job, args=(job, target, self.resume, self.threads, there))
-            process.start()
-            there.close()
-            self.running.append(_Running(spec, process, here, time.monotonic()))
-            self.waiting.remove(spec)
-            self.reporter.say(f"{spec.label}: started ({spec.command})")
-
-    def _real(self, text: str, name: str) -> str:
-        """The path behind `job:LABEL`."""
-        return str(self.folder / text[4:] / name) if text.startswith("job:") else text
-
-    def _collect(self) -> None:
-        if not self.running:
-            return
-        wait([item.answer for item in self.running])
-        for item in [item for item in self.running if item.answer.poll()]:
-            self._note(_answer(item))
-            item.process.join()
-            self.running.remove(item)
+            for report in self.places.interrupt():
+                self._say(report)
+        for label in self.specs:
+            self.reports.setdefault(label, JobReport(label, "not_started", 130, 0.0, "interrupted before it began"))
+        return [self.reports[label] for label in self.specs]
 
     def _note(self, report: JobReport) -> None:
+        """Keep a report; jobs that waited for it become ready, or are skipped with all that need them."""
+        open_reports = [report]
+        while open_reports:
+            report = open_reports.pop()
+            self._say(report)
+            for label in self.followers[report.label]:
+                if label in self.reports:
+                    continue
+                if report.status in _USABLE:
+                    self.missing[label] -= 1
+                    if not self.missing[label]:
+                        heappush(self.ready, self.order[label])
+                else:
+                    reason = f"needs {report.label}: {report.label} {report.status}"
+                    open_reports.append(JobReport(label, "skipped", 0, 0.0, reason))
+
+    def _say(self, report: JobReport) -> None:
         self.reports[report.label] = report
         what = report.key_figure or ""
         seconds = f" in {report.seconds:.1f} s" if report.seconds else ""
         self.reporter.say(f"{report.label}: {report.status.replace('_', ' ')}{seconds}{'; ' if what else ''}{what}")
 
-    def _interrupt(self) -> None:
-        """Let the running jobs save their state."""
-        for item in self.running:
-            if item.process.pid is not None and item.process.is_alive():
-                os.kill(item.process.pid, signal.SIGINT)
-        for item in self.running:
-            self._note(_answer(item, interrupted=True))
-            item.process.join()
-        self.running.clear()
+    def _with_paths(self, spec: JobSpec) -> JobSpec:
+        """The job with absolute paths, also behind `job:LABEL`."""
+        campaigns = {
+            key: tuple(self._path(text, "campaign.yaml") for text in texts) for key, texts in spec.campaigns.items()
+        }
+        models = {key: self._path(text, "parameters.json") for key, text in spec.models.items()}
+        others = {key: str(Path(spec.options[key]).absolute()) for key in spec.paths}
+        return replace(spec, campaigns=campaigns, models=models, options={**spec.options, **others})
 
-
-def _answer(item: _Running, interrupted: bool = False) -> JobReport:
-    """What the job's process said; if it died without a word, that."""
-    try:
-        report: JobReport = item.answer.recv()
-        return report
-    except (EOFError, OSError):
-        item.process.join()
-        code = item.process.exitcode
-        if interrupted:
-            return JobReport(item.spec.label, "interrupted", 130, 0.0, "before it began")
-        seconds = time.monotonic() - item.started
-        return JobReport(
-            item.spec.label, "failed", 1, seconds, f"its process ended without an answer (exit code {code})"
-        )
+    def _path(self, text: str, name: str) -> str:
+        made = self.folder / text[4:] / name
+        return str((made if text.startswith("job:") else Path(text)).absolute())
 
 
 def _outcome(folder: Path, reports: Sequence[JobReport]) -> Outcome:

@@ -15,6 +15,7 @@ from linid.errors import ConfigError
 from linid.workflow.settings import Settings, make_settings, resolve_channels
 
 MotorModel = Literal["sine", "theta", "force"]
+BaseModelKind = Literal["sine", "theta", "force", "friction"]
 Files = Annotated[tuple[str, ...], Field(min_length=1)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
@@ -65,6 +66,15 @@ class ValidateJob(Job):
     files: Files
     model: str = Field(description="name of a fitting job, or a parameters.json")
     split: Literal["auto", "held_out", "fit", "all"] = "auto"
+    settings: Settings = Field(default_factory=lambda: Settings())
+
+
+class DiagnoseJob(Job):
+    """linid diagnose."""
+
+    command: Literal["diagnose"]
+    files: Files
+    model: BaseModelKind | None = Field(default=None, description="base model; default: what the recordings allow")
     settings: Settings = Field(default_factory=lambda: Settings())
 
 
@@ -120,7 +130,8 @@ class ReproduceJob(Job):
 
 
 AnyJob = Annotated[
-    FitFrictionJob | FitMotorJob | ValidateJob | GenerateJob | FieldJob | ReproduceJob, Field(discriminator="command")
+    FitFrictionJob | FitMotorJob | ValidateJob | DiagnoseJob | GenerateJob | FieldJob | ReproduceJob,
+    Field(discriminator="command"),
 ]
 
 
@@ -139,7 +150,7 @@ class JobSpec:
     """One job, ready to run in a process of its own. label: unique in the batch, also its folder.
 
     campaigns, models: what stands under the keys that name them, paths or `job:LABEL` for what another job makes;
-    options: the other keys, with paths resolved; after: labels.
+    options: the other keys, with paths resolved; paths: the options that are paths; after: labels.
     """
 
     label: str
@@ -148,12 +159,19 @@ class JobSpec:
     campaigns: dict[str, tuple[str, ...]] = field(default_factory=dict)
     models: dict[str, str] = field(default_factory=dict)
     options: dict[str, Any] = field(default_factory=dict)
+    paths: tuple[str, ...] = ()
     after: tuple[str, ...] = ()
 
     @property
     def files(self) -> tuple[str, ...]:
         """The recordings and campaigns of the job."""
         return self.campaigns.get("files", ())
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """All files that the job reads and no other job makes."""
+        named = [*(text for texts in self.campaigns.values() for text in texts), *self.models.values()]
+        return tuple([text for text in named if not _is_job(text)] + [self.options[key] for key in self.paths])
 
 
 def read_batch(path: Path, overrides: dict[str, Any], *, prefix: str = "") -> tuple[JobSpec, ...]:
@@ -285,7 +303,8 @@ def _specs(
     campaigns = {key: tuple(campaign(text) for text in getattr(job, key)) for key in job.CAMPAIGNS}
     models = {key: model(getattr(job, key)) for key in job.MODELS if getattr(job, key) is not None}
     options = job.model_dump(exclude={"name", "command", "after", "settings", *job.CAMPAIGNS, *job.MODELS})
-    options |= {key: str(folder / options[key]) for key in job.PATHS if options[key] is not None}
+    paths = tuple(key for key in job.PATHS if options[key] is not None)
+    options |= {key: str(folder / options[key]) for key in paths}
     used = [text[4:] for text in (*(t for c in campaigns.values() for t in c), *models.values()) if _is_job(text)]
     after = tuple(dict.fromkeys([*(prefix + name for name in job.after), *used]))
     settings = Settings() if own is None else make_settings(defaults, own, overrides)
@@ -293,7 +312,7 @@ def _specs(
     return [
         JobSpec(
             prefix + label, labels[label], settings, campaigns, models,
-            {**options, "model": kind} if kind else options, after,
+            {**options, "model": kind} if kind else options, paths, after,
         )
         for label, kind in variants
     ]  # fmt: skip

@@ -1,12 +1,12 @@
-"""One job of a batch, in a process of its own; light to import, since every process begins here."""
+"""One job of a batch, in a process of its own or on a worker; light to import, since every process begins here."""
 
 from __future__ import annotations
 
 import signal
-import sys
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -37,14 +37,23 @@ class JobReport:
 
 
 def run_job(spec: JobSpec, folder: Path, resume: bool, threads: int, answer: Connection) -> None:
-    """Run a job and send its JobReport; progress goes to log.txt in its folder."""
+    """Run a job in a process of its own and send its JobReport."""
+    answer.send(run_interruptibly(spec, folder, resume, threads))
+    answer.close()
+
+
+def run_interruptibly(spec: JobSpec, folder: Path, resume: bool, threads: int) -> JobReport:
+    """Run a job in the main thread of a process that does nothing else meanwhile.
+
+    Progress goes to log.txt in its folder; Ctrl-C and SIGTERM save the state, and are ignored afterwards.
+    resume: what an earlier run or worker left in the folder is taken over; a failed job starts anew.
+    """
     _interrupt_once()
     began = time.monotonic()
     status, code, text = "interrupted", 130, "state saved"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with (folder.parent / f".{folder.name}.log").open("a", encoding="utf-8") as log:
-            sys.stderr = log
+        with (folder.parent / f".{folder.name}.log").open("a", encoding="utf-8") as log, redirect_stderr(log):
             outcome = _run(spec, folder, resume, threads, log)
         status, code, text = outcome.status, outcome.exit_code, outcome.key_figure
     except KeyboardInterrupt:
@@ -58,10 +67,8 @@ def run_job(spec: JobSpec, folder: Path, resume: bool, threads: int, answer: Con
     finally:
         for each in (signal.SIGINT, signal.SIGTERM):
             signal.signal(each, signal.SIG_IGN)
-        sys.stderr = sys.__stderr__
         _keep_log(folder)
-    answer.send(JobReport(spec.label, status, code, time.monotonic() - began, text, folder.exists()))
-    answer.close()
+    return JobReport(spec.label, status, code, time.monotonic() - began, text, folder.exists())
 
 
 def _run(spec: JobSpec, folder: Path, resume: bool, threads: int, log: Any) -> Outcome:
@@ -70,10 +77,11 @@ def _run(spec: JobSpec, folder: Path, resume: bool, threads: int, log: Any) -> O
     from linid.workflow.run_folder import clear_run, read_run
 
     reporter = Reporter(1, log)
-    # A job that never began has no run to resume; one that failed starts anew, perhaps with mended settings.
+    # A job that never began, or was killed before it could say so, has no run to resume; one that failed starts anew,
+    # perhaps with mended settings.
     before = read_run(folder) if resume else None
     again = before is not None and before.get("status") != "failed"
-    if before is not None and not again:
+    if resume and not again:
         clear_run(folder)
     files = tuple(Path(text) for text in spec.files)
     request = Request(files, spec.settings, folder, resume=again, jobs=threads, line=f"batch job {spec.label}")
@@ -117,6 +125,12 @@ def _validate(call: _Call) -> Outcome:
     return validate(call.request, call.reporter, model=call.models["model"], split=call.options["split"])
 
 
+def _diagnose(call: _Call) -> Outcome:
+    from linid.workflow.diagnose import diagnose
+
+    return diagnose(call.request, call.reporter, model=call.options["model"])
+
+
 def _generate(call: _Call) -> Outcome:
     from linid.workflow.generate import generate_campaign
     from linid.workflow.outcome import Outcome
@@ -148,8 +162,8 @@ def _reproduce(call: _Call) -> Outcome:
 
 
 _COMMANDS: dict[str, Callable[[_Call], Outcome]] = {
-    "fit-friction": _fit_friction, "fit-motor": _fit_motor, "validate": _validate, "generate": _generate,
-    "field": _field, "reproduce": _reproduce,
+    "fit-friction": _fit_friction, "fit-motor": _fit_motor, "validate": _validate, "diagnose": _diagnose,
+    "generate": _generate, "field": _field, "reproduce": _reproduce,
 }  # fmt: skip
 
 

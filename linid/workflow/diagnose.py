@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from linid.errors import UsageError
 from linid.workflow.checkpoint import Memory
+from linid.workflow.cluster import Cluster, connected
 from linid.workflow.fit_run import announce, begin
 from linid.workflow.inputs import fingerprint, read_inputs
 from linid.workflow.outcome import DONE, Outcome
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis
     from linid.identification.result import ModelKind
     from linid.recording import Recording
+    from linid.workflow.inputs import Inputs
     from linid.workflow.reporter import Reporter
 
 COMMAND = "diagnose"
@@ -30,8 +32,6 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
 
     Raises LinidError for what the user can mend.
     """
-    from linid.diagnosis.diagnose import diagnose as find
-
     inputs = read_inputs(request.files, request.settings)
     announce(inputs, reporter)
     kind = model or base_kind(inputs.recordings)
@@ -42,6 +42,16 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
         plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in inputs.recordings]}
         return Outcome(COMMAND, None, DONE, "", (), plan)
     identity = identity_of(COMMAND, kind, fingerprint(inputs.recordings), decisive(request.settings), known)
+    with connected(request, reporter) as workers:
+        return _run(request, reporter, inputs, kind, known, name, identity, workers)
+
+
+def _run(
+    request: Request, reporter: Reporter, inputs: Inputs, kind: ModelKind, known: dict[str, float], name: str,
+    identity: str, workers: Cluster | None,
+) -> Outcome:  # fmt: skip
+    from linid.diagnosis.diagnose import diagnose as find
+
     folder = begin(request, COMMAND, inputs, identity)
     if folder.finished_before:
         reporter.say(f"{folder.path}: already finished, nothing to resume")
@@ -52,7 +62,7 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
     with recorded(folder), reporter:
         found = find(
             name, inputs.recordings, kind, effects=request.settings.effects, known=known, jobs=request.jobs,
-            seed=request.settings.seed, memory=memory,
+            workers=workers, seed=request.settings.seed, memory=memory,
             progress=lambda stage, done, total: reporter.step(stage, done, total),
         )  # fmt: skip
         _write(found.diagnosis, folder.path, request, reporter)

@@ -10,8 +10,8 @@ from linid.workflow.settings import Settings
 
 @dataclass(frozen=True)
 class Request:
-    """out: None makes a fresh dated folder; jobs: threads, never changes a result; line: the command line, for the
-    record."""
+    """out: None makes a fresh dated folder; jobs: threads, never changes a result; scheduler: address of a
+    dask cluster, or `local` (None: no cluster); line: the command line, for the record."""
 
     files: tuple[Path, ...] = ()
     settings: Settings = field(default_factory=lambda: Settings())
@@ -19,5 +19,6 @@ class Request:
     overwrite: bool = False
     resume: bool = False
     jobs: int = 1
+    scheduler: str | None = None
     dry_run: bool = False
     line: str = ""

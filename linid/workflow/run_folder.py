@@ -233,6 +233,8 @@ def clear_run(path: Path) -> None:
             job.rmdir()
     for name in _FILES:
         (path / name).unlink(missing_ok=True)
+        for half in path.glob(f".{name}.*"):  # of a writing that was killed
+            half.unlink(missing_ok=True)
     for name in _FOLDERS:
         shutil.rmtree(path / name, ignore_errors=True)
 

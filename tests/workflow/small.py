@@ -67,8 +67,11 @@ def interruptible() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def children(pid: int) -> list[int]:
-    """The worker processes that a process has spawned (not multiprocessing's resource tracker)."""
+def children(pid: int, mark: str = "spawn_main") -> list[int]:
+    """The worker processes that a process has spawned (not multiprocessing's resource tracker).
+
+    mark: in their command line.
+    """
     found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -76,6 +79,6 @@ def children(pid: int) -> list[int]:
             line = (stat.parent / "cmdline").read_text(encoding="utf-8")
         except OSError:
             continue
-        if parent == pid and "spawn_main" in line:
+        if parent == pid and mark in line:
             found.append(int(stat.parent.name))
     return found

@@ -10,7 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from linid.workflow.batch_file import BatchFile, FieldJob, FitMotorJob, GenerateJob, ValidateJob, read_batch
+from linid.workflow.batch_file import (
+    BatchFile,
+    DiagnoseJob,
+    FieldJob,
+    FitMotorJob,
+    GenerateJob,
+    ValidateJob,
+    read_batch,
+)
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 DEFAULTS = "defaults: {population: 10, generations: 4, polish_steps: 4, figures: false}\n"
@@ -160,7 +168,7 @@ def test_the_template_explains_every_setting() -> None:
 
     text = (ROOT / "configs" / "template.yaml").read_text(encoding="utf-8")
     assert [name for name in Settings.model_fields if f"{name}:" not in text] == []
-    keys = {key for job in (FitMotorJob, GenerateJob, ValidateJob, FieldJob) for key in job.model_fields}
+    keys = {key for job in (FitMotorJob, GenerateJob, ValidateJob, DiagnoseJob, FieldJob) for key in job.model_fields}
     assert [key for key in sorted(keys) if f"{key}:" not in text] == []
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.first_values import seed_candidates
+from linid.identification.fit import polish_starts_of_search
 from linid.identification.genetic import SearchSettings, search
 from linid.identification.motion import Motion, measure_motion
 from linid.identification.polish import polish
@@ -138,24 +139,28 @@ class PositionError:
         return errors
 
 
-def _linid(problem: Problem, seed: int, watch: Watch, candidates: Array) -> None:
-    coarse = FitProblem(problem.space, (PositionError(problem, watch, min(problem.substeps, 2)),))
+def _linid(problem: Problem, seed: int, watch: Watch, starts: Array, others: Array) -> None:
+    coarse = FitProblem(problem.space, (PositionError(problem, watch, 1),))
     fine = FitProblem(problem.space, (PositionError(problem, watch, problem.substeps),))
-    state, _ = search(Cost(coarse), candidates, problem.dimension, SearchSettings(seed=seed))
-    polish(fine, Cost(fine), np.array(state.best), rounds=10)
+    cost = Cost(coarse)
+    if starts.size:
+        others = np.vstack([polish_starts_of_search(coarse, cost, starts), starts, others])
+    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed))
+    polish(fine, Cost(fine), np.array(state.best))
 
 
 def linid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """linid's own way: first guess, genetic search of whole populations at a coarse step, polish at the usual one."""
+    """linid's own way: first guesses polished and genetic search of whole populations at a coarse step, then a polish
+    at the usual one."""
     candidates = seed_candidates(
         problem.space, problem.space.model, problem.sources, problem.first, problem.densities, FitSettings()
     )
-    _linid(problem, seed, watch, candidates)
+    _linid(problem, seed, watch, *candidates)
 
 
 def linid_blind(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
     """linid without its first guess: what search, polish and speed do alone."""
-    _linid(problem, seed, watch, np.zeros((0, problem.dimension)))
+    _linid(problem, seed, watch, *np.zeros((2, 0, problem.dimension)))
 
 
 def _cost(problem: Problem, simulation: Any, watch: Watch) -> Callable[[Any], float]:
@@ -226,7 +231,7 @@ def scipy_from_guess(problem: Problem, simulation: Any, seed: int, watch: Watch)
     candidates = seed_candidates(
         problem.space, problem.space.model, problem.sources, problem.first, problem.densities, FitSettings()
     )
-    for start in candidates:
+    for start in np.vstack(candidates):
         _least_squares(problem, simulation, watch, start)
 
 
