@@ -14,8 +14,8 @@ from linid.diagnosis.balance import Balance, scale_of
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import Trial
 from linid.identification.genes import SearchSpace
-from linid.identification.polish import polish
-from linid.identification.problem import Cost, Problem
+from linid.identification.problem import Problem
+from linid.identification.rounds import polish_in_rounds
 from linid.identification.space import build_space
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
@@ -28,12 +28,12 @@ _RESAMPLES = 2000
 _CLEAR = 2.0
 _WORTH = 0.05
 _BETTER = 0.01  # of the base's mean square: less is no reason to fit it again
-# Steps at most, and precision, of a fit. The base must be right, for all is judged by
+# Rounds, evaluations per round, and relative change that ends a round. The base must be right, for all is judged by
 # it, and commutated currents leave a flat valley; a candidate starts from there. What is chosen is settled before more
 # is added to it, or the next candidates would get the credit for what was left to gain.
-_THOROUGH = (60, 1e-4)
-_SETTLING = (30, 1e-3)
-_QUICK = (15, 0.1)
+_THOROUGH = (6, 30, 1e-7)
+_SETTLING = (3, 15, 1e-5)
+_QUICK = (3, 10, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -214,19 +214,19 @@ def marked_by_payload(balance: Balance, fitted: Fitted) -> float:
 
 def _fit(
     balance: Balance, model: Model, first: dict[str, float], fixed: dict[str, float], structural: dict[str, float],
-    recordings: Sequence[Recording], jobs: int, effort: tuple[int, float] = _QUICK,
+    recordings: Sequence[Recording], jobs: int, effort: tuple[int, int, float] = _QUICK,
 ) -> Fitted:  # fmt: skip
     names = {p.name for p in model.parameters}
     held = {k: x for k, x in fixed.items() if k in names} | structural
     space = _space(model, recordings, first, held)
     problem = Problem(space, (Acceleration(model, tuple(recordings), jobs),))
     start = space.encode(first)
-    steps, precision = effort
+    rounds, evaluations, tolerance = effort
     key = _key(model, held, recordings, start, effort)
     if key in balance.memory:
         genes = np.array(balance.memory[key])
     else:
-        genes = polish(problem, Cost(problem), start, steps=steps, precision=precision, final=False).genes
+        genes = polish_in_rounds(problem, start, rounds=rounds, evaluations=evaluations, tolerance=tolerance)
         balance.memory[key] = genes.tolist()
     vector = space.vectors(genes)[0]
     values = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
@@ -234,7 +234,7 @@ def _fit(
 
 
 def _key(
-    model: Model, held: dict[str, float], recordings: Sequence[Recording], start: Array, effort: tuple[int, float]
+    model: Model, held: dict[str, float], recordings: Sequence[Recording], start: Array, effort: tuple[int, int, float]
 ) -> str:
     """What decides the result of a fit, as a hash."""
     parts = (model.kind, model.effects, sorted(held.items()), [r.name for r in recordings], start.tolist(), effort)

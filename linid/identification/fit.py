@@ -113,7 +113,8 @@ def refine(
     )  # fmt: skip
 
 
-_PART_PRECISION = 0.3  # of the polish on a part of the data
+_PART_PRECISION, _PART_CREEP = 0.3, 1.2  # of the polish on a part of the data
+_CREEP = 0.15
 
 # A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
 _LOOSE_PHASE = 0.1
@@ -195,7 +196,7 @@ def polish_starts_of_search(
     """First candidates (S, p), each polished on the problem of the search; watch: called with number and cost."""
     rows = []
     for number, start in enumerate(starts):
-        rows.append(polish(problem, cost, start, steps=20, precision=_PART_PRECISION, final=False))
+        rows.append(polish(problem, cost, start, steps=20, precision=_PART_PRECISION, creep=_PART_CREEP, final=False))
         if watch is not None:
             watch(number + 1, rows[-1].cost)
     return np.array([row.genes for row in rows])
@@ -222,6 +223,7 @@ def _polish_in_stages(
         polished = polish(
             problem, cost, genes, offsets, steps=settings.polish_steps, watch=watch, final=last,
             precision=settings.polish_precision if last else max(settings.polish_precision, _PART_PRECISION),
+            creep=_CREEP if last else _PART_CREEP,
         )  # fmt: skip
         genes, offsets, evaluations = polished.genes, polished.offsets, polished.evaluations
         # The thinned problem has a cost of its own, which must not be read against the next.

@@ -22,8 +22,7 @@ _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
 _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
 _LEAST_KEPT = 1e-3  # of the promised gain
-# Along a valley in which the data hardly tell the parameters, so many steps that gain less than this end the polish.
-_CREEP, _CREEP_GAIN = 4, 0.15
+_CREEP = 4
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -175,13 +174,15 @@ def polish(
     *,
     steps: int = POLISH_STEPS,
     precision: float = POLISH_PRECISION,
+    creep: float = 0.0,
     final: bool = True,
     watch: Callable[[int, float], None] | None = None,
 ) -> PolishResult:
     """Refine genes (p,) by Levenberg and Marquardt's method within the box, the noise re-estimated at each step.
 
     offsets: start offsets (k,) to begin with; steps: at most; precision: the polish ends when no step promises to
-    lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1); final:
+    lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1), or when
+    `_CREEP` steps have gained less than `creep`, as along a valley in which the data hardly tell the parameters; final:
     also return the linearisation at the end; watch: called after each step with its number and the cost.
     Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares.
     """
@@ -223,7 +224,7 @@ def polish(
             watch(number, current)
         best = min(best, current)
         gains.append(gain)
-        if len(gains) >= _CREEP and sum(gains[-_CREEP:]) < max(_CREEP_GAIN, _CREEP * precision):
+        if len(gains) >= _CREEP and sum(gains[-_CREEP:]) < creep:
             converged = True
             reason = f"polish: {_CREEP} steps gained {sum(gains[-_CREEP:]):.2g} (one standard deviation weighs 1)"
             break
