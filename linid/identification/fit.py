@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification import field_phase
+from linid.identification.acceleration import Acceleration
 from linid.identification.estimates import make_estimates
 from linid.identification.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.free_run import FreeRun
@@ -22,6 +23,7 @@ from linid.identification.polish import PolishResult, polish
 from linid.identification.problem import Cost, Problem
 from linid.identification.profile import check_profile, profile_likelihood
 from linid.identification.result import FitResult, Generation, ModelKind, Profile, Start
+from linid.identification.rounds import polish_in_rounds
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space import build_space
 from linid.identification.steps import choose_substeps, step_halving_error
@@ -207,6 +209,8 @@ def _polish_in_stages(
 ) -> PolishResult:
     """Polish the best candidate on the thinned problem first, then on all data."""
     genes = np.array(state.best)
+    if all(isinstance(part, Acceleration) for part in stages[-1].parts):
+        genes = polish_in_rounds(stages[-1], genes, rounds=10, evaluations=15, tolerance=1e-6)
     offsets = None
     total = settings.polish_steps * len(stages)
     evaluations = state.evaluations

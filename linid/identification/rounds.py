@@ -1,8 +1,8 @@
 """Least squares in rounds of frozen weights, for the force balance.
 
-The robust weights of a force balance in which an effect is missing follow the residual wherever it goes: re-estimated at
-every step (as `polish` does, ten times faster) they may lead to another minimum than when each round is brought to its
-end first, and candidates are compared by minima that must be the same ones.
+The robust weights of a force balance in which an effect is missing follow the residual wherever it goes: re-estimated
+at every step (as `polish` does, ten times faster) they may lead to another minimum than when each round is brought to
+its end first, and candidates are compared by minima that must be the same ones.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ NEEDS_BAD = "  - {name: needs_bad, command: validate, files: [campaign.yaml], mo
 # Long enough to be caught in mid-search.
 SLOW = (
     "  - {name: slow, command: fit-friction, files: [campaign.yaml], "
-    "settings: {generations: 60, patience: 1000, population: 24}}\n"
+    "settings: {generations: 400, patience: 1000, population: 24}}\n"
 )
 # What may differ between equal runs: times, hosts, and what a search saves on its way.
 UNEQUAL = {"run.json", "log.txt", "summary.csv", "checkpoint.json"}
