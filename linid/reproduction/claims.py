@@ -222,13 +222,13 @@ def _generations(searches: Mapping[str, Search]) -> Claim:
     if min(sine.all, theta.all) == 0:
         return Claim(claim, source, "cannot be told", "The models come from no search.", "Give the results of fits.")
     longest = max(sine.generations, theta.generations)
+    fewer = f"{10_000 // longest} times fewer generations" if longest else "no generation is needed for that"
     return Claim(
         claim, source, "holds" if sine.generations > 10_000 else "does not hold",
         f"Within 1 % of the search's last cost after {sine.generations} generations (sine) and {theta.generations} "
         f"(theta); {sine.evaluations} and {theta.evaluations} candidates simulated in all.",
-        f"The first candidates come from a regression along the measured motion, and a local polish ends the search: "
-        f"{10_000 // max(longest, 1)} times fewer generations. Why theta should need fewer than sine, which it "
-        "contains, was not to be seen.",
+        f"The first candidates come from a regression along the measured motion and are polished before the search: "
+        f"{fewer}. Why theta should need fewer than sine, which it contains, was not to be seen.",
     )  # fmt: skip
 
 
