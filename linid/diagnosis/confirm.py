@@ -14,7 +14,7 @@ from linid.diagnosis.balance import Balance, scale_of
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import Trial
 from linid.identification.genes import SearchSpace
-from linid.identification.problem import Problem
+from linid.identification.problem import Cost, Problem
 from linid.identification.rounds import polish_in_rounds
 from linid.identification.space import build_space
 from linid.physics.effects.registry import find_effect
@@ -226,7 +226,7 @@ def _fit(
     if key in balance.memory:
         genes = np.array(balance.memory[key])
     else:
-        genes = polish_in_rounds(problem, start, rounds=rounds, evaluations=evaluations, tolerance=tolerance)
+        genes = polish_in_rounds(Cost(problem), start, rounds=rounds, evaluations=evaluations, tolerance=tolerance)
         balance.memory[key] = genes.tolist()
     vector = space.vectors(genes)[0]
     values = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}

@@ -19,7 +19,7 @@ from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.identification.space import build_space
 from linid.physics.model import Model
-from linid.physics.motors import PARAMETERS
+from linid.physics.motors import PARAMETERS, fundamental_force_constant
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, floa
     out = dict(sine)
     for name in ("guideway_density", "winding_displacement", "shift"):
         out[name] = 0.5 * sine[name]
-    out["force_constant"] = sine["force_constant"] / (8.0 * nome * math.sin(2.0 * length))
+    out["force_constant"] = sine["force_constant"] / fundamental_force_constant(1.0, length, nome)
     out["nome"], out["winding_length"] = nome, length
     return out
 

@@ -115,8 +115,8 @@ def refine(
     )  # fmt: skip
 
 
-_PART_PRECISION, _PART_CREEP = 0.3, 1.2  # of the polish on a part of the data
-_CREEP = 0.15
+_PART_PRECISION, _PART_CREEP_GAIN = 0.3, 1.2  # of the polish on a part of the data
+_CREEP_GAIN = 0.15
 
 # A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
 _LOOSE_PHASE = 0.1
@@ -198,7 +198,9 @@ def polish_starts_of_search(
     """First candidates (S, p), each polished on the problem of the search; watch: called with number and cost."""
     rows = []
     for number, start in enumerate(starts):
-        rows.append(polish(problem, cost, start, steps=20, precision=_PART_PRECISION, creep=_PART_CREEP, final=False))
+        rows.append(
+            polish(problem, cost, start, steps=20, precision=_PART_PRECISION, creep=_PART_CREEP_GAIN, final=False)
+        )
         if watch is not None:
             watch(number + 1, rows[-1].cost)
     return np.array([row.genes for row in rows])
@@ -209,11 +211,13 @@ def _polish_in_stages(
 ) -> PolishResult:
     """Polish the best candidate on the thinned problem first, then on all data."""
     genes = np.array(state.best)
+    evaluations = state.evaluations
     if all(isinstance(part, Acceleration) for part in stages[-1].parts):
-        genes = polish_in_rounds(stages[-1], genes, rounds=10, evaluations=15, tolerance=1e-6)
+        cost = Cost(stages[-1])
+        genes = polish_in_rounds(cost, genes, rounds=10, evaluations=15, tolerance=1e-6)
+        evaluations += cost.evaluations
     offsets = None
     total = settings.polish_steps * len(stages)
-    evaluations = state.evaluations
     history: tuple[Generation, ...] = ()
     for number, problem in enumerate(stages):
         cost = Cost(problem)
@@ -227,7 +231,7 @@ def _polish_in_stages(
         polished = polish(
             problem, cost, genes, offsets, steps=settings.polish_steps, watch=watch, final=last,
             precision=settings.polish_precision if last else max(settings.polish_precision, _PART_PRECISION),
-            creep=_CREEP if last else _PART_CREEP,
+            creep=_CREEP_GAIN if last else _PART_CREEP_GAIN,
         )  # fmt: skip
         genes, offsets, evaluations = polished.genes, polished.offsets, polished.evaluations
         # The thinned problem has a cost of its own, which must not be read against the next.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.physics.model import MASS, VECTOR_SIZE, Model
+from linid.physics.motors import fundamental_force_constant
 
 Array = NDArray[np.float64]
 _COULOMB, _STATIC, _SIGMA_0, _SIGMA_1 = 0, 1, 4, 5
@@ -39,11 +40,6 @@ class Gene:
         else:
             fraction = (value - self.lower) / (self.upper - self.lower)
         return float(min(max(fraction, 0.0), 1.0))
-
-
-def first_harmonic(nome: Array, winding_length: Array) -> Array:
-    """First harmonic of a theta motor's thrust per K_f' (eq. 37)."""
-    return np.asarray(8.0 * nome * np.sin(2.0 * winding_length))
 
 
 @dataclass(frozen=True)
@@ -86,7 +82,7 @@ class SearchSpace:
             out[:, _SIGMA_1] *= 2.0 * np.sqrt(out[:, _SIGMA_0] * out[:, MASS])
         if self.fundamental and "force_constant" in names:
             nome, length, constant = (self.model.slot(n) for n in ("nome", "winding_length", "force_constant"))
-            out[:, constant] /= first_harmonic(out[:, nome], out[:, length])
+            out[:, constant] /= fundamental_force_constant(np.ones(out.shape[0]), out[:, length], out[:, nome])
         return out
 
     def encode(self, values: dict[str, float]) -> Array:
@@ -102,7 +98,7 @@ class SearchSpace:
             elif gene.name == "bristle_damping":
                 value /= 2.0 * np.sqrt(known["bristle_stiffness"] * known["mass"])
             elif gene.name == "force_constant" and self.fundamental:
-                value *= float(first_harmonic(np.array(known["nome"]), np.array(known["winding_length"])))
+                value = fundamental_force_constant(value, known["winding_length"], known["nome"])
             genes[column] = gene.gene(value)
         return genes
 

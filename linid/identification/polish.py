@@ -22,7 +22,7 @@ _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
 _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
 _LEAST_KEPT = 1e-3  # of the promised gain
-_CREEP = 4
+_CREEPING_STEPS = 4
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -54,6 +54,12 @@ class Linearisation:
         self.k = problem.nuisances
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Least and greatest genes and offsets, (p + k,) each."""
+        offsets = np.full(self.k, _OFFSET_LIMIT)
+        return np.concatenate([np.zeros(self.p), -offsets]), np.concatenate([np.ones(self.p), offsets])
 
     def reweight(self, x: Array) -> float:
         """Set the weights from the class RMS at x; returns the cost there."""
@@ -182,15 +188,15 @@ def polish(
 
     offsets: start offsets (k,) to begin with; steps: at most; precision: the polish ends when no step promises to
     lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1), or when
-    `_CREEP` steps have gained less than `creep`, as along a valley in which the data hardly tell the parameters; final:
-    also return the linearisation at the end; watch: called after each step with its number and the cost.
+    `_CREEPING_STEPS` steps have gained less than `creep`, as along a valley in which the data hardly tell the
+    parameters; final: also return the linearisation at the end; watch: called after each step with its number and the
+    cost.
     Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares.
     """
     line = Linearisation(problem, cost)
     p, k = line.p, line.k
     x = np.concatenate([np.clip(genes, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
-    lower = np.concatenate([np.zeros(p), np.full(k, -_OFFSET_LIMIT)])
-    upper = np.concatenate([np.ones(p), np.full(k, _OFFSET_LIMIT)])
+    lower, upper = line.bounds
     best = line.reweight(x)
     history = []
     gains: list[float] = []
@@ -224,9 +230,10 @@ def polish(
             watch(number, current)
         best = min(best, current)
         gains.append(gain)
-        if len(gains) >= _CREEP and sum(gains[-_CREEP:]) < creep:
+        if len(gains) >= _CREEPING_STEPS and sum(gains[-_CREEPING_STEPS:]) < creep:
             converged = True
-            reason = f"polish: {_CREEP} steps gained {sum(gains[-_CREEP:]):.2g} (one standard deviation weighs 1)"
+            gained = sum(gains[-_CREEPING_STEPS:])
+            reason = f"polish: {_CREEPING_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
     return PolishResult(

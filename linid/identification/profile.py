@@ -13,6 +13,7 @@ from linid.identification.genes import SearchSpace
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
 from linid.identification.result import CHI_SQUARED, Profile
+from linid.identification.rounds import at_frozen_weights
 from linid.identification.uncertainty import Uncertainty
 
 Array = NDArray[np.float64]
@@ -34,8 +35,6 @@ def profile_likelihood(
     The rise of the weighted sum of squares is scaled by the ratio of naive to robust variance, so that residuals
     correlated in time do not make the profile too narrow. watch(done, total) is called after each point.
     """
-    from scipy.optimize import least_squares
-
     names = problem.space.names
     column = names.index(name)
     p = len(names)
@@ -61,12 +60,7 @@ def profile_likelihood(
                 held = Problem(_without(problem.space, fit.genes, column, gene), problem.parts)
                 line = Linearisation(held, full.cost)
                 line.weights = full.weights
-                lower = np.concatenate([np.zeros(p - 1), np.full(fit.offsets.size, -1e4)])
-                upper = np.concatenate([np.ones(p - 1), np.full(fit.offsets.size, 1e4)])
-                solution = least_squares(
-                    line.length, x, jac=line.rotated_jacobian, bounds=(lower, upper), x_scale="jac",
-                    max_nfev=_EVALUATIONS, ftol=1e-8, xtol=1e-8,
-                )  # fmt: skip
+                solution = at_frozen_weights(line, x, evaluations=_EVALUATIONS, tolerance=1e-8)
                 x = np.asarray(solution.x)
                 points[gene] = max(0.0, (2.0 * float(solution.cost) - least) * scale)
             if watch is not None:

@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from linid.errors import UsageError
-from linid.identification.genes import Gene, SearchSpace, first_harmonic
+from linid.identification.genes import Gene, SearchSpace
 from linid.identification.motion import measure_motion
 from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.physics.motors import fundamental_force_constant
 from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
 
@@ -65,7 +66,7 @@ def build_space(
     fundamental = model.kind == "theta" and "force_constant" in box and "force_constant" not in bounds
     if fundamental:
         at = {**first, **fixed}
-        share = float(first_harmonic(np.array(at["nome"]), np.array(at["winding_length"])))
+        share = fundamental_force_constant(1.0, at["winding_length"], at["nome"])
         box["force_constant"] = (share * box["force_constant"][0], share * box["force_constant"][1])
     box |= _effect_box(model, recordings, first, fixed)
     genes = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 from numba import njit
@@ -15,6 +16,7 @@ NONE, FORCE, SINE, THETA = 0, 1, 2, 3
 MOTOR_CODES = {"friction": NONE, "force": FORCE, "sine": SINE, "theta": THETA}
 
 _TURN = 2.0 * math.pi
+_Values = TypeVar("_Values", float, NDArray[np.float64])
 PARAMETERS = {
     "friction": (),
     "force": (Parameter("force_constant", "K", "N/A", 1e-3, 1e3, 1.0, log=True, meaning="force per input"),),
@@ -145,10 +147,6 @@ def gaussian_force(y: float, current_u: float, current_v: float, current_w: floa
     )
 
 
-def fundamental_force_constant(force_constant: float, winding_length: float, nome: float) -> float:
-    """Force constant in N/A of the first harmonic of a theta motor: 8 K_f' q sin(2 z_L) (from eq. 37)."""
-    if nome <= GAUSSIAN_NOME:
-        out = np.zeros(12)
-        harmonic_coefficients(winding_length, nome, out)
-        return float(force_constant * out[0])
-    return float(force_constant * 8.0 * nome * math.sin(2.0 * winding_length))
+def fundamental_force_constant(force_constant: _Values, winding_length: _Values, nome: _Values) -> _Values:
+    """Force constant in N/A of the first harmonic of theta motors: 8 K_f' q sin(2 z_L) (from eq. 37)."""
+    return force_constant * 8.0 * nome * np.sin(2.0 * winding_length)  # type: ignore[no-any-return]

@@ -62,6 +62,13 @@ def simulate_one(
         else:
             i_1, i_2, i_3 = inputs_at(coefficients[first], 0.0)
     t_k = t_start + first * dt
+    # Speeds between which a step of fast sliding stays; where only forces that vanish act, and where friction does not
+    # change with anything but speed.
+    fast, slowest = v_s * FAST ** (1.0 / alpha), v_s * SLOWEST ** (1.0 / alpha)
+    alone = not powered and not on & (PUSHES | STATES)
+    if on & (FRICTIONS | LEVELS | STATES):
+        fast = math.inf
+    followed = False  # the bristle, where fast sliding turned out to end
     # <voltage start>
     if on & STATES:
         start_states(on, t_k, y, v, i_1, i_2, i_3, p)
@@ -83,103 +90,58 @@ def simulate_one(
     tick = dt / ticks_per_interval
     force = external_force(motor, on, powered, t_k, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
     stiffness, damping = sigma_0, sigma_1  # of the bristle as it is in this step
-    # <only by current>
-    alone = not powered and not on & (PUSHES | STATES)
-    fast, slowest = v_s * FAST ** (1.0 / alpha), v_s * SLOWEST ** (1.0 / alpha)
-    if on & (FRICTIONS | LEVELS | STATES):
-        fast = math.inf
-    # <end by current>
     if on & FRICTIONS:
         factor = friction_factor(on, t_k, y, v, i_1, i_2, i_3, p)
         stiffness, damping = factor * sigma_0, factor * sigma_1
     for k in range(count - 1):
         t_k = t_start + (first + k) * dt
         done = 0
-        # <only by current>
         if alone and abs(v) < REST_SPEED and abs(w) < REST_BRISTLE:  # nothing will ever move it
             done = ticks_per_interval
             v = w = 0.0
-        # <end by current>
         while done < ticks_per_interval:
-            # <only by current>
-            if level == 0 and abs(v) > fast and abs(sigma_0 * w - math.copysign(coulomb, v)) < STEADY * coulomb:
+            steady = abs(sigma_0 * w - math.copysign(coulomb, v)) < STEADY * coulomb
+            gliding = level == 0 and abs(v) > fast and steady and not followed
+            if gliding:
                 # Nothing but the outer forces changes here, and these smoothly: no bristle need be followed. Without
                 # any, the step is exact however long it is.
                 drag = math.copysign(coulomb, v)
-                size = 1 << FINEST
-                if alone:
-                    size = ticks_per_interval - done
+                size = ticks_per_interval - done if alone else 1 << FINEST
                 h = size * tick
                 half = 0.5 * h
-                x = done * tick + h
                 v_mid = v + half * (force - drag - sigma_2 * v) / mass
-                y_mid = y + 0.5 * half * (v + v_mid)
-                y_end = y + h * v_mid
-                c = coefficients[first + k]
-                if guided:
-                    y_mid = spline_at(c[3], x - half)
-                    y_end = spline_at(c[3], x)
-                if powered:
-                    if on & DELAYS:
-                        i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - half - lag)
-                    else:
-                        i_1, i_2, i_3 = inputs_at(c, x - half)
-                force_mid = external_force(
-                    motor, on, powered, t_k + x - half, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber,
-                    phase,
-                )  # fmt: skip
-                if powered:
-                    if on & DELAYS:
-                        i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - lag)
-                    else:
-                        i_1, i_2, i_3 = inputs_at(c, x)
-                force_end = external_force(
-                    motor, on, powered, t_k + x, y_end, 2.0 * v_mid - v, i_1, i_2, i_3, p, table, harmonics,
-                    wavenumber, phase,
-                )  # fmt: skip
-                rise = force_end - force
-                mean = (force + 4.0 * force_mid + force_end) / 6.0 - drag
-                v_new, displacement = gliding_step(v, mean - 0.5 * rise, rise / h, mass, sigma_2, h)
-                if math.copysign(v_new, v) == v_new and abs(v_new) > slowest:
-                    done += size
-                    v = v_new
-                    w = drag / sigma_0
-                    force = force_end
-                    y += displacement
-                    steps += 1
-                    continue
-            # <end by current>
-            rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
-            if on & LEVELS:
-                rate /= level_factor(on, t_k + done * tick, y, v, i_1, i_2, i_3, p)
-            # <voltage step>
-            while True:  # until the step is short enough
-                size = 1 << (FINEST - level)
-                h = size * tick
-                half = 0.5 * h
-                # Half a step by implicit Euler: first order and L-stable, which is enough for a predictor.
-                relax = 1.0 / (1.0 + half * rate)
-                pull = half * (stiffness - damping * rate) * relax
-                v_mid = (mass * v + half * force - pull * w) / (mass + half * (damping + sigma_2 + pull))
-                w_mid = (w + half * v_mid) * relax
-                level_mid, fall = stribeck_fall(v_mid, coulomb, static, v_s, alpha)
+            else:
+                rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
                 if on & LEVELS:
-                    factor = level_factor(
-                        on, t_k + done * tick + half, y + 0.5 * half * (v + v_mid), v_mid, i_1, i_2, i_3, p
-                    )
-                    level_mid, fall = factor * level_mid, factor * fall
-                rate_mid = sigma_0 * abs(v_mid) / level_mid
-                # How far the frozen bristle rate is off within the step, in parts of the friction force; it matters as
-                # far as the bristle is from steady sliding. At a reversal |v| has a kink, which no order of the
-                # method covers: there the whole swing of the rate counts.
-                change = abs(rate_mid - rate)
-                if v * (2.0 * v_mid - v) < 0.0:
-                    change = REVERSAL_WEIGHT * sigma_0 * abs(v_mid - v) / level_mid
-                swing = change * h * abs(1.0 - math.copysign(sigma_0 * w_mid / level_mid, v_mid * w_mid))
-                allowed = tolerance * (1.0 + rate_mid * h)
-                if level >= FINEST or not swing > allowed:
-                    break
-                level += 1
+                    rate /= level_factor(on, t_k + done * tick, y, v, i_1, i_2, i_3, p)
+                # <voltage step>
+                while True:  # until the step is short enough
+                    size = 1 << (FINEST - level)
+                    h = size * tick
+                    half = 0.5 * h
+                    # Half a step by implicit Euler: first order and L-stable, which is enough for a predictor.
+                    relax = 1.0 / (1.0 + half * rate)
+                    pull = half * (stiffness - damping * rate) * relax
+                    v_mid = (mass * v + half * force - pull * w) / (mass + half * (damping + sigma_2 + pull))
+                    w_mid = (w + half * v_mid) * relax
+                    level_mid, fall = stribeck_fall(v_mid, coulomb, static, v_s, alpha)
+                    if on & LEVELS:
+                        factor = level_factor(
+                            on, t_k + done * tick + half, y + 0.5 * half * (v + v_mid), v_mid, i_1, i_2, i_3, p
+                        )
+                        level_mid, fall = factor * level_mid, factor * fall
+                    rate_mid = sigma_0 * abs(v_mid) / level_mid
+                    # How far the frozen bristle rate is off within the step, in parts of the friction force; it matters
+                    # as far as the bristle is from steady sliding. At a reversal |v| has a kink, which no order of the
+                    # method covers: there the whole swing of the rate counts.
+                    change = abs(rate_mid - rate)
+                    if v * (2.0 * v_mid - v) < 0.0:
+                        change = REVERSAL_WEIGHT * sigma_0 * abs(v_mid - v) / level_mid
+                    swing = change * h * abs(1.0 - math.copysign(sigma_0 * w_mid / level_mid, v_mid * w_mid))
+                    allowed = tolerance * (1.0 + rate_mid * h)
+                    if level >= FINEST or not swing > allowed:
+                        break
+                    level += 1
             done += size
             x = done * tick
             v_end = 2.0 * v_mid - v
@@ -231,9 +193,19 @@ def simulate_one(
             # The straight line nearest to the parabola through the three forces: it has the same impulse.
             rise = force_end - force
             mean = (force + 4.0 * force_mid + force_end) / 6.0
-            v_new, w, displacement = lugre_step(
-                v, w, v_mid, w_mid, level_mid, fall, mean - 0.5 * rise, rise / h, mass, stiffness, damping, sigma_2, h
-            )
+            if gliding:
+                v_new, displacement = gliding_step(v, mean - drag - 0.5 * rise, rise / h, mass, sigma_2, h)
+                followed = math.copysign(v_new, v) != v_new or abs(v_new) <= slowest
+                if followed:  # it slows down too much: the same step once more
+                    done -= size
+                    continue
+                w = drag / sigma_0
+            else:
+                v_new, w, displacement = lugre_step(
+                    v, w, v_mid, w_mid, level_mid, fall, mean - 0.5 * rise, rise / h, mass, stiffness, damping, sigma_2,
+                    h,
+                )  # fmt: skip
+                followed = False
             if on & STATES:  # once more along the step as it came out, so that they keep to the motion
                 advance_states(
                     on, h, t_mid, y + 0.5 * displacement, displacement / h, (v_new - v) / h, j_1, j_2, j_3, p

@@ -27,7 +27,6 @@ PIECES = 8
 
 FINEST = 12  # a base step is halved at most this often around a reversal
 REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
-VOLTAGE_SWEEPS = 1  # how often motion and currents of a step are brought to terms
 # Fast sliding: where the Stribeck curve has fallen to F_C but for this exponent's power of e, the bristle is steady but
 # for this share of F_C, and the step ends where the curve has fallen by SLOWEST at least.
 FAST, SLOWEST, STEADY = 40.0, 36.0, 1e-8

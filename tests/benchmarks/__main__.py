@@ -23,7 +23,6 @@ from linid.identification.steps import choose_substeps
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.reference import simulate_reference
 from linid.simulation.run import Simulator, whole_recordings
 from tests.identification.stand import stand
 
@@ -80,34 +79,6 @@ def simulation_times(repeats: int) -> dict[str, float]:
     return out
 
 
-def against_lsoda(recording: Recording, repeats: int) -> dict[str, float]:
-    """Time of scipy's LSODA over linid's at equal accuracy (RMS position error against a tight reference)."""
-    campaign = stand()
-    values = as_sine(campaign.truth)
-    exact = campaign.exact[recording.name]
-    start = (float(exact.y[0]), float(exact.v[0]), 0.0)
-    tight, _ = simulate_reference("sine", values, recording, start, rtol=1e-11, max_step=1e-3)
-    model = Model("sine")
-    simulator = Simulator(model, pack_inputs([recording]), choose_substeps(model, [recording], values))
-    segments, vector = whole_recordings(simulator.inputs), model.vector(values)[None, :]
-    begin = np.array([[start]])
-    error = float(np.sqrt(np.mean((simulator.run(vector, segments, begin)[0][0] - tight) ** 2)))
-    own = least(lambda: simulator.run(vector, segments, begin), repeats)
-    best = None
-    for rtol in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
-        clock = time.perf_counter()
-        y, _ = simulate_reference("sine", values, recording, start, rtol=rtol)
-        seconds = time.perf_counter() - clock
-        if float(np.sqrt(np.mean((y - tight) ** 2))) <= error:
-            best = (rtol, seconds)
-            break
-    out = {"linid: RMS error in um": error * 1e6, "linid: ms": own * 1e3}
-    if best is not None:
-        again = least(lambda: simulate_reference("sine", values, recording, start, rtol=best[0]), 2)
-        out |= {"LSODA: rtol for the same error": best[0], "LSODA: s": again, "LSODA / linid": again / own}
-    return out
-
-
 def command(arguments: list[str]) -> dict[str, float]:
     """Wall time and peak memory of one command in its own process."""
     begin = time.perf_counter()
@@ -140,12 +111,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="fewer repeats, no whole commands")
     options = parser.parse_args()
     repeats = 2 if options.quick else 7
-    recorded = next(r for r in stand().recordings if r.name == "moves_1")
-    figures: dict[str, object] = {
-        "simulation": simulation_times(repeats),
-        "scipy, 4.5 s of moves, currents as recorded (with noise)": against_lsoda(recorded, repeats),
-        "scipy, the same with exact currents": against_lsoda(exact_recording("moves_1"), repeats),
-    }
+    figures: dict[str, object] = {"simulation": simulation_times(repeats)}
     if not options.quick:
         figures |= {"commands": commands()}
     for title, rows in figures.items():

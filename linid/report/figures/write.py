@@ -137,8 +137,8 @@ def _in_processes(function: Callable[[int], list[Path]], count: int, processes: 
 def _begin_drawing(function: Callable[[int], list[Path]]) -> None:
     global _task
     _task = function
-    for each in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C reaches the parent, which ends this
-        signal.signal(each, signal.SIG_IGN if each == signal.SIGINT else signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends this
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _draw(index: int) -> list[Path]:

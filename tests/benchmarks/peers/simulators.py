@@ -116,46 +116,45 @@ def by_scipy(problem: Problem, rtol: float) -> Simulation:
     return simulate
 
 
+def _by_compiled(problem: Problem, solve: Callable[[Array, Recording, Array], Array]) -> Simulation:
+    """solve(start, recording, data): positions of one recording; data: what the compiled right-hand sides read."""
+    kind = problem.space.model.kind
+    inputs = [currents(r) for r in problem.recordings]
+
+    def simulate(values: dict[str, float]) -> Array:
+        rows = []
+        for recording, start, (t_0, dt, spline) in zip(problem.recordings, problem.starts(values), inputs, strict=True):
+            head = candidate(kind, values, recording.added_mass)
+            head[12:15] = t_0, dt, spline.shape[0]
+            rows.append(solve(start, recording, np.concatenate([head, spline.ravel()])))
+        return np.concatenate(rows)
+
+    return simulate
+
+
 def by_numbalsoda(problem: Problem, rtol: float) -> Simulation:
     """LSODA in C++ on a right-hand side compiled by numba: never enters the interpreter."""
     from numbalsoda import lsoda
 
     from tests.benchmarks.peers.compiled import address
 
-    kind = problem.space.model.kind
-    inputs = [currents(r) for r in problem.recordings]
+    def solve(start: Array, recording: Recording, data: Array) -> Array:
+        states, ok = lsoda(address(), start, recording.t, data, rtol=rtol, atol=1e-4 * rtol, mxstep=200_000)
+        return states[:, 0].copy() if ok else np.full(recording.t.size, math.nan)
 
-    def simulate(values: dict[str, float]) -> Array:
-        rows = []
-        for recording, start, (t_0, dt, spline) in zip(problem.recordings, problem.starts(values), inputs, strict=True):
-            head = candidate(kind, values, recording.added_mass)
-            head[12:15] = t_0, dt, spline.shape[0]
-            data = np.concatenate([head, spline.ravel()])
-            states, ok = lsoda(address(), start, recording.t, data, rtol=rtol, atol=1e-4 * rtol, mxstep=200_000)
-            rows.append(states[:, 0].copy() if ok else np.full(recording.t.size, math.nan))
-        return np.concatenate(rows)
-
-    return simulate
+    return _by_compiled(problem, solve)
 
 
 def by_numba(problem: Problem, substeps: int) -> Simulation:
     """Classical Runge-Kutta with fixed steps, the loop and the right-hand side compiled by numba."""
     from tests.benchmarks.peers.compiled import runge_kutta
 
-    kind = problem.space.model.kind
-    inputs = [currents(r) for r in problem.recordings]
+    def solve(start: Array, recording: Recording, data: Array) -> Array:
+        out = np.empty(recording.t.size)
+        runge_kutta(start, data[12], data[13], substeps, data, out)
+        return out
 
-    def simulate(values: dict[str, float]) -> Array:
-        rows = []
-        for recording, start, (t_0, dt, spline) in zip(problem.recordings, problem.starts(values), inputs, strict=True):
-            head = candidate(kind, values, recording.added_mass)
-            head[12:15] = t_0, dt, spline.shape[0]
-            out = np.empty(recording.t.size)
-            runge_kutta(start, t_0, dt, substeps, np.concatenate([head, spline.ravel()]), out)
-            rows.append(out)
-        return np.concatenate(rows)
-
-    return simulate
+    return _by_compiled(problem, solve)
 
 
 def by_diffrax(problem: Problem, rtol: float) -> Simulation:
