@@ -10,6 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from linid.report.files import write_atomic
 
 if TYPE_CHECKING:
@@ -91,6 +94,27 @@ def new_figure(height_mm: float, title: str = "", width_mm: float = WIDTH_MM) ->
     return figure
 
 
+def stacked(
+    figure: Figure, heights: Sequence[float], *, apart: bool = False, caption_mm: float = 0.0
+) -> NDArray[np.object_]:
+    """Panels one above the other, (k,) axes, with margins in mm that hold titles, ticks and labels.
+
+    What the constrained layout finds by drawing twice is known for figures that all recordings have. heights: relative;
+    apart: each panel has a time axis of its own; caption_mm: what `caption` takes.
+    """
+    inches = figure.get_size_inches()
+    width, height = float(inches[0]) * _INCH, float(inches[1]) * _INCH
+    top, right, bottom, left, gap = 6.5, 3.0, 10.5 + caption_mm, 19.0, 16.0 if apart else 6.5
+    count = len(heights)
+    panel = (height - top - bottom - (count - 1) * gap) / count
+    figure.set_layout_engine("none")
+    place = {
+        "left": left / width, "right": 1.0 - right / width, "bottom": bottom / height, "top": 1.0 - top / height,
+        "hspace": gap / panel, "height_ratios": list(heights),
+    }  # fmt: skip
+    return np.atleast_1d(figure.subplots(count, 1, sharex=not apart, gridspec_kw=place))
+
+
 def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
     """Write the figure as `path_stem.png` (200 dpi), `.pdf`, `.svg`; equal figures give equal bytes."""
     paths = []
@@ -114,10 +138,12 @@ def save_pages(figures: Iterable[Figure], path_stem: str | Path) -> Path:
     return write_atomic(Path(f"{path_stem}.pdf"), buffer.getvalue())
 
 
-def caption(figure: Figure, text: str) -> None:
-    """Small print below the axes, wrapped to the figure's width."""
+def caption(figure: Figure, text: str) -> float:
+    """Small print below the axes, wrapped to the figure's width; returns its height in mm."""
     columns = int(figure.get_size_inches()[0] * _INCH / WIDTH_MM * _CAPTION_COLUMNS)
-    figure.supxlabel("\n".join(textwrap.wrap(text, columns)), x=0.01, ha="left", fontsize=7, color="#444444")
+    lines = textwrap.wrap(text, columns)
+    figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=7, color="#444444")
+    return 1.0 + 3.0 * len(lines)
 
 
 def _metadata(extension: str) -> dict[str, None]:

@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -225,6 +226,14 @@ def test_validation_figures(tmp_path: Path) -> None:
     paths = write_validation_figures([gap()], [move(n=300)], tmp_path, formats=("png",))
     assert [path.name for path in paths] == ["gaps.png", "overview.png", "comparison_moves_3.png"]
     assert write_validation_figures([], [], tmp_path / "none") == []
+
+
+def test_recordings_are_pages_where_pdf_is_wanted(tmp_path: Path) -> None:
+    traces = [replace(move(n=300), recording=name) for name in ("moves_3", "moves_4")]
+    paths = write_validation_figures([gap()], traces, tmp_path, formats=("png", "pdf"), processes=2)
+    names = ["comparison.pdf", "gaps.png", "gaps.pdf", "overview.png", "overview.pdf"]
+    assert [path.name for path in paths] == names
+    assert paths[0].read_bytes().count(b"/Type /Page\n") + paths[0].read_bytes().count(b"/Type /Page ") == len(traces)
 
 
 def test_equal_figures_give_equal_files(tmp_path: Path) -> None:

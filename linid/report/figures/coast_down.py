@@ -9,7 +9,7 @@ import numpy as np
 
 from linid.report.display import display_unit, envelope, peak
 from linid.report.figures.common import TIME_LABEL, legend_above, shorten
-from linid.report.style import ACCENT, MEASURED, SHADE, new_figure, style
+from linid.report.style import ACCENT, MEASURED, SHADE, new_figure, stacked, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def coast_down_figure(
     velocity = display_unit("velocity", recording.axis, peak(v))
     with style():
         figure = new_figure(90.0)
-        top, bottom = figure.subplots(2, 1, sharex=True)
+        top, bottom = stacked(figure, (1, 1))
         for axes in (top, bottom):
             others = [c for c in candidates if not (c[0] == t_start and c[1] == t_end)]
             for index, (start, end) in enumerate(others):

@@ -18,7 +18,7 @@ from linid.report.figures.common import (
     shorten,
     velocity_display,
 )
-from linid.report.style import MEASURED, MODEL, caption, new_figure, style
+from linid.report.style import MEASURED, MODEL, caption, new_figure, stacked, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,12 +35,15 @@ def comparison_figure(trace: Trace) -> Figure:
     """
     with style():
         figure = new_figure(125.0)
-        panels: Any = figure.subplots(3, 1, sharex=True, gridspec_kw={"height_ratios": [3, 2, 2]})
+        small_print = 0.0
+        if trace.ahead is not None:
+            text = f"{free_run_text(trace)} Error: every second prediction is drawn as a line."
+            small_print = caption(figure, text)
+        panels = stacked(figure, (3, 2, 2), caption_mm=small_print)
         if trace.ahead is None:
             _free_run(panels, trace)
         else:
             _restarted(panels, trace, trace.ahead)
-            caption(figure, f"{free_run_text(trace)} Error: every second prediction is drawn as a line.")
         panels[0].set_title(f"{shorten(trace.recording, 40)} ({kind_and_split(trace)})")
         # above the middle panel, where no title is in its way
         legend_above(panels[1], handles=panels[0].get_legend_handles_labels()[0])

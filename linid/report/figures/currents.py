@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.report.display import envelope
 from linid.report.figures.common import TIME_LABEL, legend_above, shorten
-from linid.report.style import MUTED, PHASES, SHADE, new_figure, style
+from linid.report.style import MUTED, PHASES, SHADE, new_figure, stacked, style
 from linid.report.symbols import unit_label
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def currents_figure(
     fine = np.linspace(start, end, _FINER * max(int(inside.sum()), 2))
     with style():
         figure = new_figure(105.0)
-        top, bottom = figure.subplots(2, 1)
+        top, bottom = stacked(figure, (1, 1), apart=True)
         for row, colour, label in zip(currents, PHASES, names, strict=False):
             top.plot(*envelope(t, row), color=colour, linewidth=0.8, label=label)
             bottom.plot(t[inside], row[inside], "o", color=colour, markersize=3.0, zorder=3)

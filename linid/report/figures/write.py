@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from linid.report.figures.gap_bars import gap_figure
 from linid.report.figures.overview import overview_figure
 from linid.report.figures.profile import profile_figure
 from linid.report.files import file_stems
-from linid.report.style import save
+from linid.report.style import save, save_pages
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +32,14 @@ if TYPE_CHECKING:
 
 # done, total, file stem
 Progress = Callable[[int, int, str], None]
-Job = tuple[str, Callable[[], "Figure"]]
+
+
+class Drawing(NamedTuple):
+    """A figure to be drawn and the stem of its files; book: the PDF whose page it is rather, if PDF is wanted."""
+
+    stem: str
+    draw: Callable[[], Figure]
+    book: str = ""
 
 
 def write_fit_figures(
@@ -48,30 +55,37 @@ def write_fit_figures(
     """Write what shows a fit: free wheels, friction curve, convergence, correlation, currents, each recording.
 
     traces: of the fitted recordings; splines: recording name -> spline of its inputs, mapping (m,) s to (k, m).
-    Figures that have nothing to show are left out. Returns the written files in order; progress is called after
-    each figure with (done, total, stem). processes: that draw at once.
+    Figures that have nothing to show are left out. With PDF among the formats those of single recordings are pages of
+    `comparison.pdf` and `currents.pdf`, else files of their own. Returns the written files in order; progress is called
+    after each with (done, total, stem). processes: that draw at once.
     """
-    jobs: list[Job] = []
+    drawings: list[Drawing] = []
     wheels = [trace for trace in traces if trace.kind == "free_wheel"]
     if wheels:
-        jobs.append(("free_wheel_displacement", lambda: free_wheel_displacement_figure(wheels)))
-        jobs.append(("free_wheel_velocity", lambda: free_wheel_velocity_figure(wheels)))
+        drawings.append(Drawing("free_wheel_displacement", lambda: free_wheel_displacement_figure(wheels)))
+        drawings.append(Drawing("free_wheel_velocity", lambda: free_wheel_velocity_figure(wheels)))
     if set(CURVE) <= {e.name for e in result.estimates}:
-        jobs.append(("friction_curve", lambda: friction_curve_figure(result, speed_covered(traces), result.seed)))
+        drawings.append(
+            Drawing("friction_curve", lambda: friction_curve_figure(result, speed_covered(traces), result.seed))
+        )
     if result.history:
-        jobs.append(("convergence", lambda: convergence_figure(result)))
+        drawings.append(Drawing("convergence", lambda: convergence_figure(result)))
     if len(result.fitted) > 1 and result.correlation.shape == (len(result.fitted),) * 2:
-        jobs.append(("correlation", lambda: correlation_figure(result)))
-    jobs += [(f"profile_{profile.name}", _profile_later(result, profile)) for profile in result.profiles]
+        drawings.append(Drawing("correlation", lambda: correlation_figure(result)))
+    drawings += [Drawing(f"profile_{profile.name}", _profile_later(result, profile)) for profile in result.profiles]
     driven = [trace for trace in traces if trace.kind != "free_wheel"]
     if driven:
-        jobs.append(("overview", lambda: overview_figure(driven)))
+        drawings.append(Drawing("overview", lambda: overview_figure(driven)))
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
-        jobs.append((f"comparison_{stem}", _later(trace)))
+        drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison"))
         inputs = _inputs(trace)
         if inputs is not None and trace.kind != "free_wheel":
-            jobs.append((f"currents_{stem}", _inputs_later(trace, inputs, (splines or {}).get(trace.recording))))
-    return _write(jobs, Path(folder), formats, progress, processes)
+            drawings.append(
+                Drawing(
+                    f"currents_{stem}", _inputs_later(trace, inputs, (splines or {}).get(trace.recording)), "currents"
+                )
+            )
+    return _write(drawings, Path(folder), formats, progress, processes)
 
 
 def write_validation_figures(
@@ -87,29 +101,34 @@ def write_validation_figures(
 
     progress, processes: as above.
     """
-    jobs: list[Job] = []
+    drawings: list[Drawing] = []
     axis = traces[0].axis if traces else "linear"
     if gaps:
-        jobs.append(("gaps", lambda: gap_figure(gaps, axis)))
+        drawings.append(Drawing("gaps", lambda: gap_figure(gaps, axis)))
     if traces:
-        jobs.append(("overview", lambda: overview_figure(traces)))
+        drawings.append(Drawing("overview", lambda: overview_figure(traces)))
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
-        jobs.append((f"comparison_{stem}", _later(trace)))
-    return _write(jobs, Path(folder), formats, progress, processes)
+        drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison"))
+    return _write(drawings, Path(folder), formats, progress, processes)
 
 
 def _write(
-    jobs: list[Job], folder: Path, formats: Sequence[str], progress: Progress | None, processes: int
+    drawings: Sequence[Drawing], folder: Path, formats: Sequence[str], progress: Progress | None, processes: int
 ) -> list[Path]:
-    def drawn(index: int) -> list[Path]:
-        stem, draw = jobs[index]
-        return save(draw(), folder / stem, formats)
+    def pages(book: str) -> Callable[[], list[Path]]:
+        return lambda: [save_pages((d.draw() for d in drawings if d.book == book), folder / book)]
 
+    def files(drawing: Drawing) -> Callable[[], list[Path]]:
+        return lambda: save(drawing.draw(), folder / drawing.stem, formats)
+
+    books = sorted({d.book for d in drawings if d.book}) if "pdf" in formats else []
+    tasks = [(book, pages(book)) for book in books]  # the longest ones first
+    tasks += [(d.stem, files(d)) for d in drawings if d.book not in books]
     paths: list[Path] = []
-    for index, written in enumerate(_in_processes(drawn, len(jobs), processes)):
+    for index, written in enumerate(_in_processes(lambda k: tasks[k][1](), len(tasks), processes)):
         paths += written
         if progress is not None:
-            progress(index + 1, len(jobs), jobs[index][0])
+            progress(index + 1, len(tasks), tasks[index][0])
     return paths
 
 
