@@ -58,6 +58,8 @@ class Ahead:
                 count.append(length + 1)
         self.segments = Segments(*(np.array(x, dtype=np.int64) for x in (recording, first, count)))
         self.flat_first = inputs.sample_offsets[self.segments.recording] + self.segments.first
+        self.begins = np.zeros(self.motion.y.size, dtype=np.bool_)
+        self.begins[self.flat_first] = True
         flat = [np.arange(a, a + n) for a, n in zip(self.flat_first, self.segments.count, strict=True)]
         self.flat = np.concatenate(flat)
         self.measured = self.motion.measured[self.flat]
@@ -86,7 +88,9 @@ class Ahead:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w, acceleration=False)
+        along = self.simulator.along(
+            params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=self.begins
+        )
         dts = self.simulator.inputs.dts[self.segments.recording]
         starts = along.starts(self.flat_first, motion.y, motion.v, dts)
         return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])

@@ -35,6 +35,7 @@ def along_one(
     w,
     kept,
     standstill,
+    wanted,
     a_out,
     w_out,
     states_out,
@@ -43,7 +44,7 @@ def along_one(
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
     y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
-    (the bristle then balances the other forces). a_out: (count,) m/s^2, its mean over both
+    (the bristle then balances the other forces); wanted: (count,) where w_out is, or empty for everywhere. a_out: (count,) m/s^2, its mean over both
     neighbouring intervals with triangular weights, as second differences of position show it, or empty if not wanted;
     w_out: (count,) m; states_out: (count, kept) hidden states number `kept`; reading_out: (count,) reading error in m,
     or empty if no effect has one.
@@ -69,7 +70,26 @@ def along_one(
     last = before_last = mean = late = force = 0.0
     want_a = a_out.size > 0
     unknown = False
-    for k in range(count):
+    # Where nothing but the motion acts on the bristle, it has forgotten all that lies this far back (22: 3e-10).
+    skipping = wanted.size > 0 and not want_a and not on & (LEVELS | STATES | SENSORS)
+    memory = 22.0 * max(static, coulomb) / sigma_0
+    goal = -1  # the next wanted sample
+    k = -1
+    while k < count - 1:
+        k += 1
+        if skipping and k > goal:
+            goal = k
+            while goal < count and not wanted[goal]:
+                goal += 1
+            if goal == count:
+                break
+            back, travelled = goal, 0.0
+            while back > k and travelled < memory:
+                travelled += abs(y[back] - y[back - 1])
+                back -= 1
+            if back > k:
+                k = back
+                w = math.copysign(coulomb / sigma_0, v[k])
         t = t_start + k * dt
         if powered:
             if on & DELAYS:
@@ -204,6 +224,7 @@ def along_tasks(
     v,
     kept,
     standstill,
+    wanted,
     start_w,
     begin,
     end,
@@ -236,6 +257,7 @@ def along_tasks(
             start_w[candidate, r],
             kept,
             standstill[a:b],
+            wanted[a:b] if wanted.size > 0 else wanted,
             a_out[candidate, a:b] if a_out.size > 0 else a_out[0, 0:0],
             w_out[candidate, a:b],
             states_out[candidate, a:b] if states_out.size > 0 else states_out[0, 0:0],

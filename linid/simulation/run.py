@@ -180,18 +180,20 @@ class Simulator:
 
     def along(
         self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array, *,
-        acceleration: bool = True,
+        acceleration: bool = True, wanted: NDArray[np.bool_] | None = None,
     ) -> AlongMotion:  # fmt: skip
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
         y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m;
-        acceleration: whether it is wanted (empty without).
+        acceleration: whether it is wanted (empty without); wanted: (samples of all recordings,) where the rest is,
+        which without acceleration saves the way between (default: everywhere).
         """
         kernel = self._kernel()
         inputs = self.inputs
         kept = self._kept()
         candidates = params.shape[0]
-        w_out = np.empty((candidates, y.size))
+        w_out = np.empty((candidates, y.size)) if wanted is None else np.full((candidates, y.size), np.nan)
+        sought = np.empty(0, dtype=np.bool_) if wanted is None else wanted
         a_out = np.empty_like(w_out) if acceleration else np.empty((1, 0))
         states_out = np.empty((candidates, y.size, kept.size) if kept.size else (1, 0, 0))
         reads = any(find_effect(name).sensor is not None for name in self.model.effects)
@@ -217,6 +219,7 @@ class Simulator:
                 v,
                 kept,
                 standstill,
+                sought,
                 start_w,
                 piece[0],
                 piece[1],

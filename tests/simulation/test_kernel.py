@@ -10,12 +10,14 @@ import sys
 import numpy as np
 import pytest
 
+from linid.identification.ahead import Ahead
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.emitter import emit
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
+from tests.identification.stand import stand
 
 T = np.arange(0.0, 0.3, 1e-3)
 
@@ -106,3 +108,19 @@ def test_two_processes_share_an_empty_cache(tmp_path) -> None:
     outputs = [worker.communicate(timeout=120)[0].strip() for worker in workers]
     assert [worker.returncode for worker in workers] == [0, 0]
     assert outputs[0] == outputs[1] and outputs[0].startswith(str(tmp_path))
+
+
+def test_bristles_of_chosen_samples_are_those_of_the_whole_way() -> None:
+    """Whatever the parameters are, and where the motion before them is left out because it is forgotten."""
+    campaign = stand()
+    model = Model("theta")
+    recordings = tuple(r for r in campaign.recordings if r.kind != "free_wheel")[:4]
+    part = Ahead(model, recordings, 2, 1, thin=4)
+    motion, none = part.motion, np.full((8, len(recordings)), np.nan)
+    true = model.vector({k: x for k, x in campaign.truth.items() if k in {p.name for p in model.parameters}})
+    scale = np.random.default_rng(3).uniform(0.7, 1.4, (8, true.size))
+    known = (part.simulator, true * scale, motion.y, motion.v, motion.standstill, none)
+    whole = Simulator.along(*known, acceleration=False).bristle
+    chosen = Simulator.along(*known, acceleration=False, wanted=part.begins).bristle
+    assert np.max(np.abs(chosen - whole)[:, part.begins]) < 1e-9 * np.max(np.abs(whole))
+    assert np.mean(np.isnan(chosen)) > 0.3  # most of the way is left out
