@@ -18,8 +18,7 @@ from linid.identification.space import build_space
 from linid.identification.voltage_noise import tells_mutual_inductance
 from linid.identification.winding_currents import WindingCurrents, tells_windings
 from linid.physics.electrical import INDUCTANCE, MUTUAL, SEPARATE, STAR
-from linid.physics.model import MOTOR_SIZE, MOTOR_START, Model
-from linid.physics.motors import phase_constants, prepare_motor
+from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
 
@@ -58,7 +57,8 @@ def fit_windings(
         )  # fmt: skip
     model = Model(result.model, result.effects, winding)
     values = {e.name: e.value for e in result.estimates}
-    resistance, inductance = first_winding_values(result, able)
+    per_density = 2.0 if result.model == "theta" else 1.0
+    resistance, inductance = first_winding_values(per_density * values["guideway_density"], able)
     values |= {"phase_resistance": resistance, "phase_inductance": inductance, MUTUAL.name: 0.0}
     names = {p.name for p in model.parameters}
     # What a space holds by itself is no known value.
@@ -105,32 +105,28 @@ def _with_mutual_untold(estimates: tuple[Estimate, ...]) -> tuple[Estimate, ...]
     return tuple(out)
 
 
-def first_winding_values(result: FitResult, recordings: Sequence[Recording]) -> tuple[float, float]:
-    """Resistance (V/A) and inductance (V s/A) by regression of voltage less back-EMF on currents and their rates.
+def first_winding_values(wavenumber: float, recordings: Sequence[Recording]) -> tuple[float, float]:
+    """Resistance (V/A) and inductance (V s/A) by regression of the voltages on currents, their rates and back-EMF.
 
-    recordings: with phase voltages and currents. What all three phases share is left out: a star floats.
+    wavenumber: of the field, rad/m. The back-EMF of each phase is any wave of that length with its third harmonic: the
+    motion may have told little of the motor's shape. recordings: with phase voltages and currents. What all three
+    phases share is left out: a star floats.
     """
-    model = Model(result.model)
-    vector = model.vector({e.name: e.value for e in result.estimates})
-    p = vector[MOTOR_START : MOTOR_START + MOTOR_SIZE]
-    table = np.zeros((3, 12))
-    harmonics = prepare_motor(model.motor, p, table)
-    factor = 2.0 if result.model == "theta" else 1.0
-    currents, slopes, drops = [], [], []
+    rows, voltages = [], []
     for recording in recordings:
         assert recording.phase_currents is not None and recording.phase_voltages is not None
         motion = measure_motion([recording])
         dt = recording.duration / (recording.y.size - 1)
-        constants = [
-            phase_constants(model.motor, y, p, table, harmonics, factor * p[1], factor * p[3]) for y in motion.y
-        ]
-        drop = recording.phase_voltages - np.transpose(constants) * motion.v
-        currents.append(_apart(recording.phase_currents[:, :-1]))
-        slopes.append(_apart(cubic_spline_coefficients(dt, recording.phase_currents)[:, :, 1]))
-        drops.append(_apart(drop[:, :-1]))
-    columns = np.column_stack([np.concatenate(currents), np.concatenate(slopes)])
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    found = np.linalg.lstsq(columns / scale, np.concatenate(drops), rcond=None)[0] / scale
+        columns = [recording.phase_currents[:, :-1], cubic_spline_coefficients(dt, recording.phase_currents)[:, :, 1]]
+        for harmonic in (1, 3):
+            angle = harmonic * wavenumber * motion.y[:-1]
+            for wave in (np.sin(angle) * motion.v[:-1], np.cos(angle) * motion.v[:-1]):
+                columns += [np.outer(phase, wave) for phase in np.eye(3)]
+        rows.append(np.column_stack([_apart(column) for column in columns]))
+        voltages.append(_apart(recording.phase_voltages[:, :-1]))
+    matrix = np.concatenate(rows)
+    scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    found = np.linalg.lstsq(matrix / scale, np.concatenate(voltages), rcond=1e-8)[0] / scale
     return max(float(found[0]), 1e-3), max(float(found[1]), 1e-6)
 
 
