@@ -15,7 +15,7 @@ from linid.identification.fit import fit
 from linid.identification.fit_windings import first_winding_values, fit_windings
 from linid.identification.genetic import SearchSettings
 from linid.identification.model_file import model_from_text, model_to_text
-from linid.identification.result import FitResult
+from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings
 from linid.identification.voltage_noise import noise_gain, voltage_noise_level
 from linid.identification.winding_currents import CURRENT_AXES, WindingCurrents
@@ -46,11 +46,11 @@ def truth() -> dict[str, float]:
 
 
 @cache
-def by_currents() -> FitResult:
+def by_currents(kind: ModelKind = "sine") -> FitResult:
     """The motor by its currents alone."""
     found = recordings()
     friction = fit("friction", [r for r in found if r.kind == "free_wheel"], settings=SETTINGS)
-    return fit("sine", found, settings=SETTINGS, start=friction)
+    return fit(kind, found, settings=SETTINGS, start=friction)
 
 
 @cache
@@ -73,6 +73,19 @@ def test_windings_and_motor_are_recovered() -> None:
     assert (
         abs(derived["electrical_time_constant"].value - time_constant) < 4.0 * derived["electrical_time_constant"].std
     )
+
+
+def test_a_theta_motor_has_the_same_windings() -> None:
+    """Though the currents alone hardly tell its shape, which the back-EMF of this sine then must."""
+    result, true = fit_windings(by_currents("theta"), recordings(), STAR, settings=SETTINGS), truth()
+    known = {e.name: e for e in (*result.estimates, *result.derived)}
+    for name, value in (
+        ("phase_resistance", true["phase_resistance"]),
+        ("phase_inductance", true["phase_inductance"]),
+        ("fundamental_force_constant", true["force_constant"]),
+    ):
+        assert abs(known[name].value - value) < 4.0 * known[name].std, known[name]
+    assert known["phase_inductance"].std < 0.1 * true["phase_inductance"]
 
 
 def test_voltages_sharpen_the_force_constant() -> None:
