@@ -136,7 +136,7 @@ fit_options = _apply(
             help="What is fitted: position of the whole run, position 0.1 s ahead, or acceleration "
             "[auto: free_run for free wheels, ahead for driven runs].",
         ),
-        click.option("--method", type=click.Choice(["genetic", "cma"]), help="Global search [genetic]."),
+        click.option("--method", type=click.Choice(["genetic", "cma", "plain"]), help="Global search [genetic]."),
         click.option("--population", type=int, metavar="N", help="Candidates per generation [64]."),
         click.option("--generations", type=int, metavar="N", help="Largest number of generations [120]."),
         click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),

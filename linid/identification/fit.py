@@ -14,7 +14,7 @@ from linid.identification.estimates import make_estimates
 from linid.identification.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.free_run import FreeRun
 from linid.identification.genes import SearchSpace
-from linid.identification.genetic import SearchState, search
+from linid.identification.genetic import PLAIN, SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
 from linid.identification.meaning import derived_quantities
 from linid.identification.noise_bias import without_noise_bias
@@ -168,11 +168,14 @@ def _profiles(
 def _search(
     problem: Problem, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
 ) -> tuple[SearchState, str, tuple[str, ...]]:
-    """starts (S, p) are polished first: what is left to the search is to look for other minima."""
+    """starts (S, p) are polished first: what is left to the search is to look for other minima. The plain genetic
+    algorithm knows none of them."""
     cost = Cost(problem)
     silent = without_effect(problem.space, cost, starts[0])
     seeds = np.vstack([starts, others])
-    if hooks.resume is None:
+    if settings.search.method == PLAIN:
+        seeds = np.empty((0, seeds.shape[1]))
+    elif hooks.resume is None:
 
         def told(done: int, value: float) -> None:
             if hooks.progress is not None:

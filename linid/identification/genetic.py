@@ -18,11 +18,13 @@ from linid.identification.result import Generation
 Array = NDArray[np.float64]
 CostFunction = Callable[[Array], Array]
 Watcher = Callable[["SearchState"], None]
+PLAIN = "plain"
 
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Budget and operators. patience: generations without relative gain `tolerance` before stopping."""
+    """Budget and operators. method: genetic, cma, or plain: a genetic algorithm from random candidates that uses all
+    its generations; patience: generations without relative gain `tolerance` before the others stop."""
 
     method: str = "genetic"
     population: int = 64
@@ -121,7 +123,7 @@ def _update(state: SearchState, settings: SearchSettings) -> None:
 
 def stop_reason(state: SearchState, settings: SearchSettings) -> str | None:
     """Why the search ends now, with the value that decided; None: it goes on."""
-    if state.stalled >= settings.patience:
+    if state.stalled >= settings.patience and settings.method != PLAIN:
         return (
             f"{state.method}: no relative gain above {settings.tolerance:g} in {settings.patience} generations "
             f"(generation {state.generation}, cost {state.best_cost:.4g})"

@@ -36,7 +36,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Generation:
-    """One line of the convergence history. stage: 'genetic', 'cma' or 'polish'; cost: dimensionless."""
+    """One line of the convergence history. stage: 'genetic', 'cma', 'plain' or 'polish'; cost: dimensionless."""
 
     stage: str
     generation: int

@@ -59,7 +59,9 @@ class Settings(BaseModel):
         default="auto", description="auto: free_run for free wheels, ahead for driven recordings"
     )
     horizon: Positive = Field(default=0.1, description="how far `ahead` looks, in s")
-    method: Literal["genetic", "cma"] = Field(default="genetic", description="genetic algorithm or CMA-ES")
+    method: Literal["genetic", "cma", "plain"] = Field(
+        default="genetic", description="genetic algorithm, CMA-ES, or a genetic algorithm from random candidates"
+    )
     population: int = Field(default=64, ge=8, description="candidates per generation")
     generations: int = Field(default=120, ge=1, description="largest number of generations")
     patience: int = Field(default=6, ge=1, description="generations without gain before the search stops")

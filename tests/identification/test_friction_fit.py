@@ -39,6 +39,17 @@ def test_free_wheels_with_added_masses_give_friction_and_mass() -> None:
     assert max(result.residual_rms.values()) < 1.2 * np.hypot(0.2e-6, 0.1e-6 / np.sqrt(12.0))
 
 
+def test_a_plain_genetic_algorithm_needs_its_generations() -> None:
+    """From random candidates, to the end of its budget: far from what the first values have at once."""
+    campaign = stand(only=FREE_WHEELS)
+    plain = replace(SMALL, search=SearchSettings(method="plain", population=48, generations=40, patience=1))
+    found, usual = (fit("friction", campaign.recordings, settings=s) for s in (plain, SMALL))
+    searched = [line for line in found.history if line.stage == "plain"]
+    assert [line.generation for line in searched] == list(range(41))
+    assert searched[0].best > searched[-1].best > 10.0 * usual.history[0].best
+    assert usual.history[-1].best < 1.001 * found.history[-1].best
+
+
 def test_intervals_cover_the_truth() -> None:
     """12 noise seeds, 7 parameters: the count of covering 95 % intervals is plausible for 95 %."""
     campaign = stand(only=FREE_WHEELS)
