@@ -76,3 +76,18 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
         records=np.array([float(r.number) for r in recordings]),
         elapsed=np.array([r.elapsed for r in recordings]),
     )
+
+
+def measured_points(inputs: Inputs, pieces: int) -> Array:
+    """Measured positions (m) and the three inputs, (4, points), at `pieces` equal parts of each sampling interval.
+
+    Those of recording r begin at pieces * offsets[r] + r and end with its last sample.
+    """
+    rows = []
+    for r, dt in enumerate(inputs.dts):
+        c = inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
+        x = np.arange(pieces) * (dt / pieces)
+        values = np.einsum("kjn,nx->jkx", c, np.vander(x, 4, increasing=True).T).reshape(4, -1)
+        last = c[-1] @ (dt ** np.arange(4.0))
+        rows.append(np.column_stack([values, last]))
+    return np.ascontiguousarray(np.concatenate(rows, axis=1)[[3, 0, 1, 2]])

@@ -27,6 +27,7 @@ def simulate_one(
     guided,
     substeps,
     tolerance,
+    forces,
     # <voltage arguments>
     y_out,
     v_out,
@@ -34,7 +35,8 @@ def simulate_one(
     """Simulate `count` samples from sample `first`; returns the number of internal steps.
 
     params: flat parameters; coefficients: (n - 1, 4, 4) splines of the inputs and of the measured position; start:
-    y, v, w and, if given, the hidden states number `kept`; guided: outer forces act at the measured position;
+    y, v, w and, if given, the hidden states number `kept`; guided: outer forces act at the measured position; forces:
+    the motor's at the ends and middles of all base steps of the recording, or empty;
     y_out: (count,) m; v_out: (count,) m/s, or empty if not wanted. A diverged run is nan from there on.
     """
     # <on>
@@ -148,7 +150,8 @@ def simulate_one(
             y_mid = y + 0.5 * half * (v + v_mid)
             y_end = y + h * v_mid
             c = coefficients[first + k]
-            if guided:
+            known = level == 0 and forces.size > 0
+            if guided and not known:
                 y_mid = spline_at(c[3], x - half)
                 y_end = spline_at(c[3], x)
             t_mid = t_k + x - half
@@ -161,16 +164,20 @@ def simulate_one(
                     factor = level_factor(on, t_mid, y_mid, v_mid, i_1, i_2, i_3, p)
                     level_mid, fall = stribeck_fall(v_mid, coulomb, static, v_s, alpha)
                     level_mid, fall = factor * level_mid, factor * fall
-            if powered:
+            if powered and not known:
                 if on & DELAYS:
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - half - lag)
                 else:
                     i_1, i_2, i_3 = inputs_at(c, x - half)
             # <voltage middle>
             # <only by current>
-            force_mid = external_force(
-                motor, on, powered, t_mid, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
-            )
+            point = 2 * ((first + k) * substeps + (done >> FINEST))
+            if known:
+                force_mid = forces[point - 1]
+            else:
+                force_mid = external_force(
+                    motor, on, powered, t_mid, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+                )
             # <end by current>
             if on & FRICTIONS:
                 factor = friction_factor(on, t_mid, y_mid, v_mid, i_1, i_2, i_3, p)
@@ -179,16 +186,19 @@ def simulate_one(
             j_1, j_2, j_3 = i_1, i_2, i_3
             if on & STATES:
                 advance_states(on, h, t_mid, y_mid, v_mid, (v_mid - v) / half, i_1, i_2, i_3, p)
-            if powered:
+            if powered and not known:
                 if on & DELAYS:
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - lag)
                 else:
                     i_1, i_2, i_3 = inputs_at(c, x)
             # <voltage end>
             # <only by current>
-            force_end = external_force(
-                motor, on, powered, t_k + x, y_end, v_end, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
-            )
+            if known:
+                force_end = forces[point]
+            else:
+                force_end = external_force(
+                    motor, on, powered, t_k + x, y_end, v_end, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+                )
             # <end by current>
             # The straight line nearest to the parabola through the three forces: it has the same impulse.
             rise = force_end - force
@@ -257,6 +267,7 @@ def simulate_tasks(
     kept,
     out_offsets,
     guided,
+    guide,
     substeps,
     tolerance,
     begin,
@@ -269,15 +280,38 @@ def simulate_tasks(
 
     params: (candidates, VECTOR_SIZE); recording, first, count, out_offsets: (segments,) integers;
     coefficients: (intervals of all recordings, 4, 4); offsets: first interval of each recording;
-    starts: (candidates, segments, 3 or 3 + kept) y, v, w and hidden states, those in the places `kept`. Returns the
-    internal steps taken.
+    starts: (candidates, segments, 3 or 3 + kept) y, v, w and hidden states, those in the places `kept`; guide:
+    (4, points) measured position and inputs at the ends and middles of all base steps, if these alone decide the
+    motor's force, or empty. Returns the internal steps taken.
     """
     segments = recording.size
     steps = 0
+    # The motor's forces at measured positions: segments overlap and share them.
+    pieces = 2 * substeps
+    longest = 0
+    if guide.shape[1] > 0:
+        for r in range(powered.size):
+            longest = max(longest, pieces * (offsets[r + 1] - offsets[r]) + 1)
+    forces = np.empty(longest)
+    filled, filled_from, filled_to = -1, 0, 0
     for task in range(begin, end):
         candidate = task // segments
         s = task % segments
         r = recording[s]
+        known = forces[0:0]
+        if longest > 0 and powered[r]:
+            known = forces
+            start, stop = pieces * first[s], pieces * (first[s] + count[s] - 1) + 1
+            if filled != candidate * powered.size + r or start < filled_from or start > filled_to:
+                filled = candidate * powered.size + r
+                filled_from = filled_to = start
+            if stop > filled_to:
+                a, b = pieces * offsets[r] + r + filled_to, pieces * offsets[r] + r + stop
+                motor_forces(
+                    motor, params[candidate, 8:14], guide[0, a:b], guide[1, a:b], guide[2, a:b], guide[3, a:b],
+                    forces[filled_to:stop],
+                )  # fmt: skip
+                filled_to = stop
         a = out_offsets[s]
         b = a + count[s]
         v_row = v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0]
@@ -300,6 +334,7 @@ def simulate_tasks(
                 guided,
                 substeps,
                 tolerance,
+                known,
                 # <voltage task values>
                 y_out[candidate, a:b],
                 v_row,
@@ -323,6 +358,7 @@ def simulate_tasks(
                 guided,
                 substeps,
                 tolerance,
+                known,
                 # <voltage task values>
                 y_out[candidate, a:b],
                 v_row,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,7 @@ from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
 from linid.simulation.emitter import load_kernel
-from linid.simulation.inputs import Inputs
+from linid.simulation.inputs import Inputs, measured_points
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -89,6 +90,11 @@ class Simulator:
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
         return [(int(a), int(b)) for a, b in pairwise(edges)]
 
+    @cached_property
+    def _guide(self) -> Array:
+        """Measured positions and inputs (4, points) at the ends and middles of all base steps."""
+        return measured_points(self.inputs, 2 * self.substeps)
+
     def _kept(self) -> Integers:
         return np.array(self.model.states, dtype=np.int64)
 
@@ -144,6 +150,8 @@ class Simulator:
         starts = np.ascontiguousarray(starts)
         kept = self._kept()
         offsets = segments.out_offsets
+        by_motion_alone = guided and self.model.mask == 0 and not self.model.winding
+        guide = self._guide if by_motion_alone else np.empty((4, 0))
 
         def work(piece: tuple[int, int]) -> int:
             return int(
@@ -166,6 +174,7 @@ class Simulator:
                     kept,
                     offsets,
                     guided,
+                    guide,
                     self.substeps,
                     REVERSAL_TOLERANCE / self.substeps**2,
                     piece[0],

@@ -11,7 +11,7 @@ from numba import njit
 
 from linid.physics.friction import gliding_step, lugre_step, stribeck, stribeck_fall
 from linid.physics.electrical import WEIGHTS, clarke, current_weights, mode_inductances, phases
-from linid.physics.motors import gaussian_force, phase_constants, phase_force, prepare_motor
+from linid.physics.motors import gaussian_force, motor_forces, phase_constants, phase_force, prepare_motor
 import numpy as np
 
 # <imports>

@@ -17,8 +17,10 @@ from linid.physics.motors import (
     THETA,
     fundamental_force_constant,
     gaussian_force,
+    motor_forces,
     phase_force,
     prepare_motor,
+    sine_cosine,
 )
 from linid.physics.theta import GAUSSIAN_NOME, MAX_HARMONICS, Theta, Theta0, harmonic_coefficients, theta3
 
@@ -179,6 +181,33 @@ def test_theta_force_is_the_direct_sum_of_jacobi_thetas_in_both_branches(
     # The slope of the steepest field carries the rounding of density * y + shift: 1e3 at q = 0.999.
     slack = 2 * tolerance(q) * total
     assert kernel_force(THETA, [1.0, density, step, shift, z_L, q], y, i) == pytest.approx(float(exact), abs=slack)
+
+
+@settings(max_examples=200, deadline=None)
+@given(angle=st.one_of(st.floats(-50, 50), st.floats(-1.5e6, 1.5e6)))
+@example(angle=0.25 * math.pi)
+@example(angle=-0.75 * math.pi)
+@example(angle=1e5 * math.pi)
+def test_sine_and_cosine_without_branches(angle: float) -> None:
+    sine, cosine = sine_cosine(angle)
+    assert sine == pytest.approx(float(mpmath.sin(mpmath.mpf(angle))), abs=2.3e-16)
+    assert cosine == pytest.approx(float(mpmath.cos(mpmath.mpf(angle))), abs=2.3e-16)
+
+
+@pytest.mark.parametrize("motor", [FORCE, SINE, THETA])
+@pytest.mark.parametrize("q", [0.3, 0.85, JUST_ABOVE])
+@pytest.mark.parametrize("n", [1, 255, 256, 257, 1000])
+def test_many_forces_are_those_of_one_after_the_other(motor: int, q: float, n: int) -> None:
+    generator = np.random.default_rng(n)
+    y, u, v, w = generator.uniform(-0.3, 0.5, n), *generator.standard_normal((3, n))
+    p = [30.0, 111.0, 1.047, 0.768, 0.688, q]
+    out = np.empty(n)
+    motor_forces(motor, np.array(p), y, u, v, w, out)
+    one = [
+        30.0 * i[0] if motor == FORCE else kernel_force(motor, p, place, i)
+        for place, i in zip(y, zip(u, v, w, strict=True), strict=True)
+    ]
+    np.testing.assert_allclose(out, one, rtol=0.0, atol=1e-12 * 30.0 * 20.0)
 
 
 def test_the_two_branches_join_at_the_switch() -> None:

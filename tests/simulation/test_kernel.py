@@ -124,3 +124,26 @@ def test_bristles_of_chosen_samples_are_those_of_the_whole_way() -> None:
     chosen = Simulator.along(*known, acceleration=False, wanted=part.begins).bristle
     assert np.max(np.abs(chosen - whole)[:, part.begins]) < 1e-9 * np.max(np.abs(whole))
     assert np.mean(np.isnan(chosen)) > 0.3  # most of the way is left out
+
+
+@pytest.mark.parametrize("kind", ["sine", "theta"])
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_forces_shared_by_windows_are_those_of_each(kind: str, substeps: int) -> None:
+    """With and without the table of forces along the measured motion; an effect that is off has none."""
+    campaign = stand()
+    recordings = tuple(r for r in campaign.recordings if r.name in ("freewheel_1", "moves_1", "sine_position_1"))
+    values = dict(campaign.truth)
+    if kind == "sine":
+        values |= {name: 2.0 * values[name] for name in ("guideway_density", "winding_displacement", "shift")}
+    plain, guarded = Model(kind), Model(kind, ("constant_force",))
+
+    def known(model: Model) -> np.ndarray:
+        return model.vector({p.name: values.get(p.name, 0.0) for p in model.parameters})
+
+    scale = np.random.default_rng(5).uniform(0.9, 1.1, (5, 1))
+    shared, alone = (
+        Ahead(model, recordings, substeps, jobs).simulate(known(model)[None, :] * scale)
+        for model, jobs in ((plain, 2), (guarded, 1))
+    )
+    assert np.nanmax(np.abs(shared - alone)) < 1e-10
+    assert np.array_equal(np.isnan(shared), np.isnan(alone))
