@@ -117,6 +117,7 @@ def refine(
 
 _PART_PRECISION, _PART_CREEP_GAIN = 0.3, 1.2  # of the polish on a part of the data
 _CREEP_GAIN = 0.15
+_APART = 1e-3  # of the search box, from which candidates are different ones
 
 # A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
 _LOOSE_PHASE = 0.1
@@ -173,6 +174,7 @@ def _search(
     cost = Cost(problem)
     silent = without_effect(problem.space, cost, starts[0])
     seeds = np.vstack([starts, others])
+    polished = None
     if settings.search.method == PLAIN:
         seeds = np.empty((0, seeds.shape[1]))
     elif hooks.resume is None:
@@ -181,7 +183,8 @@ def _search(
             if hooks.progress is not None:
                 hooks.progress("first polish", done, starts.shape[0], value)
 
-        seeds = np.vstack([polish_starts_of_search(problem, cost, starts, told), seeds])
+        polished = polish_starts_of_search(problem, cost, starts, told)
+        seeds = np.vstack([polished, seeds])
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -190,8 +193,9 @@ def _search(
             hooks.progress(state.method, state.generation, settings.search.generations, state.best_cost)
 
     state, reason = search(
-        cost, seeds, len(problem.space.genes), settings.search, spent=cost.evaluations, resume=hooks.resume, watch=watch
-    )
+        cost, seeds, len(problem.space.genes), settings.search, starts=polished, spent=cost.evaluations,
+        resume=hooks.resume, watch=watch,
+    )  # fmt: skip
     return state, reason, silent
 
 
@@ -212,7 +216,10 @@ def polish_starts_of_search(
 def _polish_in_stages(
     stages: Sequence[Problem], state: SearchState, settings: FitSettings, hooks: Hooks
 ) -> PolishResult:
-    """Polish the best candidate on the thinned problem first, then on all data."""
+    """Polish the best candidate on the thinned problem first, then on all data.
+
+    Minima that the coarse look could hardly tell apart are compared on the thinned problem.
+    """
     genes = np.array(state.best)
     evaluations = state.evaluations
     if all(isinstance(part, Acceleration) for part in stages[-1].parts):
@@ -231,12 +238,22 @@ def _polish_in_stages(
                 hooks.progress("polish", before + done, total, value)
 
         last = number == len(stages) - 1
-        polished = polish(
-            problem, cost, genes, offsets, steps=settings.polish_steps, watch=watch, final=last,
-            precision=settings.polish_precision if last else max(settings.polish_precision, _PART_PRECISION),
-            creep=_CREEP_GAIN if last else _PART_CREEP_GAIN,
+        rivals = [genes]
+        if number == 0 and not last:
+            rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - genes)) > _APART]
+        polished = min(
+            (
+                polish(
+                    problem, cost, rival, offsets, steps=settings.polish_steps, watch=watch, final=last,
+                    precision=settings.polish_precision if last else max(settings.polish_precision, _PART_PRECISION),
+                    creep=_CREEP_GAIN if last else _PART_CREEP_GAIN,
+                )
+                for rival in rivals
+            ),
+            key=lambda result: result.cost,
         )  # fmt: skip
-        genes, offsets, evaluations = polished.genes, polished.offsets, polished.evaluations
+        evaluations = cost.evaluations
+        genes, offsets = polished.genes, polished.offsets
         # The thinned problem has a cost of its own, which must not be read against the next.
         stage = "polish" if last else "polish of a part"
         history += tuple(replace(row, stage=stage) for row in polished.history)

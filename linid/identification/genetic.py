@@ -41,7 +41,10 @@ class SearchSettings:
 
 @dataclass
 class SearchState:
-    """All that is needed to go on: population, costs, best so far, random state and history (JSON-able)."""
+    """All that is needed to go on: population, costs, best so far, random state and history (JSON-able).
+
+    starts: first candidates that lay in minima of their own.
+    """
 
     method: str
     generation: int
@@ -54,6 +57,7 @@ class SearchState:
     random_state: Any
     extra: dict[str, Any] = field(default_factory=dict)
     history: list[list[float]] = field(default_factory=list)
+    starts: list[list[float]] = field(default_factory=list)
 
     def generations(self) -> tuple[Generation, ...]:
         """The convergence history."""
@@ -201,14 +205,15 @@ def search(
     dimension: int,
     settings: SearchSettings,
     *,
+    starts: Array | None = None,
     spent: int = 0,
     resume: SearchState | None = None,
     watch: Watcher | None = None,
 ) -> tuple[SearchState, str]:
     """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
 
-    cost: genes (C, p) -> (C,); seeds: (S, p) start candidates; spent: evaluations that these took; watch: called after
-    each generation.
+    cost: genes (C, p) -> (C,); seeds: (S, p) start candidates; starts: those in minima of their own, kept in the state;
+    spent: evaluations that these took; watch: called after each generation.
     The same seed gives the same result on any number of threads, resumed or not.
     """
     if resume is not None:
@@ -232,6 +237,7 @@ def search(
             0,
             spent + population.shape[0],
             random_state,
+            starts=[] if starts is None else starts.tolist(),
         )
         _update(state, settings)
         if watch is not None:

@@ -121,7 +121,9 @@ def _spurious_information(problem: Problem, fit: PolishResult, seed: int) -> Arr
 
 def _without_spurious(information: Array, spurious: Array) -> Array:
     """information - spurious, in every direction at least `_LEAST_SHARE` of the information."""
-    unit = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    dark = np.diag(information) <= 0.0  # nothing to take off, whatever the noise feigned there
+    unit = np.where(dark, 1.0, np.sqrt(np.abs(np.diag(information))))
+    spurious = np.where(dark[:, None] | dark, 0.0, spurious)
     scaled = information / np.outer(unit, unit) + 1e-12 * np.eye(unit.size)
     root = np.linalg.cholesky(scaled)
     inner = np.linalg.solve(root, np.linalg.solve(root, spurious / np.outer(unit, unit)).T)
