@@ -6,12 +6,9 @@ from collections.abc import Sequence
 
 from linid.diagnosis.next_experiment import Prospect
 from linid.diagnosis.report_data import Share, Status, Verdict
-from linid.diagnosis.select import LEAST_CLOSURE, Confirmed
+from linid.diagnosis.select import LEAST_CLOSURE, LEAST_EXCESS, Confirmed
 from linid.physics.effects.registry import find_effect
 
-# Held-out excess over the floor (in floors) below which a campaign counts as explained: generated campaigns without
-# any hidden effect stay below it.
-LEAST_EXCESS = 0.3
 # An effect that closes less of the excess is named all the same if it leaves so little: the floor is not
 # known better than that.
 LEFT_OVER = 0.15

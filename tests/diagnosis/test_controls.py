@@ -45,6 +45,27 @@ def driven(force: float) -> list[Recording]:
     return list(in_order(out))
 
 
+def held_back(force: float) -> list[Recording]:
+    """The same without that force but in two slow, steady runs, one of them held out."""
+    generator = np.random.default_rng(8)
+    t = np.arange(0.0, 2.0, 1e-3)
+    out = driven(0.0)
+    friction = AXIS["coulomb_force"] + AXIS["viscous_friction"] * 0.05
+    for k, split in enumerate(("fit", "held_out")):
+        current = (friction - force) / AXIS["force_constant"] * (1.0 + 0.02 * np.sin(2.0 * t + k))
+        empty = Recording(f"slow_{k}", t, np.zeros_like(t), drive_input=current, split=split)  # type: ignore[arg-type]
+        values = {**AXIS, "constant_force": force}
+        y = simulate(("constant_force",), empty, (0.0, 0.05, math.nan), 4, values=values, kind="force")
+        out.append(replace(empty, y=y + ENCODER * generator.standard_normal(y.size)))
+    return list(in_order(out))
+
+
+def test_a_run_that_something_holds_back_is_not_heavier() -> None:
+    """Where the axis hardly accelerates, a large mass shrinks whatever is wrong, and explains nothing."""
+    verdict = diagnose("held back", held_back(0.3), "force", jobs=2, seed=1).diagnosis.verdict
+    assert "payload_change" not in verdict.effects, verdict
+
+
 def test_too_poor_a_campaign_gets_no_guess() -> None:
     """While the drive is always on, a force and an offset of the current push the same way."""
     known = {"force_constant": AXIS["force_constant"]}
