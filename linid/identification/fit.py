@@ -117,7 +117,8 @@ def refine(
 
 _PART_PRECISION, _PART_CREEP_GAIN = 0.3, 1.2  # of the polish on a part of the data
 _CREEP_GAIN = 0.15
-_APART = 1e-3  # of the search box, from which candidates are different ones
+# Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
+_APART, _ALIKE = 0.02, 1.1
 
 # A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
 _LOOSE_PHASE = 0.1
@@ -185,6 +186,8 @@ def _search(
 
         polished = polish_starts_of_search(problem, cost, starts, told)
         seeds = np.vstack([polished, seeds])
+        values = cost(polished)
+        polished = polished[values <= _ALIKE * np.min(values)]
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -218,7 +221,7 @@ def _polish_in_stages(
 ) -> PolishResult:
     """Polish the best candidate on the thinned problem first, then on all data.
 
-    Minima that the coarse look could hardly tell apart are compared on the thinned problem.
+    Rivals that the coarse look could hardly tell apart are compared on the thinned problem.
     """
     genes = np.array(state.best)
     evaluations = state.evaluations
