@@ -29,6 +29,7 @@ MUTED = "#777777"
 PHASES = ("#0072B2", "#E69F00", "#009E73")
 WIDTH_MM = 160.0
 _INCH = 25.4
+_LABEL_MM = 7.0  # from the left edge to a vertical label, of stacked panels
 _CAPTION_COLUMNS = 122  # characters of small print on a figure of full width
 
 _RC: Any = {
@@ -38,6 +39,7 @@ _RC: Any = {
     "axes.titlesize": 8.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # no search for a place: nothing stands above the axes
     "axes.labelsize": 8.0,
     "axes.linewidth": 0.6,
     "axes.edgecolor": "#444444",
@@ -107,12 +109,15 @@ def stacked(
     top, right, bottom, left, gap = 6.5, 3.0, 10.5 + caption_mm, 19.0, 16.0 if apart else 6.5
     count = len(heights)
     panel = (height - top - bottom - (count - 1) * gap) / count
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)
     place = {
         "left": left / width, "right": 1.0 - right / width, "bottom": bottom / height, "top": 1.0 - top / height,
         "hspace": gap / panel, "height_ratios": list(heights),
     }  # fmt: skip
-    return np.atleast_1d(figure.subplots(count, 1, sharex=not apart, gridspec_kw=place))
+    panels = np.atleast_1d(figure.subplots(count, 1, sharex=not apart, gridspec_kw=place))
+    for axes in panels:
+        axes.yaxis.set_label_coords(-(left - _LABEL_MM) / (width - left - right), 0.5)
+    return panels
 
 
 def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
@@ -122,7 +127,8 @@ def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png",
         for extension in formats:
             buffer = io.BytesIO()
             figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension))
-            figure.set_layout_engine("none")  # all formats share the first one's layout, which takes long to find
+            # All formats share the first one's layout, which takes long to find ("none" would look for it again).
+            figure.set_layout_engine(None)
             paths.append(write_atomic(Path(f"{path_stem}.{extension}"), buffer.getvalue()))
     return paths
 

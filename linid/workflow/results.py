@@ -110,21 +110,17 @@ def write_fit_pictures(
     reporter: Reporter, jobs: int,
 ) -> None:  # fmt: skip
     """figures/: the fitted recordings; figures/held_out/: those that were not fitted."""
-    from linid.report.figures.write import write_fit_figures, write_validation_figures
-
-    def progress(done: int, total: int, stem: str) -> None:
-        reporter.step("figures", done, total)
+    from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
 
     fitted = [t for t in traces if t.split == "fit"]
-    formats = settings.figure_formats
-    splines = _splines(fitted)
-    write_fit_figures(
-        result, fitted, folder / "figures", splines=splines, formats=formats, progress=progress, processes=jobs
-    )
     held_out = [t for t in traces if t.split == "held_out"]
+    drawings = fit_drawings(result, fitted, _splines(fitted))
     if held_out:
-        chosen = [g for g in gaps if g.split == "held_out"]
-        write_validation_figures(chosen, held_out, folder / "figures" / "held_out", formats=formats, processes=jobs)
+        drawings += inside("held_out", validation_drawings([g for g in gaps if g.split == "held_out"], held_out))
+    write_drawings(
+        drawings, folder / "figures", formats=settings.figure_formats, processes=jobs,
+        progress=lambda done, total, stem: reporter.step("figures", done, total),
+    )  # fmt: skip
 
 
 def write_coast_downs(found: Sequence[FoundCoastDown], folder: Path, settings: Settings) -> None:

@@ -59,17 +59,14 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
         )
         results.write_gaps(gaps, folder.path, result.axis)
         if request.settings.figures:
-            from linid.report.figures.write import write_validation_figures
+            from linid.report.figures.write import validation_drawings, write_drawings
 
             results.write_coast_downs(inputs.coast_downs, folder.path, request.settings)
-            write_validation_figures(
-                gaps,
-                traces,
-                folder.path / "figures",
-                formats=request.settings.figure_formats,
+            write_drawings(
+                validation_drawings(gaps, traces), folder.path / "figures",
+                formats=request.settings.figure_formats, processes=request.jobs,
                 progress=lambda done, total, stem: reporter.step("figures", done, total),
-                processes=request.jobs,
-            )
+            )  # fmt: skip
         outcome = _outcome(folder.path, gaps, result.axis)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome

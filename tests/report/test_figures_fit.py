@@ -27,7 +27,7 @@ from linid.report.figures.friction_curve import (
     steady_friction,
 )
 from linid.report.figures.gap_bars import gap_figure
-from linid.report.figures.write import write_fit_figures, write_validation_figures
+from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MODEL, new_figure, save, style
 
 from .samples import ESTIMATES, FITTED, NAN, coast, estimate, fit_result, gap, move
@@ -208,10 +208,8 @@ def test_gap_figure_with_zero_and_missing_measures() -> None:
 
 def test_fit_figures_are_written_under_stable_names(tmp_path: Path) -> None:
     seen: list[tuple[int, int, str]] = []
-    paths = write_fit_figures(
-        fit_result(), [coast(n=300), move("moves/3", n=300)], tmp_path, formats=("png",),
-        progress=lambda *call: seen.append(call),
-    )  # fmt: skip
+    drawings = fit_drawings(fit_result(), [coast(n=300), move("moves/3", n=300)])
+    paths = write_drawings(drawings, tmp_path, formats=("png",), progress=lambda *call: seen.append(call))
     stems = [
         "free_wheel_displacement", "free_wheel_velocity", "friction_curve", "convergence", "correlation", "overview",
         "comparison_freewheel_1", "comparison_moves_3", "currents_moves_3",
@@ -223,16 +221,17 @@ def test_fit_figures_are_written_under_stable_names(tmp_path: Path) -> None:
 
 
 def test_validation_figures(tmp_path: Path) -> None:
-    paths = write_validation_figures([gap()], [move(n=300)], tmp_path, formats=("png",))
+    paths = write_drawings(validation_drawings([gap()], [move(n=300)]), tmp_path, formats=("png",))
     assert [path.name for path in paths] == ["gaps.png", "overview.png", "comparison_moves_3.png"]
-    assert write_validation_figures([], [], tmp_path / "none") == []
+    assert write_drawings(validation_drawings([], []), tmp_path / "none") == []
 
 
 def test_recordings_are_pages_where_pdf_is_wanted(tmp_path: Path) -> None:
     traces = [replace(move(n=300), recording=name) for name in ("moves_3", "moves_4")]
-    paths = write_validation_figures([gap()], traces, tmp_path, formats=("png", "pdf"), processes=2)
+    drawings = inside("held_out", validation_drawings([gap()], traces))
+    paths = write_drawings(drawings, tmp_path, formats=("png", "pdf"), processes=2)
     names = ["comparison.pdf", "gaps.png", "gaps.pdf", "overview.png", "overview.pdf"]
-    assert [path.name for path in paths] == names
+    assert paths == [tmp_path / "held_out" / name for name in names]
     assert paths[0].read_bytes().count(b"/Type /Page\n") + paths[0].read_bytes().count(b"/Type /Page ") == len(traces)
 
 

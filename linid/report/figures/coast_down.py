@@ -44,5 +44,4 @@ def coast_down_figure(
         top.set_ylabel(f"position ({position.unit})")
         bottom.set_ylabel(f"differentiated\nvelocity ({velocity.unit})")
         bottom.set_xlabel(TIME_LABEL)
-        figure.align_ylabels()
     return figure

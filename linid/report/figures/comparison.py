@@ -50,7 +50,6 @@ def comparison_figure(trace: Trace) -> Figure:
         panels[0].set_ylabel(f"position ({position_display([trace]).unit})")
         panels[1].set_ylabel(f"velocity ({velocity_display([trace]).unit})")
         panels[2].set_xlabel(TIME_LABEL)
-        figure.align_ylabels()
     return figure
 
 

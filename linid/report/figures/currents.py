@@ -59,7 +59,6 @@ def currents_figure(
             _zero_line(axes, currents)
             axes.set_ylabel(f"{quantity} ({unit_label(unit)})")
             axes.set_xlabel(TIME_LABEL)
-        figure.align_ylabels()
     return figure
 
 

@@ -72,7 +72,7 @@ def overview_figure(traces: Sequence[Trace], title: str = "Measured (blue) and s
     grid = _Grid(-(-len(traces) // columns), columns, len(traces) <= _WITH_ERROR)
     with style():
         figure = new_figure(grid.height)
-        figure.set_layout_engine("none")
+        figure.set_layout_engine(None)
         figure.text(0.01, 1 - 2.0 / grid.height, title, fontsize=9.5, fontweight="bold", va="top")
         for index, trace in enumerate(traces):
             panels = [figure.add_axes(box) for box in grid.boxes(index)]

@@ -1,4 +1,4 @@
-"""Write all figures of a fit or a validation into a folder, under stable names."""
+"""All figures of a fit or a validation, written into a folder under stable names."""
 
 from __future__ import annotations
 
@@ -42,22 +42,13 @@ class Drawing(NamedTuple):
     book: str = ""
 
 
-def write_fit_figures(
-    result: FitResult,
-    traces: Sequence[Trace],
-    folder: Path,
-    *,
-    splines: Mapping[str, Spline] | None = None,
-    formats: Sequence[str] = ("png", "pdf"),
-    progress: Progress | None = None,
-    processes: int = 1,
-) -> list[Path]:
-    """Write what shows a fit: free wheels, friction curve, convergence, correlation, currents, each recording.
+def fit_drawings(
+    result: FitResult, traces: Sequence[Trace], splines: Mapping[str, Spline] | None = None
+) -> list[Drawing]:
+    """What shows a fit: free wheels, friction curve, convergence, correlation, currents, each recording.
 
     traces: of the fitted recordings; splines: recording name -> spline of its inputs, mapping (m,) s to (k, m).
-    Figures that have nothing to show are left out. With PDF among the formats those of single recordings are pages of
-    `comparison.pdf` and `currents.pdf`, else files of their own. Returns the written files in order; progress is called
-    after each with (done, total, stem). processes: that draw at once.
+    Figures that have nothing to show are left out.
     """
     drawings: list[Drawing] = []
     wheels = [trace for trace in traces if trace.kind == "free_wheel"]
@@ -85,22 +76,11 @@ def write_fit_figures(
                     f"currents_{stem}", _inputs_later(trace, inputs, (splines or {}).get(trace.recording)), "currents"
                 )
             )
-    return _write(drawings, Path(folder), formats, progress, processes)
+    return drawings
 
 
-def write_validation_figures(
-    gaps: Sequence[RecordingGap],
-    traces: Sequence[Trace],
-    folder: Path,
-    *,
-    formats: Sequence[str] = ("png", "pdf"),
-    progress: Progress | None = None,
-    processes: int = 1,
-) -> list[Path]:
-    """Write what shows a validation: gap measures, overview page, each recording. Returns the written files.
-
-    progress, processes: as above.
-    """
+def validation_drawings(gaps: Sequence[RecordingGap], traces: Sequence[Trace]) -> list[Drawing]:
+    """What shows a validation: gap measures, overview page, each recording."""
     drawings: list[Drawing] = []
     axis = traces[0].axis if traces else "linear"
     if gaps:
@@ -109,12 +89,29 @@ def write_validation_figures(
         drawings.append(Drawing("overview", lambda: overview_figure(traces)))
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
         drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison"))
-    return _write(drawings, Path(folder), formats, progress, processes)
+    return drawings
 
 
-def _write(
-    drawings: Sequence[Drawing], folder: Path, formats: Sequence[str], progress: Progress | None, processes: int
+def inside(folder: str, drawings: Sequence[Drawing]) -> list[Drawing]:
+    """The same drawings, their files in a folder of that name."""
+    return [Drawing(f"{folder}/{d.stem}", d.draw, d.book and f"{folder}/{d.book}") for d in drawings]
+
+
+def write_drawings(
+    drawings: Sequence[Drawing],
+    folder: Path,
+    *,
+    formats: Sequence[str] = ("png", "pdf"),
+    progress: Progress | None = None,
+    processes: int = 1,
 ) -> list[Path]:
+    """Write figures into a folder; returns the files in order.
+
+    With PDF among the formats those of single recordings are pages of `comparison.pdf` and `currents.pdf`, else files
+    of their own. progress is called after each with (done, total, stem); processes: that draw at once.
+    """
+    folder = Path(folder)
+
     def pages(book: str) -> Callable[[], list[Path]]:
         return lambda: [save_pages((d.draw() for d in drawings if d.book == book), folder / book)]
 
