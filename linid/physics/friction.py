@@ -157,16 +157,22 @@ def lugre_step(
 
 
 @njit(cache=True, error_model="numpy")
+def glide_weights(sigma_2: float, mass: float, h: float) -> tuple[float, float, float]:
+    """phi_1, phi_2, phi_3 of the decay by viscous friction over h seconds, for `gliding_step`."""
+    return _phi(-sigma_2 * h / mass)
+
+
+@njit(cache=True, error_model="numpy")
 def gliding_step(
-    v: float, force: float, force_rate: float, mass: float, sigma_2: float, h: float
+    v: float, force: float, rise: float, mass: float, sigma_2: float, h: float, weights: tuple[float, float, float]
 ) -> tuple[float, float]:
     """Advance a mass on which only viscous friction and outer forces act over h, exactly: m v' = force - sigma_2 v.
 
     This is LuGre friction far above the Stribeck velocity, once the bristle has come to rest against the sliding
-    surface. force: at the start in N without the viscous part, growing by force_rate in N/s. Returns v in m/s and the
-    displacement in m after h seconds.
+    surface. force: at the start in N without the viscous part, growing by `rise` in N until the end; weights: of the
+    step, by `glide_weights`. Returns v in m/s and the displacement in m after h seconds.
     """
-    first, second, third = _phi(-sigma_2 * h / mass)
+    first, second, third = weights
     v_rate = (force - sigma_2 * v) / mass
-    jerk = force_rate * h / mass
+    jerk = rise / mass
     return v + h * (first * v_rate + second * jerk), h * (v + h * (second * v_rate + third * jerk))

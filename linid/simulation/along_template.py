@@ -97,7 +97,7 @@ def along_one(
             elif k < count - 1:
                 i_1, i_2, i_3 = coefficients[k, 0, 0], coefficients[k, 1, 0], coefficients[k, 2, 0]
             else:
-                i_1, i_2, i_3 = inputs_at(coefficients[k - 1], dt)
+                i_1, i_2, i_3 = inputs_at(coefficients, k - 1, dt)
         if k == 0:
             if on & STATES:
                 start_states(on, t, y[0], v[0], i_1, i_2, i_3, p)

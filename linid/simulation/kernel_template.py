@@ -62,7 +62,7 @@ def simulate_one(
         if on & DELAYS:
             i_1, i_2, i_3 = late_inputs(coefficients, dt, first * dt - lag)
         else:
-            i_1, i_2, i_3 = inputs_at(coefficients[first], 0.0)
+            i_1, i_2, i_3 = inputs_at(coefficients, first, 0.0)
     t_k = t_start + first * dt
     # Speeds between which a step of fast sliding stays; where only forces that vanish act, and where friction does not
     # change with anything but speed.
@@ -71,6 +71,7 @@ def simulate_one(
     if on & (FRICTIONS | LEVELS | STATES):
         fast = math.inf
     followed = False  # the bristle, where fast sliding turned out to end
+    glide, glide_h = (1.0, 0.5, 1.0 / 6.0), 0.0  # how fast sliding decays over a step of that length
     # <voltage start>
     if on & STATES:
         start_states(on, t_k, y, v, i_1, i_2, i_3, p)
@@ -111,6 +112,8 @@ def simulate_one(
                 size = ticks_per_interval - done if alone else 1 << FINEST
                 h = size * tick
                 half = 0.5 * h
+                if h != glide_h:
+                    glide, glide_h = glide_weights(sigma_2, mass, h), h
                 v_mid = v + half * (force - drag - sigma_2 * v) / mass
             else:
                 rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
@@ -149,11 +152,10 @@ def simulate_one(
             v_end = 2.0 * v_mid - v
             y_mid = y + 0.5 * half * (v + v_mid)
             y_end = y + h * v_mid
-            c = coefficients[first + k]
             known = level == 0 and forces.size > 0
             if guided and not known:
-                y_mid = spline_at(c[3], x - half)
-                y_end = spline_at(c[3], x)
+                y_mid = spline_at(coefficients, first + k, 3, x - half)
+                y_end = spline_at(coefficients, first + k, 3, x)
             t_mid = t_k + x - half
             if on & STATES:
                 advance_states(
@@ -168,7 +170,7 @@ def simulate_one(
                 if on & DELAYS:
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - half - lag)
                 else:
-                    i_1, i_2, i_3 = inputs_at(c, x - half)
+                    i_1, i_2, i_3 = inputs_at(coefficients, first + k, x - half)
             # <voltage middle>
             # <only by current>
             point = 2 * ((first + k) * substeps + (done >> FINEST))
@@ -190,7 +192,7 @@ def simulate_one(
                 if on & DELAYS:
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (first + k) * dt + x - lag)
                 else:
-                    i_1, i_2, i_3 = inputs_at(c, x)
+                    i_1, i_2, i_3 = inputs_at(coefficients, first + k, x)
             # <voltage end>
             # <only by current>
             if known:
@@ -204,7 +206,7 @@ def simulate_one(
             rise = force_end - force
             mean = (force + 4.0 * force_mid + force_end) / 6.0
             if gliding:
-                v_new, displacement = gliding_step(v, mean - drag - 0.5 * rise, rise / h, mass, sigma_2, h)
+                v_new, displacement = gliding_step(v, mean - drag - 0.5 * rise, rise, mass, sigma_2, h, glide)
                 followed = math.copysign(v_new, v) != v_new or abs(v_new) <= slowest
                 if followed:  # it slows down too much: the same step once more
                     done -= size

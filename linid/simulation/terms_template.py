@@ -9,7 +9,7 @@ import math
 
 from numba import njit
 
-from linid.physics.friction import gliding_step, lugre_step, stribeck, stribeck_fall
+from linid.physics.friction import glide_weights, gliding_step, lugre_step, stribeck, stribeck_fall
 from linid.physics.electrical import WEIGHTS, clarke, current_weights, mode_inductances, phases
 from linid.physics.motors import gaussian_force, motor_forces, phase_constants, phase_force, prepare_motor
 import numpy as np
@@ -35,15 +35,18 @@ LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 
 @njit(cache=True, error_model="numpy")
-def spline_at(c, x):
-    """A cubic spline x seconds after a sample; c: (4,) coefficients."""
-    return ((c[3] * x + c[2]) * x + c[1]) * x + c[0]
+def spline_at(c, k, row, x):
+    """A cubic spline x seconds after sample k; c: (n - 1, 4, 4) coefficients, of which the `row`.
+
+    Not by a view of the row: views are counted, which costs more than the spline.
+    """
+    return ((c[k, row, 3] * x + c[k, row, 2]) * x + c[k, row, 1]) * x + c[k, row, 0]
 
 
 @njit(cache=True, error_model="numpy")
-def inputs_at(c, x):
-    """The three inputs x seconds after a sample; c: (4, 4) spline coefficients."""
-    return spline_at(c[0], x), spline_at(c[1], x), spline_at(c[2], x)
+def inputs_at(c, k, x):
+    """The three inputs x seconds after sample k; c: (n - 1, 4, 4) spline coefficients."""
+    return spline_at(c, k, 0, x), spline_at(c, k, 1, x), spline_at(c, k, 2, x)
 
 
 @njit(cache=True, error_model="numpy")
@@ -52,7 +55,7 @@ def late_inputs(coefficients, dt, x):
     last = coefficients.shape[0]
     x = min(max(x, 0.0), last * dt)
     k = min(int(x / dt), last - 1)
-    return inputs_at(coefficients[k], x - k * dt)
+    return inputs_at(coefficients, k, x - k * dt)
 
 
 @njit(cache=True, error_model="numpy")
