@@ -7,14 +7,17 @@ Writes growth.json, growth.png and growth.md (the table). All points together ta
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
@@ -156,12 +159,12 @@ def evaluate_point(size: int, folder: Path) -> dict[str, float]:
 
 
 def fit_point(size: int, folder: Path) -> dict[str, float]:
-    with tempfile.TemporaryDirectory() as out:
+    from linid.cli import cli
+
+    with tempfile.TemporaryDirectory() as out, redirect_stdout(io.StringIO()):
         options = ["--known", f"force_constant={FIXED['force_constant']}", "--no-figures", "--quiet", "--overwrite"]
-        command = [sys.executable, "-m", "linid.cli", "fit-friction", str(folder / "run.csv"), *options, "--out", out]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return {"linid fit-friction": used.ru_utime + used.ru_stime}
+        cli(["fit-friction", str(folder / "run.csv"), *options, "--out", out], standalone_mode=False)
+    return {"linid fit-friction": time.process_time()}  # since the process began
 
 
 def recordings_point(size: int, folder: Path) -> dict[str, float]:
@@ -220,14 +223,21 @@ def warm_up(series: str, folder: Path) -> None:
     Linearisation(problem, Cost(problem)).triangle(genes)
 
 
+def peak_mb() -> float:
+    """Largest resident memory of this process so far, in MB."""
+    status = Path("/proc/self/status")
+    if status.exists():  # what `getrusage` tells begins with the parent's
+        return float(re.findall(r"VmHWM:\s+(\d+) kB", status.read_text())[0]) / 1024.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
 def measure(series: str, size: int, folder: Path, small: Path) -> Point:
     """One point, in this process."""
     if series != "fit":
         warm_up(series, small)
-    base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    base = peak_mb()
     seconds = POINTS[series](size, folder)
-    who = resource.RUSAGE_CHILDREN if series == "fit" else resource.RUSAGE_SELF
-    return Point(series, size, seconds, resource.getrusage(who).ru_maxrss / 1024.0, 0.0 if series == "fit" else base)
+    return Point(series, size, seconds, peak_mb(), base)
 
 
 class Data:

@@ -76,7 +76,7 @@ def _memory(point: Point) -> float:
 
 def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
     """Title, abscissa, ordinate and curves of every panel."""
-    time, memory = "processor time in s", "peak memory in MB"
+    time, memory = "processor time in s", "added peak memory in MB"
     return [
         ("Length of a recording", "samples", time, [
             line_of(points, "fit", "linid fit-friction", _seconds("linid fit-friction")),
@@ -84,9 +84,9 @@ def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
             line_of(points, "evaluate", "cost of a candidate", _seconds("one candidate")),
         ]),
         ("Length of a recording", "samples", memory, [
-            line_of(points, "fit", "linid fit-friction, whole process", _memory),
-            line_of(points, "evaluate", "cost of 8 candidates, added", _memory),
-            line_of(points, "read", "read, added", _memory),
+            line_of(points, "fit", "linid fit-friction", _memory),
+            line_of(points, "evaluate", "costs of 8 candidates", _memory),
+            line_of(points, "read", "read", _memory),
         ]),
         ("Number of recordings of 1000 samples", "recordings", time, [
             line_of(points, "recordings", "read all", _seconds("read")),
@@ -100,7 +100,7 @@ def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
             line_of(points, "effects", "cost of a candidate, effects added", _seconds("one candidate"), "parameters"),
             line_of(points, "parameters", "Jacobian, the same effects", _seconds("Jacobian")),
         ]),
-        ("Memory besides length", "recordings, candidates", "added peak memory in MB", [
+        ("Memory besides length", "recordings, candidates", memory, [
             line_of(points, "recordings", "recordings: read, cost", _memory),
             line_of(points, "population", "candidates: costs", _memory),
         ]),
