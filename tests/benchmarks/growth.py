@@ -70,7 +70,7 @@ _REPEATED = 0.3  # s, below which a time is the least of five
 
 
 def make_recording(samples: int) -> Recording:
-    """The axis driven by five sines of its q-current, at 1 kHz, with the encoder's noise."""
+    """The axis driven by four sines of its q-current, at 1 kHz, with the encoder's noise."""
     t = PERIOD * np.arange(samples)
     current = sum(a * np.sin(2.0 * np.pi * f * t + f) for a, f in ((0.6, 0.31), (0.5, 0.73), (0.4, 1.9), (0.3, 4.3)))
     still = Recording("run", t, np.zeros(samples), drive_input=np.asarray(current))
