@@ -97,15 +97,17 @@ class Ahead:
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) prediction errors in m, each window without its straight line."""
-        errors = np.asarray(self.simulate(params) - self.measured)
+        errors = self.simulate(params)
+        errors -= self.measured
         if not self.project:
             return errors
         offsets_out = self.segments.out_offsets
         for length, basis in self.bases.items():
             windows = np.flatnonzero(self.segments.count == length)
             rows = (offsets_out[windows][:, None] + np.arange(length)).ravel()
-            block = errors[:, rows].reshape(errors.shape[0], windows.size, length)
-            errors[:, rows] = (block - (block @ basis) @ basis.T).reshape(errors.shape[0], -1)
+            for row in errors:  # one at a time: of long recordings, a copy of all takes hundreds of MB
+                block = row[rows].reshape(windows.size, length)
+                row[rows] = (block - (block @ basis) @ basis.T).ravel()
         return errors
 
 

@@ -88,6 +88,7 @@ def fit(
     state, reason, silent = _search(coarse, *seeds, settings, hooks)
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
+    del coarse, coarse_parts  # of long recordings, each problem holds hundreds of MB
     looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
     return _refine(space, state, reason, recordings, settings, substeps, warnings, per_mass, hooks, looks)
 
@@ -142,7 +143,9 @@ def _refine(
     """
     stages = [Problem(space, make_parts(space.model, recordings, settings, steps, look=look)) for steps, look in looks]
     problem = stages[-1]
-    polished = without_noise_bias(problem, _polish_in_stages(stages, state, settings, hooks), seed=settings.search.seed)
+    polished = _polish_in_stages(stages, state, settings, hooks)
+    del stages
+    polished = without_noise_bias(problem, polished, seed=settings.search.seed)
     polished = without_voltage_noise(problem, polished)
     uncertainty = estimate_uncertainty(problem, polished, seed=settings.search.seed)
     profiles = _profiles(problem, polished, uncertainty, settings, hooks)

@@ -47,6 +47,7 @@ def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) ->
             noisy = Linearisation(Problem(problem.space, parts), line.cost)
             noisy.weights = line.weights
             bias += (noisy.residuals(x) - plain) / (2.0 * _PAIRS)
+            del parts, noisy  # before the next ones, as large, are made
     p = fit.genes.size
     pair = field_phase.columns(problem.space) or ()
     moved = np.array([column for column in range(x.size) if column not in pair])

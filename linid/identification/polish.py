@@ -142,13 +142,14 @@ class Linearisation:
                 mask = owner == recording
                 out[mask, p + 2 * recording + kind] = change[mask]
         base = np.nan_to_num(base, nan=1e3, posinf=1e3, neginf=-1e3)
-        return base, np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0)
+        return base, np.nan_to_num(out, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
     def batch(self, batch: Array) -> Array:
         """Weighted residuals (C, N) of rows (C, p + k) of genes and offsets."""
         self.cost.evaluations += batch.shape[0]
         parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
-        return np.concatenate([part * weight for part, weight in zip(parts, self.weights, strict=True)], axis=1)
+        weighted = [part * weight for part, weight in zip(parts, self.weights, strict=True)]
+        return weighted[0] if len(weighted) == 1 else np.concatenate(weighted, axis=1)
 
     def _nuisance_owner(self) -> NDArray[np.int64]:
         """Per residual: index of the recording whose start offsets act on it, -1 if none."""

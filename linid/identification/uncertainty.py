@@ -116,6 +116,7 @@ def _spurious_information(problem: Problem, fit: PolishResult, seed: int) -> Arr
         noisy.weights = clean.weights
         change = noisy.jacobian(x) - base
         added += change.T @ change / _NOISE_DRAWS
+        del parts, noisy, change  # before the next ones, as large, are made
     return added
 
 

@@ -101,7 +101,8 @@ def _common_part(
         notes.append(f"{lost} sample{'s' * (lost > 1)} at the ends left out: not every channel has values there")
     part = slice(int(covered[0]), int(covered[-1]) + 1)
     notes += gap_notes(values["time"][part])
-    return Signals({role: x[part].copy() for role, x in values.items()}, tuple(notes))
+    whole = len(covered) == len(keep)
+    return Signals({role: x if whole else x[part].copy() for role, x in values.items()}, tuple(notes))
 
 
 def _clock(
@@ -128,15 +129,13 @@ def _clock(
         if not found:
             raise DataError(place, f"time group {group + 1} has no time column", "Export a time column for each group.")
         column = found[0]
-    n = min(len(column.values), *(len(c.values) for c in used))
     if len({len(column.values), *(len(c.values) for c in used)}) > 1:
         raise DataError(
             f"{place}, column '{column.header}'",
             f"found {len(column.values)} time stamps but {', '.join(str(len(c.values)) for c in used)} samples",
             "Save vectors of equal length.",
         )
-    others = np.column_stack([c.values[:n] for c in used])
-    clock = clean_clock(time.to_si(column.values), others, column.lines, place)
+    clock = clean_clock(time.to_si(column.values), [c.values for c in used], column.lines, place)
     return clock.t, clock.rows, list(clock.notes)
 
 

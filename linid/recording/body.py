@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,34 +13,55 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.recording.dialect import NUMBER, Dialect, is_grouped, is_number, split, thousands_error, to_float
+from linid.recording.pieces import texts
 from linid.recording.recording import Array
 
+Integers = np.ndarray[tuple[int], np.dtype[np.int64]]
 _BAD_SHARE = 0.01  # more unusable rows than this is no isolated damage
 
 
 @dataclass(frozen=True)
 class Body:
-    """values: (n, fields), nan where no number; lines: (n,) line numbers from 1; bad: {(row, column): text}."""
+    """columns: per field (n,) values with nan where no number (empty: not kept); lines: (n,) line numbers from 1;
+    ends: per field the rows up to its last number; bad: {(row, column): text} of the kept columns."""
 
-    values: Array
-    lines: np.ndarray[tuple[int], np.dtype[np.int64]]
+    columns: tuple[Array, ...]
+    lines: Integers
+    ends: tuple[int, ...]
     bad: dict[tuple[int, int], str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 
-def read_body(lines: Sequence[str], dialect: Dialect, place: str, *, short_rows: bool = False) -> Body:
-    """All data rows from `dialect.first` on.
+def read_body(
+    lines: Sequence[str], dialect: Dialect, place: str, *, short_rows: bool = False,
+    wanted: Collection[int] | None = None,
+) -> Body:  # fmt: skip
+    """All data rows from `dialect.first` on, a piece of the file at a time.
 
-    short_rows: rows may end early (a slower time group has fewer samples).
+    short_rows: rows may end early (a slower time group has fewer samples); wanted: the columns to keep (default: all).
     Raises DataError for a second header, too many rows with a wrong field count, or digit grouping.
     """
     end, notes = _end_of_data(lines, dialect, place)
-    body = lines[dialect.first : end]
-    values = _fast(body, dialect)
-    if values is not None:
-        numbers = np.arange(dialect.first + 1, end + 1)
-        return Body(values, numbers, {}, tuple(notes))
-    return _careful(body, dialect, place, notes, short_rows)
+    total = end - dialect.first
+    kept = [k for k in range(dialect.fields) if wanted is None or k in wanted]
+    columns = [np.full(total if k in kept else 0, np.nan) for k in range(dialect.fields)]
+    if _all_clean(lines, dialect, end, columns, kept):
+        return Body(tuple(columns), np.arange(dialect.first + 1, end + 1), (total,) * dialect.fields, {}, tuple(notes))
+    return _careful(lines, dialect, place, end, columns, kept, notes, short_rows)
+
+
+def _all_clean(lines: Sequence[str], dialect: Dialect, end: int, columns: list[Array], kept: list[int]) -> bool:
+    """Fill the kept columns by the C parser; False when anything in the file is unusual."""
+    lead = lines[dialect.first]  # the parser takes the number of fields from the first line that it sees
+    for first, stop, text in texts(lines, dialect.first, end):
+        led = int(first > dialect.first)
+        numbers = _fast(f"{lead}\n{text}" if led else text, stop - first + led, dialect, '"' in lead)
+        if numbers is None:
+            return False
+        for k in kept:
+            if k in numbers:
+                columns[k][first - dialect.first : stop - dialect.first] = numbers[k][led:]
+    return True
 
 
 def _end_of_data(lines: Sequence[str], dialect: Dialect, place: str) -> tuple[int, list[str]]:
@@ -63,17 +84,16 @@ def _has_number(line: str, dialect: Dialect) -> bool:
     return any(is_number(cell, dialect.decimal) for cell in split(line, dialect.separator))
 
 
-def _fast(body: Sequence[str], dialect: Dialect) -> Array | None:
-    """The body by the C parser, or None when anything in it is unusual."""
+def _fast(text: str, rows: int, dialect: Dialect, quoted: bool) -> dict[int, Array] | None:
+    """The numeric columns of some rows by the C parser, or None when anything in them is unusual."""
     import pandas as pd
 
-    has_quotes = '"' in body[0]
     # The default rounds correctly since pandas 3.1, where the argument is deprecated.
     version = tuple(int(part) for part in pd.__version__.split(".")[:2])
     exact: dict[str, Any] = {} if version >= (3, 1) else {"float_precision": "round_trip"}
     try:
         frame = pd.read_csv(
-            io.StringIO("\n".join(body)),
+            io.StringIO(text),
             sep=r"\s+" if dialect.separator == " " else dialect.separator,
             decimal=dialect.decimal,
             header=None,
@@ -82,19 +102,16 @@ def _fast(body: Sequence[str], dialect: Dialect) -> Array | None:
             na_values=[""],
             skip_blank_lines=False,
             skipinitialspace=True,
-            quoting=csv.QUOTE_MINIMAL if has_quotes else csv.QUOTE_NONE,
+            low_memory=False,
+            quoting=csv.QUOTE_MINIMAL if quoted else csv.QUOTE_NONE,
             **exact,
         )
     except (ValueError, pd.errors.ParserError, OverflowError):
         return None
-    if frame.shape != (len(body), dialect.fields):
+    if frame.shape != (rows, dialect.fields):
         return None
-    values = np.full(frame.shape, np.nan)
-    for k, numeric in enumerate(dialect.numeric):
-        if numeric:
-            values[:, k] = frame[k].to_numpy()
-    good = values[:, list(dialect.numeric)]
-    return values if bool(np.isfinite(good).all()) else None
+    numbers = {k: frame[k].to_numpy() for k, numeric in enumerate(dialect.numeric) if numeric}
+    return numbers if all(np.isfinite(x).all() for x in numbers.values()) else None
 
 
 def _clean_row(dialect: Dialect) -> re.Pattern[str]:
@@ -105,110 +122,131 @@ def _clean_row(dialect: Dialect) -> re.Pattern[str]:
     return re.compile(sep.join(number if numeric else anything for numeric in dialect.numeric))
 
 
-def _careful(body: Sequence[str], dialect: Dialect, place: str, notes: list[str], short_rows: bool) -> Body:
+def _careful(
+    lines: Sequence[str], dialect: Dialect, place: str, end: int, columns: list[Array], kept: list[int],
+    notes: list[str], short_rows: bool,
+) -> Body:  # fmt: skip
+    """Fill the kept columns with what is clean by the C parser and with the rest line by line."""
     clean = _clean_row(dialect).fullmatch
-    is_clean = np.fromiter((clean(line) is not None for line in body), dtype=bool, count=len(body))
-    good = _fast([line for line, ok in zip(body, is_clean, strict=True) if ok], dialect) if is_clean.any() else None
-    if good is None:
-        is_clean[:] = False
-    values = np.full((len(body), dialect.fields), np.nan)
-    if good is not None:
-        values[is_clean] = good
-    keep = np.ones(len(body), dtype=bool)
-    rows = _Rows(dialect, place, short_rows)
-    for i in np.flatnonzero(~is_clean):
-        row = rows.read(body, int(i))
-        if row is None:
-            keep[i] = False
-        else:
-            values[i] = row
-    rows.refuse_if_too_many(len(body))
-    new_index = np.cumsum(keep) - 1
-    bad = {(int(new_index[r]), c): text for (r, c), text in rows.bad.items() if keep[r]}
-    lines = np.flatnonzero(keep) + dialect.first + 1
-    return Body(values[keep], lines, bad, (*notes, *rows.notes(len(body))))
+    numbers = np.empty(end - dialect.first, dtype=np.int64)
+    ends = [0] * dialect.fields
+    rows = _Rows(dialect, place, short_rows, kept)
+    quoted = '"' in lines[dialect.first]
+    at = 0  # rows kept so far
+    for first, _, text in texts(lines, dialect.first, end):
+        body = text.split("\n")
+        is_clean = np.fromiter((clean(line) is not None for line in body), dtype=bool, count=len(body))
+        good = None
+        if is_clean.any():
+            plain = "\n".join(line for line, ok in zip(body, is_clean, strict=True) if ok)
+            good = _fast(plain, int(is_clean.sum()), dialect, quoted)
+        if good is None:
+            is_clean[:] = False
+        values = np.full((len(body), dialect.fields), np.nan)
+        for k, x in (good or {}).items():
+            values[is_clean, k] = x
+        keep = np.ones(len(body), dtype=bool)
+        dropped = 0
+        for i in np.flatnonzero(~is_clean).tolist():
+            row = rows.read(body[i], first + i + 1, at + i - dropped)
+            if row is None:
+                keep[i], dropped = False, dropped + 1
+            else:
+                values[i] = row
+        values = values[keep]
+        after = at + len(values)
+        for k in kept:
+            columns[k][at:after] = values[:, k]
+        numbers[at:after] = first + 1 + np.flatnonzero(keep)
+        for k in range(dialect.fields):
+            filled = np.flatnonzero(np.isfinite(values[:, k]))
+            if len(filled):
+                ends[k] = at + int(filled[-1]) + 1
+        at = after
+    rows.refuse_if_too_many(len(numbers), end)
+    return Body(
+        tuple(column[:at] for column in columns), numbers[:at], tuple(ends), rows.bad,
+        (*notes, *rows.notes(end)),
+    )  # fmt: skip
 
 
 class _Rows:
-    """Reads unusual rows one by one and counts what was wrong."""
+    """Reads unusual rows one by one and counts what was wrong, by line number (from 1)."""
 
-    def __init__(self, dialect: Dialect, place: str, short_rows: bool) -> None:
-        self.dialect, self.place, self.short_rows = dialect, place, short_rows
+    def __init__(self, dialect: Dialect, place: str, short_rows: bool, kept: Collection[int]) -> None:
+        self.dialect, self.place, self.short_rows, self.kept = dialect, place, short_rows, kept
         self.bad: dict[tuple[int, int], str] = {}
-        self.blank: list[int] = []
+        self.blank = 0
         self.wrong: list[tuple[int, int]] = []
 
-    def read(self, body: Sequence[str], i: int) -> list[float] | None:
-        """The numbers of row i, or None when the row has to be left out."""
+    def read(self, text: str, line: int, row: int) -> list[float] | None:
+        """The numbers of a line that becomes row `row`, or None when it has to be left out."""
         dialect = self.dialect
-        line = body[i]
-        if not line.strip():
-            self.blank.append(i)
+        if not text.strip():
+            self.blank += 1
             return None
-        cells = split(line, dialect.separator)
+        cells = split(text, dialect.separator)
         while len(cells) > dialect.fields and not cells[-1]:
             cells.pop()
-        self._refuse_header(cells, i)
+        self._refuse_header(cells, line)
         if len(cells) < dialect.fields and self.short_rows:
             cells += [""] * (dialect.fields - len(cells))
         if len(cells) != dialect.fields:
             grouped = next((c for c in cells if is_grouped(c)), None)
             if grouped:
-                raise thousands_error(self._line(i), grouped)
-            self.wrong.append((i, len(cells)))
+                raise thousands_error(self._line(line), grouped)
+            self.wrong.append((line, len(cells)))
             return None
-        return [self._value(cells[k], i, k) if dialect.numeric[k] else np.nan for k in range(dialect.fields)]
+        return [self._value(cells[k], line, row, k) if dialect.numeric[k] else np.nan for k in range(dialect.fields)]
 
-    def _value(self, cell: str, i: int, k: int) -> float:
+    def _value(self, cell: str, line: int, row: int, k: int) -> float:
         if is_number(cell, self.dialect.decimal):
             value = to_float(cell, self.dialect.decimal)
             if np.isfinite(value):
                 return value
         elif is_grouped(cell):
-            raise thousands_error(f"{self._line(i)}, column {k + 1}", cell)
-        if cell:
-            self.bad[i, k] = cell
+            raise thousands_error(f"{self._line(line)}, column {k + 1}", cell)
+        if cell and k in self.kept:
+            self.bad[row, k] = cell
         return float("nan")
 
-    def _line(self, i: int) -> str:
-        return f"{self.place}, line {self.dialect.first + i + 1}"
+    def _line(self, line: int) -> str:
+        return f"{self.place}, line {line}"
 
-    def _refuse_header(self, cells: list[str], i: int) -> None:
+    def _refuse_header(self, cells: list[str], line: int) -> None:
         words = [
             c for c in cells if re.match(r"[A-Za-zÄÖÜäöü]{2}", c) and c.lower() not in ("nan", "inf", "null", "none")
         ]
         if len(words) > len(cells) / 2 and not any(is_number(c, self.dialect.decimal) for c in cells):
             raise DataError(
-                self._line(i),
+                self._line(line),
                 f"text in the middle of the data: '{' '.join(cells)[:60]}' (a second header?)",
                 "Split the file there into one recording per file.",
             )
 
-    def refuse_if_too_many(self, total: int) -> None:
-        """More than 1 % unusable rows (and more than the last one) means a misread or damaged file."""
-        wrong = [w for w in self.wrong if w[0] != total - 1]
+    def refuse_if_too_many(self, total: int, last: int) -> None:
+        """More than 1 % unusable rows (and more than the last one, in line `last`) means a misread or damaged file."""
+        wrong = [w for w in self.wrong if w[0] != last]
         if len(wrong) > max(1, _BAD_SHARE * total):
-            i, found = wrong[0]
+            line, found = wrong[0]
             raise DataError(
-                self._line(i),
+                self._line(line),
                 f"{len(wrong)} of {total} rows have a wrong number of fields; the first has {found}, "
                 f"expected {self.dialect.fields}",
                 "Repair or export the file again; check separator and decimal mark.",
             )
 
-    def notes(self, total: int) -> list[str]:
-        """What was left out, with the lines."""
+    def notes(self, last: int) -> list[str]:
+        """What was left out, with the lines; last: the last line of the data."""
         notes = []
         if self.blank:
-            notes.append(f"{len(self.blank)} blank line{'s' * (len(self.blank) > 1)} inside the data skipped")
-        last = [w for w in self.wrong if w[0] == total - 1]
-        inside = [w for w in self.wrong if w[0] != total - 1]
-        if last:
-            i, found = last[0]
-            line = self.dialect.first + i + 1
-            notes.append(f"last row (line {line}) is cut short ({found} of {self.dialect.fields} fields) and left out")
+            notes.append(f"{self.blank} blank line{'s' * (self.blank > 1)} inside the data skipped")
+        inside = [line for line, _ in self.wrong if line != last]
+        if self.wrong and self.wrong[-1][0] == last:
+            found = self.wrong[-1][1]
+            notes.append(f"last row (line {last}) is cut short ({found} of {self.dialect.fields} fields) and left out")
         if inside:
-            listed = ", ".join(str(self.dialect.first + i + 1) for i, _ in inside[:5])
             s = "s" * (len(inside) > 1)
+            listed = ", ".join(str(line) for line in inside[:5])
             notes.append(f"{len(inside)} row{s} with a wrong number of fields left out (line{s} {listed})")
         return notes

@@ -77,14 +77,15 @@ def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, dec
         hint = re.fullmatch(r"(?i)sep=(\t)", lines[0])
     if hint:
         skip, separator = 1, separator or hint[1]
+    sample = [lines[i] for i in _sample(lines, skip)]
     found = [
         dialect
         for sep in ([separator] if separator else [";", "\t", ","])
         for mark in ([decimal] if decimal else [".", ","])
-        if (dialect := _try(lines, sep, mark, skip))
+        if (dialect := _try(lines, sample, sep, mark, skip))
     ]
     if not found and separator is None:
-        found = [d for mark in ([decimal] if decimal else [".", ","]) if (d := _try(lines, " ", mark, skip))]
+        found = [d for mark in ([decimal] if decimal else [".", ","]) if (d := _try(lines, sample, " ", mark, skip))]
     several = [d for d in found if d.fields > 1]
     found = several or found
     if not found:
@@ -98,10 +99,9 @@ def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, dec
     return best
 
 
-def _try(lines: Sequence[str], separator: str, decimal: str, skip: int) -> Dialect | None:
+def _try(lines: Sequence[str], sample: Sequence[str], separator: str, decimal: str, skip: int) -> Dialect | None:
     """The dialect with this separator and mark, if at least 90 % of the sampled rows agree on the field count."""
-    sample = _sample(lines, skip)
-    rows = [split(lines[i], separator) for i in sample]
+    rows = [split(line, separator) for line in sample]
     rows = [row for row in rows if _looks_like_data(row, decimal)]
     if not rows:
         return None

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from linid.errors import DataError
 from linid.recording import twincat
-from linid.recording.body import read_body
+from linid.recording.body import Body
 from linid.recording.dialect import Dialect, sniff, split
 from linid.recording.mapping import ChannelMapping
 from linid.recording.names import split_header
-from linid.recording.table import Table, make_columns
+from linid.recording.table import Table, Used, make_columns, with_body
 from linid.recording.text import TextFile, load_text
 from linid.recording.units import find_unit
 
@@ -20,8 +20,12 @@ _NAME_KEYS = ("path", "name", "names", "trace", "trace_names", "signal", "signal
 _PERIOD_KEY = re.compile(r"(?i)\W*(?:sampl\w*[ _]?(?:time|period|interval)|time[ _]?(?:resolution|base|step)|ts|dt)\b")
 
 
-def read_table(path: Path, mapping: ChannelMapping) -> Table:
-    """Read any supported export; the layout is recognised by its marks unless the mapping names it."""
+def read_table(path: Path, mapping: ChannelMapping, used: Used | None = None) -> Table:
+    """Read any supported export; the layout is recognised by its marks unless the mapping names it.
+
+    used: numbers of the columns in use, told from the table before it has values (default: all); of a long file, only
+    these are kept.
+    """
     if mapping.layout == "mat" or (mapping.layout is None and path.suffix.lower() == ".mat"):
         from linid.recording.mat import read_mat
 
@@ -29,11 +33,11 @@ def read_table(path: Path, mapping: ChannelMapping) -> Table:
     file = load_text(path, mapping.encoding)
     layout = mapping.layout or recognise(file.lines)
     if layout == "twincat":
-        return twincat.read(file, mapping)
+        return twincat.read(file, mapping, used)
     dialect = sniff(file.lines, str(path), separator=mapping.separator, decimal=mapping.decimal)
     if layout == "controldesk":
-        return _controldesk(file, dialect)
-    return _with_header_line(file, dialect, layout)
+        return _controldesk(file, dialect, used)
+    return _with_header_line(file, dialect, layout, used)
 
 
 def recognise(lines: Sequence[str]) -> str:
@@ -48,27 +52,26 @@ def recognise(lines: Sequence[str]) -> str:
     return "generic"
 
 
-def _with_header_line(file: TextFile, dialect: Dialect, layout: str) -> Table:
+def _with_header_line(file: TextFile, dialect: Dialect, layout: str, used: Used | None) -> Table:
     """generic and elmo: the names (and perhaps a line of units) stand directly above the data."""
-    body = read_body(file.lines, dialect, str(file.path))
-    notes = [*file.notes, *body.notes]
     above = [i for i in range(dialect.first - 1, dialect.skip - 1, -1) if file.lines[i].strip()]
     if layout == "elmo":
         above = [i for i in above if not re.match(r"\s*\[[^\]]*\]\s*[;,\t]*\s*$", file.lines[i])]
     names, units, header = _header(file, dialect, above)
     period = _declared_period(file.lines[: header or dialect.first], dialect) if layout == "elmo" else None
     width = len(names)
-    if width < dialect.fields:  # trailing separators leave empty columns without a name
-        notes += _drop_unnamed(file, dialect, body.values[:, width:], width)
-    keep = slice(0, width)
-    columns = make_columns(
-        names, body.values[:, keep], body.lines, {k: t for k, t in body.bad.items() if k[1] < width},
-        dialect.numeric[keep], units=units,
-    )  # fmt: skip
-    return Table(
-        file.path, layout, columns, file.sha256, file.encoding, dialect.text, header, dialect.first + 1, period,
-        tuple(notes),
-    )  # fmt: skip
+
+    def table(body: Body) -> Table:
+        notes = [*file.notes, *body.notes]
+        if width < dialect.fields:  # trailing separators leave empty columns without a name
+            notes += _drop_unnamed(file, dialect, width)
+        columns = make_columns(names, body, dialect.numeric[:width], units=units)
+        return Table(
+            file.path, layout, columns, file.sha256, file.encoding, dialect.text, header, dialect.first + 1, period,
+            tuple(notes),
+        )  # fmt: skip
+
+    return with_body(table, file, dialect, used)
 
 
 def _header(file: TextFile, dialect: Dialect, above: Sequence[int]) -> tuple[list[str], list[str | None] | None, int]:
@@ -123,7 +126,7 @@ def _trailing_blank(dialect: Dialect) -> Sequence[int]:
     return blank
 
 
-def _drop_unnamed(file: TextFile, dialect: Dialect, values: object, width: int) -> list[str]:
+def _drop_unnamed(file: TextFile, dialect: Dialect, width: int) -> list[str]:
     rows = [split(line, dialect.separator) for line in file.lines[dialect.first : dialect.first + 50]]
     filled = any(cell for row in rows for cell in row[width:])
     return [f"columns without a name after column {width} left out"] if filled else []
@@ -152,14 +155,13 @@ def _declared_period(lines: Sequence[str], dialect: Dialect) -> float | None:
     return None
 
 
-def _controldesk(file: TextFile, dialect: Dialect) -> Table:
+def _controldesk(file: TextFile, dialect: Dialect, used: Used | None) -> Table:
     """dSPACE ControlDesk: a metadata block, a row of names, the mark `trace_values`, then the rows of samples."""
     mark = next((i for i, line in enumerate(file.lines) if "trace_values" in line.lower()), None)
     if mark is None:
         raise DataError(
             str(file.path), "no `trace_values` line found", "Remove `layout: controldesk` from the mapping."
         )
-    body = read_body(file.lines, dialect, str(file.path))
     rows = {i: split(file.lines[i], dialect.separator) for i in range(mark)}
     names_at = next((i for i in range(mark - 1, -1, -1) if _key(rows[i]) in _NAME_KEYS), None)
     if names_at is None:
@@ -172,15 +174,19 @@ def _controldesk(file: TextFile, dialect: Dialect) -> Table:
     units_at = next((i for i in range(mark) if _key(rows[i]) in ("unit", "units")), None)
     units = _from(rows[units_at], first, dialect.fields) if units_at is not None else [""] * len(names)
     shown = [name or f"column {first + k + 1}" for k, name in enumerate(names)]
-    columns = make_columns(
-        [n.replace("\\", "/").strip("/").split("/")[-1].strip('"') or n for n in shown], body.values[:, first:],
-        body.lines, {(r, k - first): t for (r, k), t in body.bad.items()}, dialect.numeric[first:],
-        units=[_unit_cell(u) for u in units], aliases=[(n,) for n in shown],
-    )  # fmt: skip
-    return Table(
-        file.path, "controldesk", columns, file.sha256, file.encoding, dialect.text, names_at + 1, dialect.first + 1,
-        None, (*file.notes, *body.notes),
-    )  # fmt: skip
+    header = [n.replace("\\", "/").strip("/").split("/")[-1].strip('"') or n for n in shown]
+
+    def table(body: Body) -> Table:
+        columns = make_columns(
+            header, body, dialect.numeric[first:], first=first, units=[_unit_cell(u) for u in units],
+            aliases=[(n,) for n in shown],
+        )  # fmt: skip
+        return Table(
+            file.path, "controldesk", columns, file.sha256, file.encoding, dialect.text, names_at + 1,
+            dialect.first + 1, None, (*file.notes, *body.notes),
+        )  # fmt: skip
+
+    return with_body(table, file, dialect, used, first=first)
 
 
 def _key(row: Sequence[str]) -> str:

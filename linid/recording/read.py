@@ -12,7 +12,7 @@ from linid.recording.layouts import read_table
 from linid.recording.mapping import PHASES, VOLTAGES, ChannelMapping, Role
 from linid.recording.recording import Array, Axis, Kind, Recording, Split
 from linid.recording.repair import saturation_note
-from linid.recording.resolve import Channels, resolve
+from linid.recording.resolve import Channels, resolve, used_columns
 from linid.recording.splines import to_uniform
 
 _FEWEST = 50
@@ -43,7 +43,7 @@ def read_recording(
     if period is not None and not period > 0:
         raise UsageError("period", f"found {period:g} s", "Give a sampling period above zero.")
     period = period if period is not None else mapping.period_s
-    table = read_table(path, mapping)
+    table = read_table(path, mapping, lambda table: used_columns(table, mapping, axis, period))
     found = resolve(table, mapping, axis, period)
     signals = assemble(table, found, period, window)
     return to_uniform(_recording(path, table.sha256, signals, found, table.notes, axis, kind, split, added_mass))

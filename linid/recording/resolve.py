@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linid.errors import DataError
+from linid.errors import DataError, LinidError
 from linid.recording.mapping import INPUTS, PHASES, ROLES, VOLTAGES, ChannelMapping, ChannelSpec, Role
 from linid.recording.names import candidates, normalised
 from linid.recording.recording import Array, Axis
@@ -76,6 +76,17 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
             continue
         found[role] = _channel(table, role, column, spec, axis)
     return Channels(found, tuple(notes))
+
+
+def used_columns(table: Table, mapping: ChannelMapping, axis: Axis, period: float | None) -> set[int] | None:
+    """Numbers (from 0) of the columns that channels and clocks take, which need no values to be told; None: all, where
+    `resolve` will refuse the table."""
+    try:
+        channels = resolve(table, mapping, axis, period)
+    except LinidError:
+        return None
+    taken = {id(channel.column) for channel in channels.by_role.values()}
+    return {k for k, column in enumerate(table.columns) if column.time or id(column) in taken}
 
 
 def _check_voltages(table: Table, columns_of: dict[Role, Column]) -> None:

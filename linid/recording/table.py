@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from linid.recording.body import Body, read_body
+from linid.recording.dialect import Dialect
 from linid.recording.names import is_time, split_header
+from linid.recording.pieces import LongText
 from linid.recording.recording import Array
+from linid.recording.text import TextFile
 
 
 @dataclass(frozen=True)
 class Column:
     """One column: header text as written, its name and declared unit, values with nan where unreadable.
 
-    values: (n,) in the declared unit; bad: {row: cell text}; lines: (n,) line numbers in the file (from 1).
+    values: (n,) in the declared unit (empty where not asked for); bad: {row: cell text}; lines: (n,) line numbers in
+    the file (from 1).
     """
 
     header: str
@@ -57,21 +62,24 @@ class Table:
         return 1 + max((column.group for column in self.columns), default=0)
 
 
+Used = Callable[[Table], Collection[int] | None]
+
+
 def make_columns(
     headers: Sequence[str],
-    values: Array,
-    lines: np.ndarray[tuple[int], np.dtype[np.int64]],
-    bad: dict[tuple[int, int], str],
+    body: Body,
     numeric: Sequence[bool],
     *,
+    first: int = 0,
     units: Sequence[str | None] | None = None,
     aliases: Sequence[Sequence[str]] | None = None,
     groups: Sequence[int] | None = None,
     times: Sequence[bool] | None = None,
 ) -> tuple[Column, ...]:
-    """Columns from a value array; a group that ends early (blank to its end) is cut to its own length.
+    """Columns from the body's, by their headers; a group that ends early (blank to its end) is cut to its own length.
 
-    Without `groups`, every column named like a time starts a group of the columns to its right.
+    first: number of the body's columns before the first header. Without `groups`, every column named like a time
+    starts a group of the columns to its right.
     """
     parsed = [split_header(header) for header in headers]
     is_clock = list(times) if times is not None else [is_time(name) for name, _ in parsed]
@@ -79,18 +87,20 @@ def make_columns(
         started = np.cumsum(is_clock)
         groups = [max(0, int(n) - 1) for n in started] if sum(is_clock) > 1 else [0] * len(headers)
     by_column: dict[int, dict[int, str]] = {}
-    for (row, k), text in bad.items():
-        by_column.setdefault(k, {})[row] = text
-    lengths = {
-        g: _length(values, [k for k in range(len(headers)) if groups[k] == g and numeric[k]]) for g in set(groups)
-    }
+    for (row, k), text in body.bad.items():
+        by_column.setdefault(k - first, {})[row] = text
+    lengths = {}
+    for g in set(groups):
+        ends = [body.ends[first + k] for k in range(len(headers)) if groups[k] == g and numeric[k]]
+        lengths[g] = max(ends, default=len(body.lines))
     columns = []
     for k, (name, unit) in enumerate(parsed):
         n = lengths[groups[k]]
         declared = units[k] if units is not None and units[k] else unit
         columns.append(
             Column(
-                header=headers[k], name=name, unit=declared, values=values[:n, k], lines=lines[:n],
+                header=headers[k], name=name, unit=declared, values=body.columns[first + k][:n],
+                lines=body.lines[:n],
                 bad={row: text for row, text in by_column.get(k, {}).items() if row < n},
                 group=groups[k], aliases=tuple(aliases[k]) if aliases else (), numeric=numeric[k], time=is_clock[k],
             )
@@ -98,9 +108,19 @@ def make_columns(
     return tuple(columns)
 
 
-def _length(values: Array, columns: list[int]) -> int:
-    """Rows up to the last one in which the group has a value."""
-    if not columns or not len(values):
-        return len(values)
-    filled = np.flatnonzero(np.isfinite(values[:, columns]).any(axis=1))
-    return int(filled[-1]) + 1 if len(filled) else 0
+def with_body(
+    build: Callable[[Body], Table], file: TextFile, dialect: Dialect, used: Used | None, *, first: int = 0,
+    short_rows: bool = False,
+) -> Table:  # fmt: skip
+    """The table that `build` makes of the file's rows, with the values of the columns in use.
+
+    used: see `layouts.read_table`; first: number of the body's columns before the table's first; short_rows: see
+    `body.read_body`.
+    """
+    wanted = None
+    if used is not None and isinstance(file.lines, LongText):  # a short file is not worth the asking
+        nothing = Body((np.empty(0),) * dialect.fields, np.empty(0, dtype=np.int64), (0,) * dialect.fields)
+        wanted = used(build(nothing))
+    if wanted is not None:
+        wanted = {first + k for k in wanted}
+    return build(read_body(file.lines, dialect, str(file.path), short_rows=short_rows, wanted=wanted))

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from linid.errors import ConfigError, DataError
+from linid.recording.pieces import LongText, Opened, Scan, scan
 
 _MAGIC = {
     b"PK\x03\x04": ("an Excel workbook or ZIP archive", "Save the sheet as CSV (or unpack the archive) first."),
@@ -16,6 +21,8 @@ _MAGIC = {
     b"MATLAB 5.0": ("a MATLAB file", "Give it the suffix .mat."),
     b"%PDF": ("a PDF", "Export the data as CSV."),
 }
+PIECE = 1 << 23  # bytes; longer files are read in pieces of this size
+_HEAD = 65536  # bytes at the beginning that show what a file is
 
 
 @dataclass(frozen=True)
@@ -23,7 +30,7 @@ class TextFile:
     """Decoded lines of an export (without line ends) and what was noticed while decoding."""
 
     path: Path
-    lines: list[str]
+    lines: Sequence[str]
     encoding: str
     sha256: str
     notes: tuple[str, ...]
@@ -31,8 +38,18 @@ class TextFile:
 
 def read_bytes(path: Path) -> bytes:
     """The file's content; DataError for a missing, unreadable or empty file and for a folder."""
-    try:
+    with _readable(path):
         data = path.read_bytes()
+    if not data:
+        raise DataError(str(path), "the file is empty (0 bytes)", "Export the recording again.")
+    return data
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """What the operating system says against reading the file, as a DataError."""
+    try:
+        yield
     except FileNotFoundError:
         raise DataError(str(path), "file not found", "Check the path.") from None
     except IsADirectoryError:
@@ -41,9 +58,6 @@ def read_bytes(path: Path) -> bytes:
         raise DataError(str(path), "no permission to read the file", "Change its permissions.") from None
     except OSError as error:
         raise DataError(str(path), f"cannot be read: {error.strerror}", "Check the path.") from None
-    if not data:
-        raise DataError(str(path), "the file is empty (0 bytes)", "Export the recording again.")
-    return data
 
 
 def sha256_of(data: bytes) -> str:
@@ -52,60 +66,70 @@ def sha256_of(data: bytes) -> str:
 
 
 def load_text(path: Path, encoding: str | None = None) -> TextFile:
-    """Decode an export: UTF-8, UTF-16 or Windows-1252, or the given `encoding`; binary files are refused."""
-    data = read_bytes(path)
-    digest = sha256_of(data)
-    notes: list[str] = []
-    text, used = _decode(path, data, encoding, notes)
-    stripped = text.rstrip("\x00")
-    if len(stripped) < len(text):
-        notes.append(f"{len(text) - len(stripped)} NUL bytes at the end of the file left out")
-    if "\x00" in stripped:
-        count = stripped.count("\x00")
-        notes.append(f"{count} NUL byte{'s' * (count > 1)} inside the file; the cells there are unreadable")
-        stripped = stripped.replace("\x00", "\ufffd")
-    lines = stripped.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    if not any(line.strip() for line in lines):
+    """Decode an export: UTF-8, UTF-16 or Windows-1252, or the given `encoding`; binary files are refused.
+
+    The lines of a file of more than `PIECE` bytes are not kept but decoded again, a piece at a time, where they are
+    used. Raises DataError for a file that cannot be read, is binary, damaged or blank; ConfigError for an unknown
+    `encoding`.
+    """
+    with _readable(path):
+        long = path.is_file() and path.stat().st_size > PIECE
+    data = b"" if long else read_bytes(path)
+
+    def opened() -> BinaryIO:
+        return path.open("rb") if long else io.BytesIO(data)
+
+    with _readable(path):
+        found, notes = _scanned(path, opened, encoding)
+    if found.nuls_at_end:
+        notes.append(f"{found.nuls_at_end} NUL bytes at the end of the file left out")
+    if found.nuls_inside:
+        s = "s" * (found.nuls_inside > 1)
+        notes.append(f"{found.nuls_inside} NUL byte{s} inside the file; the cells there are unreadable")
+    if found.blank:
         raise DataError(str(path), "the file holds only blank lines", "Export the recording again.")
-    return TextFile(path, lines, used, digest, tuple(notes))
+    lines = LongText(opened, found, str(path))
+    return TextFile(path, lines if long else list(lines), found.encoding, found.sha256, tuple(notes))
 
 
-def _decode(path: Path, data: bytes, encoding: str | None, notes: list[str]) -> tuple[str, str]:
-    if encoding is not None:
+def _scanned(path: Path, opened: Opened, given: str | None) -> tuple[Scan, list[str]]:
+    """The file in its encoding, and a note where it had to be tried."""
+    with opened() as file:
+        used = _encoding(path, file.read(_HEAD), given)
+    try:
+        return scan(opened, used or "utf-8", PIECE), []
+    except UnicodeDecodeError as error:
+        if given is not None:
+            raise DataError(
+                str(path), f"is not {given} text (byte {error.start})", "Remove `encoding` from the mapping."
+            ) from None
+        if used is not None:
+            raise DataError(
+                str(path), f"is damaged {used} text (byte {error.start})", "Export the recording again."
+            ) from None
+    return scan(opened, "cp1252", PIECE, errors="replace"), ["decoded as Windows-1252 (the file is not UTF-8)"]
+
+
+def _encoding(path: Path, head: bytes, given: str | None) -> str | None:
+    """The encoding given, or shown by the file's first bytes; None: UTF-8 as long as it fits."""
+    if given is not None:
         try:
-            return data.decode(encoding), encoding
+            b"".decode(given)
         except LookupError:
             raise ConfigError(
-                "channels.encoding", f"unknown encoding '{encoding}'", "Use utf-8, utf-16 or cp1252."
+                "channels.encoding", f"unknown encoding '{given}'", "Use utf-8, utf-16 or cp1252."
             ) from None
-        except UnicodeDecodeError as error:
-            raise DataError(
-                str(path), f"is not {encoding} text (byte {error.start})", "Remove `encoding` from the mapping."
-            ) from None
+        return given
     for magic, (kind, remedy) in _MAGIC.items():
-        if data.startswith(magic):
+        if head.startswith(magic):
             raise DataError(str(path), f"is {kind}, not a text export", remedy)
     for bom, name in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
-        if data.startswith(bom):
-            return _strict(path, data, name), name
-    wide = _utf16_without_bom(data)
-    if wide:
-        return _strict(path, data, wide), wide
-    _refuse_binary(path, data)
-    try:
-        return data.decode("utf-8"), "utf-8"
-    except UnicodeDecodeError:
-        notes.append("decoded as Windows-1252 (the file is not UTF-8)")
-        return data.decode("cp1252", errors="replace"), "cp1252"
-
-
-def _strict(path: Path, data: bytes, name: str) -> str:
-    try:
-        return data.decode(name)
-    except UnicodeDecodeError as error:
-        raise DataError(
-            str(path), f"is damaged {name} text (byte {error.start})", "Export the recording again."
-        ) from None
+        if head.startswith(bom):
+            return name
+    wide = _utf16_without_bom(head)
+    if wide is None:
+        _refuse_binary(path, head)
+    return wide
 
 
 def _utf16_without_bom(data: bytes) -> str | None:
@@ -122,7 +146,7 @@ def _utf16_without_bom(data: bytes) -> str | None:
 
 
 def _refuse_binary(path: Path, data: bytes) -> None:
-    sample = data[:65536].rstrip(b"\x00")
+    sample = data[:_HEAD].rstrip(b"\x00")
     control = sum(sample.count(bytes([code])) for code in (*range(9), 11, *range(14, 27), 28, 29, 30, 31, 127))
     if not sample or control > max(2, 0.02 * len(sample)):
         raise DataError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +23,11 @@ class Clock:
 
 
 def clean_clock(
-    t: Array, others: Array, lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str
+    t: Array, others: Sequence[Array], lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str
 ) -> Clock:
     """Times in s -> strictly increasing times; DataError when time goes back or stands still too often.
 
-    t: (n,) s with nan where unreadable; others: (n, k) the group's other columns (to tell repeated rows from a
+    t: (n,) s with nan where unreadable; others: the group's other columns, n values each (to tell repeated rows from a
     coarse clock); lines: (n,) line numbers for messages.
     """
     notes: list[str] = []
@@ -56,13 +57,13 @@ def clean_clock(
 
 
 def _without_duplicates(
-    t: Array, rows: np.ndarray[tuple[int], np.dtype[np.int64]], step: Array, others: Array,
+    t: Array, rows: np.ndarray[tuple[int], np.dtype[np.int64]], step: Array, others: Sequence[Array],
     lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str, notes: list[str],
 ) -> np.ndarray[tuple[int], np.dtype[np.int64]]:  # fmt: skip
     repeated = np.flatnonzero(step == 0)
     if not len(repeated):
         return rows
-    here, before = others[rows[repeated + 1]], others[rows[repeated]]
+    here, before = (np.column_stack([x[at] for x in others]) for at in (rows[repeated + 1], rows[repeated]))
     same = ((here == before) | (np.isnan(here) & np.isnan(before))).all(axis=1)
     different = int((~same).sum())
     if different > max(1, _FEW * len(rows)):
@@ -86,21 +87,22 @@ def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...]]:
     n = len(t)
     if n < 10:
         return t, ()
-    k = np.arange(n)
-    slope, start = np.polyfit(k - k.mean(), t, 1)
-    off = np.abs(t - (start + slope * (k - k.mean())))
-    spread = float(off.max())
+    grid: Array = np.arange(n, dtype=np.float64) - 0.5 * (n - 1)
+    slope = float((grid * (t - t.mean())).sum() / (grid**2).sum())
+    grid *= slope
+    grid += t.mean()
+    spread = float(np.abs(t - grid).max())
     if spread < 1e-6 * slope or spread > 0.6 * slope:
         return t, ()
     for digits in range(0, 12):
         quantum = 10.0**-digits
-        if np.abs(t / quantum - np.rint(t / quantum)).max() < 1e-3:
+        units = t / quantum
+        if np.abs(units - np.rint(units)).max() < 1e-3:
             break
     else:
         return t, ()
     if spread > 0.55 * quantum or quantum > 0.5 * slope:
         return t, ()
-    grid = start + slope * (k - k.mean())
     return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",)
 
 

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from linid.errors import DataError
-from linid.recording.body import read_body
+from linid.recording.body import Body
 from linid.recording.dialect import Dialect, first_data_line, is_number, split
 from linid.recording.mapping import ChannelMapping
 from linid.recording.recording import Array
-from linid.recording.table import Table, make_columns
+from linid.recording.table import Table, Used, make_columns, with_body
 from linid.recording.text import TextFile
 
 _KEY_TEXT = (
@@ -38,8 +38,11 @@ def is_twincat(head: Sequence[str]) -> bool:
     return any(split(first, sep)[0] == "Name" and len(split(first, sep)) > 1 for sep in _SEPARATORS[:3])
 
 
-def read(file: TextFile, mapping: ChannelMapping) -> Table:
-    """Read the export; times are in ms as the format defines (or 100 ns ticks with full time stamps)."""
+def read(file: TextFile, mapping: ChannelMapping, used: Used | None = None) -> Table:
+    """Read the export; times are in ms as the format defines (or 100 ns ticks with full time stamps).
+
+    used: see `layouts.read_table`.
+    """
     place = str(file.path)
     separator = mapping.separator or _separator(file.lines, place)
     header = _header(file.lines, separator)
@@ -49,30 +52,25 @@ def read(file: TextFile, mapping: ChannelMapping) -> Table:
     fields = len(names)
     clocks = [k for k, cell in enumerate(names) if cell in ("Name", "SymbolName")]
     dialect = _dialect(file.lines, separator, mapping.decimal, fields, header, place)
-    body = read_body(file.lines, dialect, place, short_rows=len(clocks) > 1)
     groups = [int(np.searchsorted(clocks, k, side="right")) - 1 for k in range(fields)]
-    unit, ticks_note = _time_unit(body.values, header, clocks)
-    units: list[str | None] = [unit if k in clocks else _unit(header, k) for k in range(fields)]
+    units: list[str | None] = ["ms" if k in clocks else _unit(header, k) for k in range(fields)]
     symbols = header.get("SymbolName", [])
     shown = [f"Time {groups[k] + 1}" if k in clocks else name for k, name in enumerate(names)]
-    columns = make_columns(
-        shown, body.values, body.lines, body.bad, dialect.numeric, units=units,
-        aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)], groups=groups,
-        times=[k in clocks for k in range(fields)],
-    )  # fmt: skip
-    notes = [*file.notes, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
-    return Table(
-        file.path,
-        "twincat",
-        columns,
-        file.sha256,
-        file.encoding,
-        dialect.text,
-        1,
-        dialect.first + 1,
-        None,
-        tuple(notes),
-    )
+
+    def table(body: Body) -> Table:
+        ticks_note = _from_ticks(body.columns, header, clocks)
+        columns = make_columns(
+            shown, body, dialect.numeric, units=units,
+            aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)], groups=groups,
+            times=[k in clocks for k in range(fields)],
+        )  # fmt: skip
+        notes = [*file.notes, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
+        return Table(
+            file.path, "twincat", columns, file.sha256, file.encoding, dialect.text, 1, dialect.first + 1, None,
+            tuple(notes),
+        )  # fmt: skip
+
+    return with_body(table, file, dialect, used, short_rows=len(clocks) > 1)
 
 
 def _separator(lines: Sequence[str], place: str) -> str:
@@ -134,13 +132,17 @@ def _unit(header: dict[str, list[str]], k: int) -> str | None:
     return text or None
 
 
-def _time_unit(values: Array, header: dict[str, list[str]], clocks: Sequence[int]) -> tuple[str, list[str]]:
-    """ms, or 100 ns ticks when the first time equals the header's start of the export."""
+def _from_ticks(columns: Sequence[Array], header: dict[str, list[str]], clocks: Sequence[int]) -> list[str]:
+    """Times in ms in place of 100 ns ticks, which they are when the first one equals the header's start of the export;
+    a note if so."""
+    times = columns[clocks[0]]
     start = header.get("Starttime of export", ["", ""])[1]
-    if is_number(start, ".") and len(values) and float(start) > 1e12 and abs(values[0, 0] / float(start) - 1) < 1e-3:
-        values[:, clocks] = (values[:, clocks] - values[0, clocks[0]]) * 1e-4
-        return "ms", ["full time stamps (100 ns ticks): time counted from the first sample"]
-    return "ms", []
+    if is_number(start, ".") and len(times) and float(start) > 1e12 and abs(times[0] / float(start) - 1) < 1e-3:
+        begin = times[0]
+        for k in clocks:
+            columns[k][:] = (columns[k] - begin) * 1e-4
+        return ["full time stamps (100 ns ticks): time counted from the first sample"]
+    return []
 
 
 def _scale_notes(header: dict[str, list[str]], names: Sequence[str], clocks: Sequence[int]) -> list[str]:

@@ -47,27 +47,25 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
 
     voltages: the phase voltages are the inputs; the windings of a free wheel are open.
     """
-    blocks, counts, powered = [], [], []
-    for recording in recordings:
-        n = recording.t.size
+    sizes = np.array([recording.t.size for recording in recordings], dtype=np.int64)
+    offsets = np.concatenate([[0], np.cumsum(sizes - 1)]).astype(np.int64)
+    coefficients = np.zeros((int(offsets[-1]), 4, 4))
+    powered = []
+    for index, recording in enumerate(recordings):
         channels = recording.phase_currents
         if voltages:
             channels = recording.phase_voltages if recording.kind != "free_wheel" else None
         elif channels is None and recording.drive_input is not None:
-            channels = np.vstack([recording.drive_input, np.zeros((2, n))])
+            channels = recording.drive_input[None, :]
         active = channels is not None and bool(np.any(channels))
-        dt = (recording.t[-1] - recording.t[0]) / (n - 1)
-        block = np.zeros((n - 1, 4, 4))
-        if active:
-            block[:, :3] = np.transpose(cubic_spline_coefficients(dt, np.asarray(channels)), (1, 0, 2))
-        block[:, 3] = cubic_spline_coefficients(dt, recording.y[None, :])[0]
-        blocks.append(block)
-        counts.append(n)
+        dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
+        block = coefficients[offsets[index] : offsets[index + 1]]
+        for row, samples in (*enumerate(channels if channels is not None and active else ()), (3, recording.y)):
+            block[:, row] = cubic_spline_coefficients(dt, samples)[0]
         powered.append(active)
-    sizes = np.array(counts, dtype=np.int64)
     return Inputs(
-        coefficients=np.concatenate(blocks),
-        offsets=np.concatenate([[0], np.cumsum(sizes - 1)]).astype(np.int64),
+        coefficients=coefficients,
+        offsets=offsets,
         sample_offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         t_starts=np.array([r.t[0] for r in recordings]),
         dts=np.array([(r.t[-1] - r.t[0]) / (r.t.size - 1) for r in recordings]),
@@ -83,11 +81,13 @@ def measured_points(inputs: Inputs, pieces: int) -> Array:
 
     Those of recording r begin at pieces * offsets[r] + r and end with its last sample.
     """
-    rows = []
+    order = [3, 0, 1, 2]
+    out = np.empty((4, pieces * int(inputs.offsets[-1]) + inputs.dts.size))
     for r, dt in enumerate(inputs.dts):
         c = inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
-        x = np.arange(pieces) * (dt / pieces)
-        values = np.einsum("kjn,nx->jkx", c, np.vander(x, 4, increasing=True).T).reshape(4, -1)
-        last = c[-1] @ (dt ** np.arange(4.0))
-        rows.append(np.column_stack([values, last]))
-    return np.ascontiguousarray(np.concatenate(rows, axis=1)[[3, 0, 1, 2]])
+        begin, end = pieces * inputs.offsets[r] + r, pieces * inputs.offsets[r + 1] + r
+        for piece in range(pieces):
+            x = np.vander([piece * (dt / pieces)], 4, increasing=True)[0]
+            out[:, begin + piece : end : pieces] = np.einsum("kjn,n->jk", c, x)[order]
+        out[:, end] = (c[-1] @ (dt ** np.arange(4.0)))[order]
+    return out

@@ -145,7 +145,8 @@ def identity_of(*parts: Any) -> str:
 def file_record(path: Path) -> dict[str, Any]:
     """Path and SHA-256 of an input file."""
     try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         digest = ""
     return {"file": str(path), "sha256": digest}
