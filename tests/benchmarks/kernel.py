@@ -1,6 +1,6 @@
 """Where the time of the compiled simulation goes: `python -m tests.benchmarks.kernel [--json FILE] [--quick]`.
 
-Times are the least of many short runs, so that other processes disturb little; nothing here passes or fails. Cycles
+Times are the least processor time of many runs, so that others disturb little; nothing here passes or fails. Cycles
 are times by the measured clock. Operations and the longest dependency chain come from the kernel's own source, run in
 plain Python (operations.py), instructions from single steps of a traced process where the system allows it.
 """
@@ -93,12 +93,12 @@ class Case:
 
 
 def least(function: Callable[[], object], seconds: float) -> float:
-    """Least wall time in s of calls that are repeated for `seconds`, at least thrice."""
+    """Least processor time in s of calls that are repeated for `seconds`, at least thrice."""
     best, calls, end = math.inf, 0, time.perf_counter() + seconds
     while calls < 3 or time.perf_counter() < end:
-        begin = time.perf_counter()
+        begin = time.thread_time()
         function()
-        best = min(best, time.perf_counter() - begin)
+        best = min(best, time.thread_time() - begin)
         calls += 1
     return best
 
