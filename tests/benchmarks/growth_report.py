@@ -14,7 +14,8 @@ from linid.report.style import ACCENT, ERROR, MEASURED, MODEL, new_figure, save,
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_SPAN = 0.03  # of the largest size: the slope is fitted from there on
+_DECADE, _ALL = 0.1, 0.0  # of the largest size: the slope is fitted from there on
+_LEAST_MB = 1.0  # below which added memory is that of chance
 
 
 @dataclass(frozen=True)
@@ -41,29 +42,33 @@ class Point:
 
 @dataclass(frozen=True)
 class Line:
-    """One curve: sizes and values (n,), both above zero."""
+    """One curve: sizes and values (n,), both above zero; begin: share of the largest size where the fit begins."""
 
     label: str
     x: Sequence[float]
     y: Sequence[float]
+    begin: float = _DECADE
 
     @property
     def fitted(self) -> tuple[float, float, float]:
         """Slope, factor and first size of the power law through the largest sizes; slope nan for a single point."""
         x, y = np.array(self.x), np.array(self.y)
-        used = x >= _SPAN * x.max() * (1.0 - 1e-9)
+        used = x >= self.begin * x.max() * (1.0 - 1e-9)
         if used.sum() < 2:
             return float("nan"), float("nan"), float(x[-1])
         slope, level = np.polyfit(np.log(x[used]), np.log(y[used]), 1)
         return float(slope), float(np.exp(level)), float(x[used][0])
 
 
-def line_of(points: Sequence[Point], series: str, label: str, value: Callable[[Point], float], size: str = "") -> Line:
+def line_of(
+    points: Sequence[Point], series: str, label: str, value: Callable[[Point], float], size: str = "",
+    begin: float = _DECADE,
+) -> Line:  # fmt: skip
     """The curve of a series; size: name of the value that is the abscissa (default: the size itself)."""
     rows = sorted((p for p in points if p.series == series), key=lambda p: p.size)
     pairs = [(p.seconds[size] if size else float(p.size), value(p)) for p in rows]
     pairs = [(x, y) for x, y in pairs if y > 0.0]
-    return Line(label, [x for x, _ in pairs], [y for _, y in pairs])
+    return Line(label, [x for x, _ in pairs], [y for _, y in pairs], begin)
 
 
 def _seconds(name: str) -> Callable[[Point], float]:
@@ -71,7 +76,8 @@ def _seconds(name: str) -> Callable[[Point], float]:
 
 
 def _memory(point: Point) -> float:
-    return point.peak_mb - point.base_mb
+    added = point.peak_mb - point.base_mb
+    return added if added >= _LEAST_MB else 0.0
 
 
 def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
@@ -81,7 +87,7 @@ def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
         ("Length of a recording", "samples", time, [
             line_of(points, "fit", "linid fit-friction", _seconds("linid fit-friction")),
             line_of(points, "read", "read", _seconds("read")),
-            line_of(points, "evaluate", "cost of a candidate", _seconds("one candidate")),
+            line_of(points, "evaluate", "cost of a candidate", _seconds("one candidate"), begin=_ALL),
         ]),
         ("Length of a recording", "samples", memory, [
             line_of(points, "fit", "linid fit-friction", _memory),
@@ -89,16 +95,16 @@ def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
             line_of(points, "read", "read", _memory),
         ]),
         ("Number of recordings of 1000 samples", "recordings", time, [
-            line_of(points, "recordings", "read all", _seconds("read")),
-            line_of(points, "recordings", "cost of a candidate", _seconds("one candidate")),
+            line_of(points, "recordings", "read all", _seconds("read"), begin=_ALL),
+            line_of(points, "recordings", "cost of a candidate", _seconds("one candidate"), begin=_ALL),
         ]),
         ("Population, 1000 samples", "candidates", time, [
-            line_of(points, "population", "costs of all", _seconds("population")),
+            line_of(points, "population", "costs of all", _seconds("population"), begin=_ALL),
         ]),
         ("Number of parameters, 10 000 samples", "parameters", time, [
-            line_of(points, "effects", "Jacobian, effects added", _seconds("Jacobian"), "parameters"),
-            line_of(points, "effects", "cost of a candidate, effects added", _seconds("one candidate"), "parameters"),
-            line_of(points, "parameters", "Jacobian, the same effects", _seconds("Jacobian")),
+            line_of(points, "effects", "Jacobian, effects added", _seconds("Jacobian"), "parameters", _ALL),
+            line_of(points, "effects", "a candidate, effects added", _seconds("one candidate"), "parameters", _ALL),
+            line_of(points, "parameters", "Jacobian, the same effects", _seconds("Jacobian"), begin=_ALL),
         ]),
         ("Memory besides length", "recordings, candidates", memory, [
             line_of(points, "recordings", "recordings: read, cost", _memory),
@@ -116,7 +122,8 @@ def write_report(points: Sequence[Point], out: Path) -> None:
             for line, colour in zip(lines, (MEASURED, ERROR, ACCENT), strict=False):
                 _draw(axes, line, colour)
             if axes.has_data():
-                axes.legend(loc="best")
+                _make_room(axes)
+                axes.legend(loc="upper left")
         save(figure, out / "growth", ("png",))
     (out / "growth.md").write_text(table(points), encoding="utf-8")
 
@@ -131,6 +138,19 @@ def _draw(axes: Axes, line: Line, colour: str) -> None:
     if np.isfinite(slope):
         x = np.array([begin, max(line.x)])
         axes.plot(x, factor * x**slope, color=MODEL, linewidth=0.7, linestyle="--")
+
+
+def _make_room(axes: Axes) -> None:
+    """Room for the legend above the curves, and numbers on an axis of less than two decades."""
+    from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** 0.4)
+    left, right = axes.get_xlim()
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    if right < 100.0 * left:
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(ScalarFormatter())
 
 
 def table(points: Sequence[Point]) -> str:
