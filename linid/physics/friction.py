@@ -156,13 +156,13 @@ def lugre_step(
     return v_new, w_new, h * (v + h * gain)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def glide_weights(sigma_2: float, mass: float, h: float) -> tuple[float, float, float]:
     """phi_1, phi_2, phi_3 of the decay by viscous friction over h seconds, for `gliding_step`."""
     return _phi(-sigma_2 * h / mass)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def gliding_step(
     v: float, force: float, rise: float, mass: float, sigma_2: float, h: float, weights: tuple[float, float, float]
 ) -> tuple[float, float]:

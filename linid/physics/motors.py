@@ -65,41 +65,7 @@ def prepare_motor(motor: int, p: NDArray[np.float64], table: NDArray[np.float64]
     return count
 
 
-@njit(cache=True)
-def phase_force(
-    y: float,
-    current_u: float,
-    current_v: float,
-    current_w: float,
-    wavenumber: float,
-    phase: float,
-    table: NDArray[np.float64],
-    harmonics: int,
-) -> float:
-    """Thrust in N of three phase currents (A) at position y (m): sum over odd harmonics by angle addition.
-
-    One sine and one cosine serve every phase and harmonic, so theta costs hardly more than sine.
-    """
-    angle = wavenumber * y + phase
-    sine = math.sin(angle)
-    cosine = math.cos(angle)
-    outer_sum = current_u + current_w
-    outer_difference = current_w - current_u
-    force = table[0, 0] * (sine * (current_v + table[1, 0] * outer_sum) + cosine * table[2, 0] * outer_difference)
-    if harmonics > 1:
-        sine_2 = 2.0 * sine * cosine
-        cosine_2 = 1.0 - 2.0 * sine * sine
-        for k in range(1, harmonics):
-            turned = sine * cosine_2 + cosine * sine_2
-            cosine = cosine * cosine_2 - sine * sine_2
-            sine = turned
-            force += table[0, k] * (
-                sine * (current_v + table[1, k] * outer_sum) + cosine * table[2, k] * outer_difference
-            )
-    return force  # type: ignore[no-any-return]
-
-
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def sine_cosine(angle: float) -> tuple[float, float]:
     """Sine and cosine of an angle in rad, without branches, so that loops over angles become vector instructions.
 
@@ -118,6 +84,38 @@ def sine_cosine(angle: float) -> tuple[float, float]:
     sine = even if turned else odd
     cosine = odd if turned else even
     return (-sine if quarter >= 2.0 else sine), (-cosine if quarter == 1.0 or quarter == 2.0 else cosine)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def phase_force(
+    y: float,
+    current_u: float,
+    current_v: float,
+    current_w: float,
+    wavenumber: float,
+    phase: float,
+    table: NDArray[np.float64],
+    harmonics: int,
+) -> float:
+    """Thrust in N of three phase currents (A) at position y (m): sum over odd harmonics by angle addition.
+
+    One sine and one cosine serve every phase and harmonic, so theta costs hardly more than sine.
+    """
+    sine, cosine = sine_cosine(wavenumber * y + phase)
+    outer_sum = current_u + current_w
+    outer_difference = current_w - current_u
+    force = table[0, 0] * (sine * (current_v + table[1, 0] * outer_sum) + cosine * table[2, 0] * outer_difference)
+    if harmonics > 1:
+        sine_2 = 2.0 * sine * cosine
+        cosine_2 = 1.0 - 2.0 * sine * sine
+        for k in range(1, harmonics):
+            turned = sine * cosine_2 + cosine * sine_2
+            cosine = cosine * cosine_2 - sine * sine_2
+            sine = turned
+            force += table[0, k] * (
+                sine * (current_v + table[1, k] * outer_sum) + cosine * table[2, k] * outer_difference
+            )
+    return force  # type: ignore[no-any-return]
 
 
 @njit(cache=True, error_model="numpy")
@@ -188,9 +186,7 @@ def phase_constants(
             p[0] * big_theta_0(z, p[4], p[5]),
             p[0] * big_theta_0(z + p[2], p[4], p[5]),
         )
-    angle = wavenumber * y + phase
-    sine = math.sin(angle)
-    cosine = math.cos(angle)
+    sine, cosine = sine_cosine(wavenumber * y + phase)
     middle = table[0, 0] * sine
     shared = table[0, 0] * sine * table[1, 0]
     apart = table[0, 0] * cosine * table[2, 0]

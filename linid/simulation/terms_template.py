@@ -34,7 +34,7 @@ REST_SPEED, REST_BRISTLE = 1e-9, 1e-11  # m/s and m, below which what still move
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def spline_at(c, k, row, x):
     """A cubic spline x seconds after sample k; c: (n - 1, 4, 4) coefficients, of which the `row`.
 
@@ -43,13 +43,13 @@ def spline_at(c, k, row, x):
     return ((c[k, row, 3] * x + c[k, row, 2]) * x + c[k, row, 1]) * x + c[k, row, 0]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def inputs_at(c, k, x):
     """The three inputs x seconds after sample k; c: (n - 1, 4, 4) spline coefficients."""
     return spline_at(c, k, 0, x), spline_at(c, k, 1, x), spline_at(c, k, 2, x)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def late_inputs(coefficients, dt, x):
     """The three inputs x seconds after the first sample, held at the recording's ends."""
     last = coefficients.shape[0]
@@ -181,7 +181,7 @@ def emf_constants(motor, on, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenu
     return e_1, e_2, e_3
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def motor_force_at(motor, y, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
     """Force of the motor alone, N."""
     force = 0.0
@@ -189,7 +189,7 @@ def motor_force_at(motor, y, i_1, i_2, i_3, p, table, harmonics, wavenumber, pha
     return force
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
     """All forces on the mass but friction, in N."""
     if on & PUSHES:
