@@ -206,7 +206,7 @@ def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: 
 
     \b
     Example:
-      linid diagnose campaign.yaml --jobs 2
+      linid diagnose campaign.yaml
     """
     from linid.workflow.diagnose import diagnose as run
 
@@ -243,7 +243,7 @@ def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
 
     \b
     Example:
-      linid batch configs/stand.yaml --jobs 2
+      linid batch configs/stand.yaml
       linid batch fleet.yaml --scheduler tcp://10.0.0.5:8786 --out /shared/fleet
     """
     from linid.cli_options import overrides

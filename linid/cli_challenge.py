@@ -7,11 +7,10 @@ from typing import Any
 
 import click
 
-from linid.cli_options import debug_option, json_option, make_reporter, print_outcome, verbosity_options
+from linid.cli_options import debug_option, jobs_option, json_option, make_reporter, print_outcome, verbosity_options
 
 FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
-JOBS = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, metavar="N",
-                    help="Campaigns at a time; never changes a result.")  # fmt: skip
+JOBS = jobs_option("Campaigns at a time; never changes a result")
 KINDS = ("single", "pair", "none", "unknown")
 
 
@@ -25,8 +24,8 @@ def challenge() -> None:
     \b
     Example:
       linid challenge make --count 40 --seed 1 --out proof
-      linid challenge run proof --jobs 2
-      linid challenge oracle proof --jobs 2
+      linid challenge run proof
+      linid challenge oracle proof
       linid challenge score proof
     """
 
@@ -81,7 +80,7 @@ def run(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: 
 
     \b
     Example:
-      linid challenge run proof --jobs 2
+      linid challenge run proof
     """
     from linid.workflow.challenge import run as work
 
@@ -101,7 +100,7 @@ def oracle(folder: Path, json_output: bool, quiet: bool, verbose: bool, **option
 
     \b
     Example:
-      linid challenge oracle proof --jobs 2
+      linid challenge oracle proof
     """
     from linid.workflow.challenge import oracle as work
 

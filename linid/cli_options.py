@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -44,6 +45,23 @@ verbosity_options = _apply(
         click.option("-v", "--verbose", is_flag=True, help="Also notes of the reader and the fit on stderr."),
     ]
 )
+
+
+def usable_cores() -> int:
+    """Processor cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def jobs_option(text: str) -> Callable[[Command], Command]:
+    """`--jobs`, by default as many as there are cores; text: its help."""
+    return click.option(
+        "--jobs", type=click.IntRange(min=1), default=usable_cores, show_default=False, metavar="N",
+        help=f"{text} [all cores].",
+    )  # fmt: skip
+
+
 run_options = _apply(
     [
         click.option(
@@ -55,14 +73,7 @@ run_options = _apply(
             is_flag=True,
             help="Go on with the interrupted run in --out DIR, or in the newest unfinished folder here.",
         ),
-        click.option(
-            "--jobs",
-            type=click.IntRange(min=1),
-            default=1,
-            show_default=True,
-            metavar="N",
-            help="Threads (batch: jobs at a time); never changes a result.",
-        ),
+        jobs_option("Threads (batch: jobs at a time); never changes a result"),
         click.option("--dry-run", is_flag=True, help="Say what would be done and write nothing."),
         json_option,
         verbosity_options,

@@ -78,7 +78,7 @@ def test_a_job_whose_process_dies_is_reported(tmp_path: Path) -> None:
     campaign(tmp_path)
     slow = ", settings: {generations: 100000, patience: 100000}"
     path = write(tmp_path, friction("killed", more=slow) + friction("alive"))
-    process = start("batch", path, "--out", tmp_path / "o", cwd=tmp_path)
+    process = start("batch", path, "--jobs", "1", "--out", tmp_path / "o", cwd=tmp_path)
     wait_for(tmp_path / "o" / "killed" / "checkpoint.json")
     for child in children(process.pid):
         os.kill(child, signal.SIGKILL)
@@ -97,7 +97,7 @@ def test_an_interrupted_batch_goes_on(tmp_path: Path, blow: signal.Signals, grou
     campaign(tmp_path)
     slow = ", settings: {generations: 60, patience: 1000, population: 24}"
     path = write(tmp_path, friction("slow", more=slow) + friction("later"))
-    process = start("batch", path, "--out", tmp_path / "o", cwd=tmp_path)
+    process = start("batch", path, "--jobs", "1", "--out", tmp_path / "o", cwd=tmp_path)
     wait_for(tmp_path / "o" / "slow" / "checkpoint.json")
     for pid in [process.pid, *(children(process.pid) if group else [])]:
         os.kill(pid, blow)
