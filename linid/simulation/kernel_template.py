@@ -102,6 +102,29 @@ def simulate_one(
         if alone and abs(v) < REST_SPEED and abs(w) < REST_BRISTLE:  # nothing will ever move it
             done = ticks_per_interval
             v = w = 0.0
+        if not on and (alone or forces.size > 0) and level == 0 and abs(v) > fast and not followed:
+            # The same steps as below, for the usual case that all forces are known beforehand.
+            drag = math.copysign(coulomb, v)
+            if abs(sigma_0 * w - drag) < STEADY * coulomb:
+                size = ticks_per_interval if alone else 1 << FINEST
+                h = size * tick
+                if h != glide_h:
+                    glide, glide_h = glide_weights(sigma_2, mass, h), h
+                while done < ticks_per_interval and abs(v) > fast:
+                    force_mid = force_end = 0.0
+                    if not alone:
+                        point = 2 * ((first + k) * substeps + (done >> FINEST))
+                        force_mid, force_end = forces[point + 1], forces[point + 2]
+                    rise = force_end - force
+                    mean = (force + 4.0 * force_mid + force_end) / 6.0
+                    v_new, displacement = gliding_step(v, mean - drag - 0.5 * rise, rise, mass, sigma_2, h, glide)
+                    followed = math.copysign(v_new, v) != v_new or abs(v_new) <= slowest
+                    if followed:
+                        break
+                    v, w, force = v_new, drag / sigma_0, force_end
+                    y += displacement
+                    steps += 1
+                    done += size
         while done < ticks_per_interval:
             steady = abs(sigma_0 * w - math.copysign(coulomb, v)) < STEADY * coulomb
             gliding = level == 0 and abs(v) > fast and steady and not followed
