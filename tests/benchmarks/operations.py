@@ -92,6 +92,8 @@ TRACED_MATH = SimpleNamespace(
     isnan=lambda x: math.isnan(float(x)),
     **{name: getattr(math, name) for name in ("pi", "inf", "log")},
 )
+# Rounding to an integer is one instruction, which takes the adder's place.
+TRACED_ARRAYS = SimpleNamespace(zeros=np.zeros, nan=np.nan, floor=_function("add", "floor"))
 
 
 def _plain(source: str, names: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
@@ -144,7 +146,7 @@ def count(segments: list[dict[str, Any]], cost: dict[str, float]) -> dict[str, A
     bristle is, else it glided; `rejected`: gliding steps done once more with the bristle; `predictors`: those of
     followed steps, of which each halving needs one more.
     """
-    names, calls = plain_kernel({"math": TRACED_MATH})
+    names, calls = plain_kernel({"math": TRACED_MATH, "np": TRACED_ARRAYS})
     account = Account(cost)
 
     def traced(values: Any) -> Any:
@@ -177,7 +179,9 @@ def in_float32(segment: dict[str, Any]) -> Any:
         **{name: _float32(name) for name in (*FUNCTIONS, "copysign")},
         **{name: getattr(math, name) for name in ("pi", "inf", "log", "isnan")},
     )
-    arrays = SimpleNamespace(zeros=lambda shape: np.zeros(shape, dtype=np.float32), nan=np.float32(np.nan))
+    arrays = SimpleNamespace(
+        zeros=lambda shape: np.zeros(shape, dtype=np.float32), nan=np.float32(np.nan), floor=np.floor
+    )
     names = plain_kernel({"math": functions, "np": arrays})[0]
     single = {name: np.float32(segment[name]) for name in ("zero", "dt", "added_mass", "tolerance")}
     single |= {name: np.asarray(segment[name], dtype=np.float32) for name in ("params", "coefficients", "start")}
