@@ -36,7 +36,7 @@ class Account:
         """Do one operation and book it."""
         self.done[kind] += 1
         ready = max(x.ready for x in operands if isinstance(x, Traced)) + self.cost[kind]
-        return Traced(function(*map(float, operands)), ready, self)
+        return Traced(float(function(*map(float, operands))), ready, self)
 
 
 class Traced:
