@@ -49,6 +49,7 @@ def along_one(
     w_out: (count,) m; states_out: (count, kept) hidden states number `kept`; reading_out: (count,) reading error in m,
     or empty if no effect has one.
     """
+    # <on>
     p = params
     mass = p[7] + added_mass
     lag = 0.0

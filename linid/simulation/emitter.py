@@ -1,6 +1,7 @@
 """Writes the compiled kernel's source from the template, the motors and the effects, and loads it.
 
-One guarded kernel serves every set of effects (`if on & bit`); a specialised one holds only what is active.
+One guarded kernel serves every set of effects (`if on & bit`), a bare one all motors without effects, so that it is
+compiled and loaded in half the time; a specialised one holds only what is active.
 The file's name carries a hash of all sources, because numba's cache does not see edits in called functions.
 """
 
@@ -28,6 +29,7 @@ from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_SIZE, STATE
 
 _WRITTEN = 1_000_000_000  # s since 1970, the time that an emitted source bears
 _PARTS = ("terms", "kernel", "along")
+_BARE = Model("friction")
 _MOTOR_TEXT = {
     motors.FORCE: "force = p[8] * i_1",
     motors.SINE: "force = phase_force(y, i_1, i_2, i_3, wavenumber, phase, table, harmonics)",
@@ -116,11 +118,14 @@ def _constants(model: Model | None) -> list[str]:
     return [f"{name} = {value}" for name, value in values.items()]
 
 
-def emit(model: Model | None = None, by_voltage: bool = False) -> str:
+def emit(model: Model | None = None, by_voltage: bool = False, bare: bool = False) -> str:
     """The kernel's source text: guarded for all effects (None) or specialised for one model.
 
-    by_voltage: the inputs are phase voltages and the currents are states.
+    by_voltage: the inputs are phase voltages and the currents are states; bare: all motors, but no effects.
     """
+    motor_lines = _motors(model)
+    if bare:
+        model = _BARE
     folder = Path(__file__).parent
     text, *others = ((folder / f"{part}_template.py").read_text(encoding="utf-8") for part in _PARTS)
     text += "".join("\n\n" + other.split("# <body>\n", 1)[1].strip() + "\n" for other in others)
@@ -134,14 +139,12 @@ def emit(model: Model | None = None, by_voltage: bool = False) -> str:
     blocks = {
         "imports": ["from linid.physics.effects.registry import EFFECTS", "", *imports],
         "constants": _constants(model),
-        "motors": _motors(model),
+        "motors": motor_lines,
+        # Without effects every guard falls away.
+        "on": ["on = 0"] if model is not None and not model.effects else [],
         **{name: _lines(name, model) for name in TERM_ARGUMENTS},
         **_voltage_sections(folder, by_voltage),
     }
-    # Without effects every guard falls away: a second copy of the simulation keeps the base model at full speed.
-    before, simulation, after = text.replace("# <end>", "# <twice>").split("# <twice>\n")
-    plain = simulation.replace("def simulate_one", "def simulate_plain").replace("# <on>", "on = 0")
-    text = before + simulation.replace("    # <on>\n", "") + plain + after.lstrip("\n")
     for mark, lines in blocks.items():
         text = _filled(text, mark, lines)
     return text
@@ -201,9 +204,9 @@ def _collect_sources(function: Any, modules: dict[str, str], constants: dict[str
 
 
 @cache
-def load_kernel(model: Model | None = None, by_voltage: bool = False) -> ModuleType:
-    """The compiled kernel module, from the disk cache where it is there already."""
-    text = emit(model, by_voltage)
+def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool = False) -> ModuleType:
+    """The compiled kernel module, as in `emit`, from the disk cache where it is there already."""
+    text = emit(model, by_voltage, bare)
     name = f"kernel_{_source_hash(text)}"
     folder = cache_folder()
     lock_compilation()

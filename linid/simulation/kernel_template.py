@@ -7,7 +7,6 @@ Appended to terms_template.py by the emitter; not run as it stands.
 # <body>
 
 
-# <twice>
 @njit(cache=True, error_model="numpy")
 def simulate_one(
     params,
@@ -269,9 +268,6 @@ def simulate_one(
     return steps
 
 
-# <end>
-
-
 @njit(cache=True, error_model="numpy", nogil=True)
 def simulate_tasks(
     params,
@@ -340,54 +336,29 @@ def simulate_tasks(
         a = out_offsets[s]
         b = a + count[s]
         v_row = v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0]
-        if on:
-            steps += simulate_one(
-                params[candidate],
-                motor,
-                on,
-                powered[r],
-                coefficients[offsets[r] : offsets[r + 1]],
-                t_starts[r],
-                dts[r],
-                first[s],
-                count[s],
-                added_mass[r],
-                records[r],
-                elapsed[r],
-                starts[candidate, s],
-                kept,
-                guided,
-                substeps,
-                tolerance,
-                known,
-                # <voltage task values>
-                y_out[candidate, a:b],
-                v_row,
-            )
-        else:
-            steps += simulate_plain(
-                params[candidate],
-                motor,
-                on,
-                powered[r],
-                coefficients[offsets[r] : offsets[r + 1]],
-                t_starts[r],
-                dts[r],
-                first[s],
-                count[s],
-                added_mass[r],
-                records[r],
-                elapsed[r],
-                starts[candidate, s],
-                kept,
-                guided,
-                substeps,
-                tolerance,
-                known,
-                # <voltage task values>
-                y_out[candidate, a:b],
-                v_row,
-            )
+        steps += simulate_one(
+            params[candidate],
+            motor,
+            on,
+            powered[r],
+            coefficients[offsets[r] : offsets[r + 1]],
+            t_starts[r],
+            dts[r],
+            first[s],
+            count[s],
+            added_mass[r],
+            records[r],
+            elapsed[r],
+            starts[candidate, s],
+            kept,
+            guided,
+            substeps,
+            tolerance,
+            known,
+            # <voltage task values>
+            y_out[candidate, a:b],
+            v_row,
+        )
     return steps
 
 

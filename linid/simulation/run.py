@@ -99,7 +99,9 @@ class Simulator:
         return np.array(self.model.states, dtype=np.int64)
 
     def _kernel(self) -> object:
-        return load_kernel(self.model if self.specialised else None, bool(self.model.winding))
+        if self.specialised:
+            return load_kernel(self.model, bool(self.model.winding))
+        return load_kernel(None, bool(self.model.winding), self.model.mask == 0)
 
     def run(
         self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False, guided: bool = False

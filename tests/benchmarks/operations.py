@@ -116,7 +116,7 @@ def plain_kernel(given: dict[str, Any]) -> tuple[dict[str, Any], Counter[str]]:
     calls: Counter[str] = Counter()
     for name in ("gliding_step", "lugre_step", "stribeck_fall"):
         found[name] = _counted(found[name], name, calls)
-    return _plain(emit(), {}, found), calls
+    return _plain(emit(bare=True), {}, found), calls
 
 
 def _counted(function: Callable[..., Any], name: str, calls: Counter[str]) -> Callable[..., Any]:
@@ -130,7 +130,7 @@ def _counted(function: Callable[..., Any], name: str, calls: Counter[str]) -> Ca
 def simulate(names: dict[str, Any], segment: dict[str, Any], y_out: Any) -> int:
     """Run one segment of `tests.benchmarks.kernel.Case.separate`; returns the internal steps. y_out: (count,) m."""
     return int(
-        names["simulate_plain"](
+        names["simulate_one"](
             segment["params"], segment["motor"], 0, segment["powered"], segment["coefficients"], segment["zero"],
             segment["dt"], 0, len(y_out), segment["added_mass"], 0.0, 0.0, segment["start"],
             np.empty(0, dtype=np.int64), False, segment["substeps"], segment["tolerance"], np.empty(0), y_out,

@@ -13,6 +13,7 @@ import pytest
 from linid.identification.ahead import Ahead
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import Model
+from linid.physics.motors import FORCE, SINE, THETA
 from linid.recording.recording import Recording
 from linid.simulation.emitter import emit
 from linid.simulation.inputs import pack_inputs
@@ -86,13 +87,14 @@ def test_rows_do_not_touch_each_other_and_failure_stays_in_its_row() -> None:
     assert np.isnan(mixed[2, -1]) or abs(mixed[2, -1]) < 1e6
 
 
-def test_the_guarded_source_names_every_effect_and_the_specialised_only_its_own() -> None:
-    guarded, bare = emit(None), emit(Model("sine"))
+def test_the_guarded_source_names_every_effect_and_the_others_only_their_own() -> None:
+    guarded, bare, specialised = emit(None), emit(bare=True), emit(Model("sine"))
     for index, effect in enumerate(EFFECTS):
         assert f"if on & {1 << index}:" in guarded
         for name in effect.terms:
             assert f"= effect_{index}_{name}(" in guarded
-        assert f"effect_{index}_" not in bare
+        assert f"effect_{index}_" not in bare + specialised
+    assert all(f"if motor == {code}:" in bare for code in (FORCE, SINE, THETA))
 
 
 def test_two_processes_share_an_empty_cache(tmp_path) -> None:
