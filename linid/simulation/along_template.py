@@ -7,12 +7,11 @@ Appended to terms_template.py by the emitter; not run as it stands.
 # <body>
 
 
-@njit(cache=True, error_model="numpy")
-def decay_means(x):
-    """Means over s in [0, 1] of exp(-x s) and of s exp(-x s), x >= 0."""
+@njit(cache=True, error_model="numpy", forceinline=True)
+def decay_means(x, decay):
+    """Means over s in [0, 1] of exp(-x s) and of s exp(-x s), x >= 0; decay: exp(-x)."""
     if x < 0.02:
         return 1.0 - x * (0.5 - x / 6.0), 0.5 - x * (1.0 / 3.0 - 0.125 * x)
-    decay = math.exp(-x)
     first = (1.0 - decay) / x
     return first, (first - decay) / x
 
@@ -75,6 +74,16 @@ def along_one(
     skipping = wanted.size > 0 and not want_a and not on & (LEVELS | STATES | SENSORS)
     memory = 22.0 * max(static, coulomb) / sigma_0
     goal = -1  # the next wanted sample
+    # Where position and inputs alone decide the motor's force, it is computed for all samples at once.
+    known = want_a and powered and motor > 0 and not on & (DELAYS | DRIVES | FIELDS)
+    motor_force = np.empty(count if known else 0)
+    if known:
+        inputs = np.empty((3, count))
+        for n in range(count - 1):
+            for row in range(3):
+                inputs[row, n] = coefficients[n, row, 0]
+        inputs[0, count - 1], inputs[1, count - 1], inputs[2, count - 1] = inputs_at(coefficients, count - 2, dt)
+        motor_forces(motor, p[8:14], y, inputs[0], inputs[1], inputs[2], motor_force)
     k = -1
     while k < count - 1:
         k += 1
@@ -107,7 +116,11 @@ def along_one(
                 w = steady_bristle(
                     p, motor, on, powered, i_1, i_2, i_3, t, y[0], v[0], table, harmonics, wavenumber, phase
                 )
-        if want_a or standstill[k]:
+        if known:
+            force = motor_force[k]
+            if on & PUSHES:
+                force = with_effects(on, powered, t, y[k], v[k], i_1, i_2, i_3, p, force)
+        elif want_a or standstill[k]:
             force = external_force(
                 motor, on, powered, t, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
             )
@@ -195,9 +208,11 @@ def along_one(
                 if part < 0.0:
                     rest = -rest
                 started = w - rest
-                w = rest + started * math.exp(-abs(part / rest))
+                passed = abs(part / rest)
+                decay = math.exp(-passed)
+                w = rest + started * decay
                 if want_a:
-                    first, second = decay_means(abs(part / rest))
+                    first, second = decay_means(passed, decay)
                     whole = rest + started * first
                     mean += whole / pieces
                     late += (piece * whole + 0.5 * rest + started * second) / pieces**2

@@ -144,6 +144,17 @@ def advance_states(on, h, t, y, v, a, i_1, i_2, i_3, p):
 
 
 @njit(cache=True, error_model="numpy")
+def with_effects(on, powered, t, y, v, i_1, i_2, i_3, p, motor_force):
+    """All forces on the mass but friction, in N, given that of the motor alone."""
+    record, elapsed = p[RECORD], p[ELAPSED] + t
+    if powered and on & THRUSTS:
+        motor_force *= thrust_factor(on, t, y, v, i_1, i_2, i_3, p)
+    force = motor_force
+    # <force>
+    return force
+
+
+@njit(cache=True, error_model="numpy")
 def pushed_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
     """`external_force` where effects change it."""
     record, elapsed = p[RECORD], p[ELAPSED] + t
@@ -157,11 +168,7 @@ def pushed_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics
             # <field>
             pass
         motor_force = motor_force_at(motor, field, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
-        if on & THRUSTS:
-            motor_force *= thrust_factor(on, t, y, v, i_1, i_2, i_3, p)
-    force = motor_force
-    # <force>
-    return force
+    return with_effects(on, powered, t, y, v, i_1, i_2, i_3, p, motor_force)
 
 
 @njit(cache=True, error_model="numpy")
