@@ -146,6 +146,15 @@ def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int) 
     return meat * (groups / max(groups - parameters, 1))
 
 
+def _with_deviations(covariance: Array, pair: list[int], factors: Array) -> Array:
+    """A covariance (p, p) with the deviations of two parameters times factors (2,); the others follow as far as they
+    hang on these."""
+    inner = covariance[np.ix_(pair, pair)]
+    slopes = np.linalg.solve(inner, covariance[pair]).T
+    changed = inner * np.outer(factors, factors) - inner
+    return np.asarray(covariance + slopes @ changed @ slopes.T)
+
+
 def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) -> Uncertainty:
     """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
@@ -193,12 +202,13 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
         full[:n, :n] = regular
         room = np.array([[-fit.genes[column], 1.0 - fit.genes[column]] for column in pair])
         ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
-        deviations = np.sqrt(np.maximum(np.diag(block), 1e-300))
-        for column, (low, high) in zip(pair, ends, strict=True):
-            intervals[column] = (float(fit.genes[column]) + low, float(fit.genes[column]) + high)
-            scale = np.ones(p)
-            scale[column] = (high - low) / (2.0 * _NORMAL * deviations[column])
-            block = block * np.outer(scale, scale)
+        deviations = np.sqrt(np.maximum(np.diag(block)[list(pair)], 1e-300))
+        widths = np.array([high - low for low, high in ends]) / (2.0 * _NORMAL)
+        intervals = {
+            column: (float(fit.genes[column]) + low, float(fit.genes[column]) + high)
+            for column, (low, high) in zip(pair, ends, strict=True)
+        }
+        block = _with_deviations(block, list(pair), widths / deviations)
     diagonal = np.sqrt(np.maximum(np.diag(information)[:p], 1e-300))
     scaled = information[:p, :p] / np.outer(diagonal, diagonal)
     values = np.linalg.eigvalsh(scaled)

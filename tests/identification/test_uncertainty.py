@@ -1,10 +1,10 @@
-"""Information that only the noise of the inputs feigns."""
+"""Information that only the noise of the inputs feigns, and deviations known better than by the covariance."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from linid.identification.uncertainty import _LEAST_SHARE, _without_spurious
+from linid.identification.uncertainty import _LEAST_SHARE, _with_deviations, _without_spurious
 
 
 def test_feigned_information_is_taken_off_in_every_direction() -> None:
@@ -21,3 +21,17 @@ def test_a_parameter_without_information_has_none_to_lose() -> None:
     spurious = np.diag([1e14, 0.5, 20.0])
     left = np.diag([3e14, 1.5, 0.0])
     np.testing.assert_allclose(_without_spurious(information, spurious), left, rtol=1e-9, atol=1e-9)
+
+
+def test_parameters_follow_those_whose_deviations_are_known_otherwise() -> None:
+    """All others are the pair times slopes, and something of their own."""
+    slopes = np.array([[2.0, 0.0], [1.0, 0.5], [0.0, 0.0]])
+    own = np.diag([0.01, 0.04, 1.0])
+
+    def covariance(pair: np.ndarray) -> np.ndarray:
+        return np.block([[pair, pair @ slopes.T], [slopes @ pair, slopes @ pair @ slopes.T + own]])
+
+    before = np.array([[4e4, 100.0], [100.0, 1.0]])
+    factors = np.array([1e-3, 2.0])
+    after = covariance(before * np.outer(factors, factors))
+    np.testing.assert_allclose(_with_deviations(covariance(before), [0, 1], factors), after, rtol=1e-9, atol=1e-9)

@@ -198,7 +198,7 @@ def test_a_job_that_costs_too_many_workers_fails_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize("group", [False, True], ids=["parent only", "whole group"])
 def test_ctrl_c_saves_the_state_and_leaves_no_process(tmp_path: Path, slow_alone: Path, group: bool) -> None:
     path = batch(tmp_path, SLOW, CHECK.replace("model: friction", "model: slow"))
-    arguments = ("batch", path, "--out", tmp_path / "o", "--scheduler", "local")
+    arguments = ("batch", path, "--out", tmp_path / "o", "--scheduler", "local", "--jobs", 1)
     process = start(*arguments, cwd=tmp_path)
     wait_for_generation(tmp_path / "o/slow/checkpoint.json", 1, process)
     workers = children(process.pid)
@@ -217,7 +217,7 @@ def test_ctrl_c_saves_the_state_and_leaves_no_process(tmp_path: Path, slow_alone
 
 def test_workers_here_end_with_the_program_that_started_them(tmp_path: Path) -> None:
     path = batch(tmp_path, SLOW)
-    process = start("batch", path, "--out", tmp_path / "o", "--scheduler", "local", cwd=tmp_path)
+    process = start("batch", path, "--out", tmp_path / "o", "--scheduler", "local", "--jobs", 1, cwd=tmp_path)
     wait_for_generation(tmp_path / "o/slow/checkpoint.json", 1, process)
     workers = children(process.pid)
     processes = [*workers, *(helper for pid in workers for helper in descendants(pid))]
