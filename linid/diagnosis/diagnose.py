@@ -202,17 +202,20 @@ def _models(
     wanted = {f"refined {model.model.effects} {model.genes.tolist()}": model for model in (base, best)}
     missing = [(key, model) for key, model in wanted.items() if key not in memory]
     watch("models", 0, 2)
-    for (key, _), text in side_by_side(partial(_refined, tuple(fitted), seed), missing, jobs, workers):
+    # All threads for both: the one with effects takes longer, and then has them for itself.
+    refined = partial(_refined, tuple(fitted), seed, 1 if workers else jobs)
+    for (key, _), text in side_by_side(refined, missing, jobs, workers):
         memory[key] = text
     watch("models", 2, 2)
     models = [model_from_text(memory[key], "checkpoint") for key in wanted]
     return models[0], models[-1]
 
 
-def _refined(fitted: tuple[Recording, ...], seed: int, item: tuple[str, Fitted], jobs: int) -> str:
-    """A model as `fit-motor` finds it, as text. At the top of the module, since it also runs on workers."""
+def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[str, Fitted], jobs: int) -> str:
+    """A model as `fit-motor` finds it, as text; least: threads. At the top of the module, since it also runs on
+    workers."""
     settings = FitSettings(
-        search=SearchSettings(seed=seed), jobs=jobs, polish_steps=_STEPS, polish_precision=_PRECISION
+        search=SearchSettings(seed=seed), jobs=max(jobs, least), polish_steps=_STEPS, polish_precision=_PRECISION
     )
     return model_to_text(refine(item[1].space, item[1].genes, fitted, settings=settings))
 

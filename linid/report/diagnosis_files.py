@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from linid.report.files import write_atomic
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Candidate, Change, Diagnosis
     from linid.identification.result import Estimate
+    from linid.report.figures.write import Progress
 
 SCHEMA = 1
 
@@ -25,12 +26,13 @@ def write_diagnosis(
     *,
     formats: Sequence[str] = ("png",),
     figures: bool = True,
-    progress: Callable[[int, int], None] | None = None,
+    processes: int = 1,
+    progress: Progress | None = None,
 ) -> list[Path]:
     """Write `diagnosis.json`, `diagnosis.md`, `report.html` and, if wanted, `figures/` into `folder`.
 
-    formats: of the figures, `png`, `pdf`, `svg`; progress: called with figures done and their number. Returns the
-    written files in order.
+    formats: of the figures, `png`, `pdf`, `svg`; processes, progress: as in `write_drawings`. Returns the written
+    files.
     """
     from linid.report.figures.diagnosis_write import write_diagnosis_figures
     from linid.report.page.build import page_html
@@ -38,7 +40,9 @@ def write_diagnosis(
     folder = Path(folder)
     drawn: list[Path] = []
     if figures:
-        drawn = write_diagnosis_figures(diagnosis, folder / "figures", formats=formats, progress=progress)
+        drawn = write_diagnosis_figures(
+            diagnosis, folder / "figures", formats=formats, processes=processes, progress=progress
+        )
     pictures = [path.relative_to(folder) for path in drawn if path.suffix == ".png"]
     texts = {
         "diagnosis.json": json.dumps(diagnosis_data(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n",

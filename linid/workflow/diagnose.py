@@ -105,8 +105,8 @@ def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Repor
 
     settings = request.settings
     write_diagnosis(
-        diagnosis, folder, formats=settings.figure_formats, figures=settings.figures,
-        progress=lambda done, total: reporter.step("figures", done, total),
+        diagnosis, folder, formats=settings.figure_formats, figures=settings.figures, processes=request.jobs,
+        progress=lambda done, total, stem: reporter.step("figures", done, total),
     )  # fmt: skip
 
 

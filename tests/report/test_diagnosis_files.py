@@ -157,17 +157,19 @@ def test_figures_without_poles_and_without_change(tmp_path: Path) -> None:
 def test_residuals_share_one_pdf_of_a_page_each(tmp_path: Path) -> None:
     made = identified()
     seen: list[tuple[int, int]] = []
-    for folder in ("one", "two"):
+    for processes, folder in enumerate(("one", "two"), 1):
         written = write_diagnosis(
-            made, tmp_path / folder, formats=("png", "pdf"), progress=lambda done, total: seen.append((done, total))
-        )
+            made, tmp_path / folder, formats=("png", "pdf"), processes=processes,
+            progress=lambda done, total, stem: seen.append((done, total)),
+        )  # fmt: skip
     pages = (tmp_path / "two" / "figures" / "residuals.pdf").read_bytes()
     assert len(re.findall(rb"/Type /Page\b", pages)) == len(made.traces)
     assert pages == (tmp_path / "one" / "figures" / "residuals.pdf").read_bytes()
     figures = {p.stem for p in written if p.suffix == ".png"}
     pdfs = {p.stem for p in written if p.suffix == ".pdf"}
     assert pdfs == {stem for stem in figures if not stem.startswith("residual_")} | {"residuals"}
-    assert seen[: len(seen) // 2] == [(k, len(figures)) for k in range(1, len(figures) + 1)]
+    number = len(figures) + 1  # and the pages
+    assert seen == 2 * [(k, number) for k in range(1, number + 1)]
 
 
 def figures_of_none(diagnosis: Diagnosis, folder: Path) -> list[Path]:

@@ -8,9 +8,9 @@ import numpy as np
 
 from linid.report.diagnosis_content import after_words, before_words, changed, force_display
 from linid.report.display import display_unit, envelope, peak, rms
-from linid.report.figures.common import TIME_LABEL, legend_above
+from linid.report.figures.common import TIME_LABEL, legend_above, shorten
 from linid.report.numbers import format_number
-from linid.report.style import ERROR, MEASURED, MUTED, SHADE, caption, new_figure, style
+from linid.report.style import ERROR, MEASURED, MUTED, SHADE, caption, new_figure, stacked, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,9 +23,10 @@ def residual_trace_figure(diagnosis: Diagnosis, trace: ResidualTrace) -> Figure:
     force = force_display(diagnosis)
     position = display_unit("position", diagnosis.axis, peak(trace.y))
     with style():
-        figure = new_figure(92.0, f"Residual force, {trace.recording} ({_kind(trace)})")
-        axes: Any = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+        figure = new_figure(92.0)
+        axes: Any = stacked(figure, (3, 1), caption_mm=caption(figure, _sizes(diagnosis, trace)))
         upper, lower = axes
+        upper.set_title(f"Residual force, {shorten(trace.recording, 40)} ({_kind(trace)})")
         noise = 2 * trace.deviation * force.factor
         if np.isfinite(noise):
             upper.axhspan(-noise, noise, color=SHADE, zorder=1, label="noise, ±2σ")
@@ -40,12 +41,10 @@ def residual_trace_figure(diagnosis: Diagnosis, trace: ResidualTrace) -> Figure:
             after = envelope(trace.t, trace.after * force.factor)
             upper.plot(*after, color=MEASURED, linewidth=0.7, label=after_words(diagnosis), zorder=3)
         upper.set_ylabel(f"measured − modelled ({force.unit})")
-        legend_above(upper)
+        legend_above(lower, handles=upper.get_legend_handles_labels()[0])  # above, the title would be in its way
         lower.plot(*envelope(trace.t, trace.y * position.factor), color=MUTED)
         lower.set_ylabel(f"position ({position.unit})")
         lower.set_xlabel(TIME_LABEL)
-        figure.align_ylabels()
-        caption(figure, _sizes(diagnosis, trace))
     return figure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,55 +17,43 @@ from linid.report.figures.diagnosis_where import (
     spectrum_figure,
 )
 from linid.report.figures.diagnosis_which import measures_figure, ranking_figure
+from linid.report.figures.write import Drawing, Progress, write_drawings
 from linid.report.files import file_stems
-from linid.report.style import save, save_pages
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from linid.diagnosis.report_data import Diagnosis
 
-Progress = Callable[[int, int], None]
-
 
 def write_diagnosis_figures(
-    diagnosis: Diagnosis, folder: Path, *, formats: Sequence[str] = ("png",), progress: Progress | None = None
-) -> list[Path]:
-    """Write what shows a diagnosis; figures that have nothing to show are left out. Returns the files in order.
+    diagnosis: Diagnosis, folder: Path, *, formats: Sequence[str] = ("png",), processes: int = 1,
+    progress: Progress | None = None,
+) -> list[Path]:  # fmt: skip
+    """Write what shows a diagnosis; figures that have nothing to show are left out. Returns the files.
 
-    The residuals of all recordings share one PDF, a page each. progress: called with figures done and their number.
+    The residuals of all recordings share one PDF, a page each. processes, progress: as in `write_drawings`.
     """
-    jobs: list[tuple[str, Callable[[Diagnosis], Figure]]] = []
+    wanted: list[tuple[str, Callable[[Diagnosis], Figure]]] = []
     if totals(diagnosis):
-        jobs.append(("measures", measures_figure))
+        wanted.append(("measures", measures_figure))
     if diagnosis.candidates:
-        jobs.append(("ranking", ranking_figure))
+        wanted.append(("ranking", ranking_figure))
     if diagnosis.where:
-        jobs.append(("shares", shares_figure))
+        wanted.append(("shares", shares_figure))
     if significant(diagnosis):
-        jobs.append(("coordinates", curves_figure))
+        wanted.append(("coordinates", curves_figure))
     if diagnosis.traces:
-        jobs.append(("position_velocity", residual_map_figure))
+        wanted.append(("position_velocity", residual_map_figure))
         if diagnosis.field_wavenumber is not None:
-            jobs.append(("pole_pair", pole_pair_figure))
-        jobs.append(("spectrum", spectrum_figure))
-    stems = file_stems(trace.recording for trace in diagnosis.traces)
-    number = len(jobs) + len(stems)
-
-    def told(done: int) -> None:
-        if progress is not None:
-            progress(done, number)
-
-    paths: list[Path] = []
-    for done, (stem, draw) in enumerate(jobs, 1):
-        paths += save(draw(diagnosis), Path(folder) / stem, formats)
-        told(done)
-    residuals: list[Figure] = []
-    for trace, stem in zip(diagnosis.traces, stems, strict=True):
-        figure = residual_trace_figure(diagnosis, trace)
-        paths += save(figure, Path(folder) / f"residual_{stem}", [one for one in formats if one != "pdf"])
-        residuals.append(figure)
-        told(len(jobs) + len(residuals))
-    if residuals and "pdf" in formats:
-        paths.append(save_pages(residuals, Path(folder) / "residuals"))
-    return paths
+            wanted.append(("pole_pair", pole_pair_figure))
+        wanted.append(("spectrum", spectrum_figure))
+    drawings = [Drawing(stem, partial(draw, diagnosis)) for stem, draw in wanted]
+    others = [one for one in formats if one != "pdf"]
+    for trace, stem in zip(diagnosis.traces, file_stems(t.recording for t in diagnosis.traces), strict=True):
+        draw_trace = partial(residual_trace_figure, diagnosis, trace)
+        if "pdf" in formats:
+            drawings.append(Drawing(f"residual_{stem}", draw_trace, "residuals"))
+        if others:
+            drawings.append(Drawing(f"residual_{stem}", draw_trace, formats=others))
+    return write_drawings(drawings, folder, formats=formats, processes=processes, progress=progress)

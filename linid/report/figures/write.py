@@ -35,11 +35,13 @@ Progress = Callable[[int, int, str], None]
 
 
 class Drawing(NamedTuple):
-    """A figure to be drawn and the stem of its files; book: the PDF whose page it is rather, if PDF is wanted."""
+    """A figure to be drawn and the stem of its files; book: the PDF whose page it is rather, if PDF is wanted; formats:
+    of its files, if not all that are wanted."""
 
     stem: str
     draw: Callable[[], Figure]
     book: str = ""
+    formats: Sequence[str] = ()
 
 
 def fit_drawings(
@@ -116,7 +118,7 @@ def write_drawings(
         return lambda: [save_pages((d.draw() for d in drawings if d.book == book), folder / book)]
 
     def files(drawing: Drawing) -> Callable[[], list[Path]]:
-        return lambda: save(drawing.draw(), folder / drawing.stem, formats)
+        return lambda: save(drawing.draw(), folder / drawing.stem, drawing.formats or formats)
 
     books = sorted({d.book for d in drawings if d.book}) if "pdf" in formats else []
     tasks = [(book, pages(book)) for book in books]  # the longest ones first
