@@ -212,8 +212,8 @@ def _models(
 
 
 def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[str, Fitted], jobs: int) -> str:
-    """A model as `fit-motor` finds it, as text; least: threads. At the top of the module, since it also runs on
-    workers."""
+    """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
+    runs on workers."""
     settings = FitSettings(
         search=SearchSettings(seed=seed), jobs=max(jobs, least), polish_steps=_STEPS, polish_precision=_PRECISION
     )

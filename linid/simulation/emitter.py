@@ -1,7 +1,7 @@
 """Writes the compiled kernel's source from the template, the motors and the effects, and loads it.
 
-One guarded kernel serves every set of effects (`if on & bit`), a bare one all motors without effects, so that it is
-compiled and loaded in half the time; a specialised one holds only what is active.
+One guarded kernel serves every set of effects (`if on & bit`), a bare one all motors without effects, which compiles in
+half the time; a specialised one holds only what is active.
 The file's name carries a hash of all sources, because numba's cache does not see edits in called functions.
 """
 
