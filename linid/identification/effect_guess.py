@@ -188,7 +188,7 @@ def effect_guess(
     # The effect is still missing: a free mass would shrink to hide it, and all forces with it.
     held = base.holding({"mass": known.get("mass", first["mass"])})
     balance = Problem(held, (Acceleration(base.model, tuple(recordings), jobs, stride=2 * _STRIDE),))
-    genes = polish(balance, Cost(balance), held.encode(first), steps=10, precision=0.3, final=False).genes
+    genes = polish(balance, Cost(balance), held.encode(first), steps=10, precision=0.3, final=False, bend=False).genes
     values = dict(zip((p.name for p in base.model.parameters), _values(held, genes).tolist(), strict=True))
     regression = Regression(base, base.encode(values), recordings, jobs)
     outlook = look_out(base.model, recordings, regression.values)

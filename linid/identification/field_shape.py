@@ -54,7 +54,7 @@ def field_shapes(space: SearchSpace, balance: Acceleration, values: dict[str, fl
         constant = first / float(_amplitudes(nome, length)[0])
         best = {"nome": nome, "winding_length": length, "force_constant": constant, "shift": values["shift"] + turn}
         polished = polish(
-            problem, cost, space.encode({**values, **best}), steps=40, precision=0.1, creep=0.4, final=False
+            problem, cost, space.encode({**values, **best}), steps=40, precision=0.1, creep=0.4, final=False, bend=False
         )
         vector = space.vectors(polished.genes)[0]
         found.append({p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters})

@@ -119,7 +119,10 @@ def seed_candidates(
         held = {} if len({r.added_mass for r in driven}) > 1 or "mass" not in first else {"mass": first["mass"]}
         part = Acceleration(model, driven, settings.jobs, stride=10)
         balance = Problem(space.holding(held), (part,))
-        refined = polish(balance, Cost(balance), balance.space.encode(first), steps=12, precision=0.3, final=False)
+        # Straight steps: a force balance is biased, and the bottom of its valley is no better a start than its side.
+        refined = polish(
+            balance, Cost(balance), balance.space.encode(first), steps=12, precision=0.3, final=False, bend=False
+        )
         vector = balance.space.vectors(refined.genes)[0]
         values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
         for shaped in field_shapes(balance.space, part, values):

@@ -89,7 +89,7 @@ def fit(
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
     del coarse, coarse_parts  # of long recordings, each problem holds hundreds of MB
-    looks = [(min(substeps, 2), Look(_thinning(recordings))), (substeps, FULL)]
+    looks = [(1, Look(_thinning(recordings), coarse=True)), (substeps, FULL)]
     return _refine(space, state, reason, recordings, settings, substeps, warnings, per_mass, hooks, looks)
 
 
@@ -119,7 +119,7 @@ def refine(
 _PART_PRECISION, _PART_CREEP_GAIN = 0.3, 1.2  # of the polish on a part of the data
 _CREEP_GAIN = 0.15
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
-_APART, _ALIKE = 0.02, 1.1
+APART, ALIKE = 0.02, 1.1
 
 # A phase error d costs 1 - cos d of the force: 0.5 % at this many rad.
 _LOOSE_PHASE = 0.1
@@ -190,7 +190,7 @@ def _search(
         polished = polish_starts_of_search(problem, cost, starts, told)
         seeds = np.vstack([polished, seeds])
         values = cost(polished)
-        polished = polished[values <= _ALIKE * np.min(values)]
+        polished = polished[values <= ALIKE * np.min(values)]
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -246,7 +246,7 @@ def _polish_in_stages(
         last = number == len(stages) - 1
         rivals = [genes]
         if number == 0 and not last:
-            rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - genes)) > _APART]
+            rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - genes)) > APART]
         polished = min(
             (
                 polish(

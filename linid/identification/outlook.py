@@ -12,6 +12,7 @@ from linid.physics.effects.effect import Outlook
 from linid.physics.effects.force_saturation import squared_amplitude
 from linid.physics.model import Model
 from linid.physics.parameter import Parameter
+from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Recording
 
 _AMPLITUDE_PER_FORCE = 20.0
@@ -88,11 +89,9 @@ def force_scale(recordings: Sequence[Recording], values: dict[str, float]) -> fl
 
 def typical_acceleration(recordings: Sequence[Recording]) -> float:
     """Upper decile of the acceleration in m/s^2 (rotary: rad/s^2)."""
-    from scipy.signal import savgol_filter
-
     tops = []
     for recording in recordings:
         width = min(41, (recording.y.size - 1) // 2 * 2 - 1)
         dt = recording.duration / (recording.y.size - 1)
-        tops.append(float(np.quantile(np.abs(savgol_filter(recording.y, width, 3, deriv=2, delta=dt)), 0.9)))
+        tops.append(float(np.quantile(np.abs(local_derivative(recording.y, width, 3, 2, dt)), 0.9)))
     return max(tops)

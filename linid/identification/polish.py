@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.identification.field_vector import field_vector
 from linid.identification.free_run import FreeRun
 from linid.identification.problem import Cost, Problem
 from linid.identification.result import Generation
@@ -21,8 +22,14 @@ POLISH_PRECISION = 1e-4  # 1 % of a standard deviation
 _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
 _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
+_REACH = 0.3  # of the search box at most in a step: genes that hardly matter here may matter there
 _LEAST_KEPT = 1e-3  # of the promised gain
 _CREEPING_STEPS = 4
+# A step is bent by the second derivative of the residuals along it, probed at a tenth of the step; if the bend is too
+# long beside the step, the curve is not known well enough (Transtrum and Sethna 2012).
+_CURVE_PROBE = 0.1
+_LARGEST_BEND = 0.375
+_WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -54,6 +61,8 @@ class Linearisation:
         self.k = problem.nuisances
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
+        self._slopes: tuple[Array, Array] | None = None
+        self.field = field_vector(problem.space)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -94,9 +103,37 @@ class Linearisation:
     def triangle(self, x: Array) -> tuple[Array, Array]:
         """Weighted residuals (p + k + 1,) and Jacobian (p + k + 1, p + k) in rotated axes, the first one along the
         residuals: all that least squares needs to know of the long ones."""
-        base, jacobian = self._differences(x)
+        self._slopes = None  # before the next ones take their memory
+        base, jacobian = self._slopes = self._differences(x)
         triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, jacobian]), mode="r"))
         return triangle[:, 0], triangle[:, 1:]
+
+    def moved(self, x: Array, move: Array) -> Array:
+        """x + move within the bounds, the field's vector in a straight line."""
+        lower, upper = self.bounds
+        return np.clip(x + move if self.field is None else self.field.moved(x, move), lower, upper)
+
+    def bent(self, x: Array, move: Array, jacobian: Array, damping: float) -> Array:
+        """The step (p + k,) bent along the valley that it follows: with half the geodesic acceleration added.
+
+        x, where `triangle` was called last; jacobian: what that gave. The step as it is, where the acceleration is not
+        small beside it. Source: Transtrum and Sethna 2012, arXiv:1201.5885, eq. 13 to 15 and 17.
+        """
+        assert self._slopes is not None
+        base, slopes = self._slopes
+        free = move != 0.0
+        far = self.residuals(self.moved(x, _CURVE_PROBE * move))
+        second = 2.0 / _CURVE_PROBE * ((far - base) / _CURVE_PROBE - slopes @ move)
+        norms = np.linalg.norm(jacobian[:, free], axis=0)
+        norms[norms == 0.0] = 1.0
+        scaled = jacobian[:, free] / norms
+        normal = scaled.T @ scaled + damping * np.eye(norms.size)
+        bend = -0.5 * np.linalg.lstsq(normal, (slopes[:, free].T @ second) / norms, rcond=None)[0]
+        if not np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(move[free] * norms):
+            return move
+        out = move.copy()
+        out[free] += bend / norms
+        return out
 
     def rotated_jacobian(self, x: Array) -> Array:
         """(p + k + 1, p + k) in the axes of `length`."""
@@ -183,6 +220,7 @@ def polish(
     precision: float = POLISH_PRECISION,
     creep: float = 0.0,
     final: bool = True,
+    bend: bool = True,
     watch: Callable[[int, float], None] | None = None,
 ) -> PolishResult:
     """Refine genes (p,) by Levenberg and Marquardt's method within the box, the noise re-estimated at each step.
@@ -190,9 +228,10 @@ def polish(
     offsets: start offsets (k,) to begin with; steps: at most; precision: the polish ends when no step promises to
     lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1), or when
     `_CREEPING_STEPS` steps have gained less than `creep`, as along a valley in which the data hardly tell the
-    parameters; final: also return the linearisation at the end; watch: called after each step with its number and the
-    cost.
-    Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares.
+    parameters; final: also return the linearisation at the end; bend: follow curved valleys, field and residuals being
+    taken to second order; watch: called after each step with its number and the cost.
+    Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares; steps
+    bent by geodesic acceleration.
     """
     line = Linearisation(problem, cost)
     p, k = line.p, line.k
@@ -203,15 +242,20 @@ def polish(
     gains: list[float] = []
     converged, reason = False, f"polish: {steps} steps used"
     damping = _DAMPING
+    reach = np.concatenate([np.full(p, _REACH), np.full(k, np.inf)])
     for number in range(1, steps + 1):
         residual, jacobian = line.triangle(x)
         before = float(residual @ residual)
-        if all(_damped_step(residual, jacobian, d, x, lower, upper)[1] < precision for d in (_UNDAMPED, damping)):
+        if all(_damped_step(residual, jacobian, d, lower - x, upper - x)[1] < precision for d in (_UNDAMPED, damping)):
             converged = True
             reason = f"polish: no step promises to gain {precision:g} (one standard deviation weighs 1)"
             break
         while True:
-            trial, promised = _damped_step(residual, jacobian, damping, x, lower, upper)
+            room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
+            move, promised = _damped_step(residual, jacobian, damping, *room)
+            if bend and promised > _WORTH_BENDING:
+                move = line.bent(x, move, jacobian, damping)
+            trial = line.moved(x, move) if bend else np.clip(x + move, lower, upper)
             gain = before - float(np.sum(line.residuals(trial) ** 2))
             kept = gain / promised
             if kept > _LEAST_KEPT or promised < _LEAST_KEPT * precision:
@@ -250,28 +294,20 @@ def polish(
     )
 
 
-def _damped_step(
-    residual: Array, jacobian: Array, damping: float, x: Array, lower: Array, upper: Array
-) -> tuple[Array, float]:
-    """The damped Gauss-Newton step within the bounds: the new x (n,), and the decrease that it promises of the sum of
-    squares. residual: (m,); jacobian: (m, n)."""
+def _damped_step(residual: Array, jacobian: Array, damping: float, lower: Array, upper: Array) -> tuple[Array, float]:
+    """The damped Gauss-Newton step (n,) between lower <= 0 and upper >= 0, and the decrease that it promises of the sum
+    of squares. residual: (m,); jacobian: (m, n)."""
     norms = np.linalg.norm(jacobian, axis=0)
     norms[norms == 0.0] = 1.0
-    gradient = jacobian.T @ residual
-    free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
-    move = np.zeros_like(x)
-    while np.any(free):  # until no more of them meet their bounds
-        count = int(free.sum())
-        stacked = np.vstack([jacobian[:, free] / norms[free], np.sqrt(damping) * np.eye(count)])
-        aim = np.concatenate([-(residual + jacobian[:, ~free] @ move[~free]), np.zeros(count)])
-        move[free] = np.linalg.lstsq(stacked, aim, rcond=None)[0] / norms[free]
-        beyond = free & ((x + move < lower) | (x + move > upper))
-        if not np.any(beyond):
-            break
-        move[beyond] = np.clip(x + move, lower, upper)[beyond] - x[beyond]
-        free &= ~beyond
+    stacked = np.vstack([jacobian / norms, np.sqrt(damping) * np.eye(norms.size)])
+    aim = np.concatenate([-residual, np.zeros(norms.size)])
+    move = np.linalg.lstsq(stacked, aim, rcond=None)[0] / norms
+    if np.any((move < lower) | (move > upper)):
+        from scipy.optimize import lsq_linear
+
+        move = lsq_linear(stacked, aim, (lower * norms, upper * norms), method="bvls").x / norms
     change = jacobian @ move
-    return np.clip(x + move, lower, upper), -float(2.0 * residual @ change + change @ change)
+    return move, -float(2.0 * residual @ change + change @ change)
 
 
 def polish_starts(part: FreeRun, vector: Array, rounds: int = 3) -> Array:

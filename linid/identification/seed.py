@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.motion import Motion, measure_motion
+from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -43,8 +44,6 @@ class _Rows:
 
 
 def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int = 3) -> _Rows:
-    from scipy.signal import savgol_filter
-
     pieces: list[tuple[Array, Array, Array, Array, Array]] = []
     at = 0
     top = float(np.max(np.abs(motion.v))) if motion.v.size else 0.0
@@ -57,7 +56,7 @@ def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int 
         width = min(21, (n - 1) // 2 * 2 - 1)
         if width < 5:
             continue
-        a = savgol_filter(recording.y, width, 3, deriv=2, delta=dt)
+        a = local_derivative(recording.y, width, 3, 2, dt)
         channels = _channels(recording)  # not smoothed: commutated currents turn faster than the window
         rows = np.arange(width, n - width, decimate)
         rows = rows[np.abs(v[rows]) > 0.02 * top]

@@ -65,7 +65,7 @@ def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
 
     Products of single residuals and Jacobian rows would underrate those samples, because the fit follows them.
     """
-    from scipy.signal import fftconvolve
+    from scipy.fft import irfft, next_fast_len, rfft
 
     n = residuals.size
     power = float(residuals @ residuals)
@@ -74,7 +74,9 @@ def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
     correlation = np.array([float(residuals[k:] @ residuals[: n - k]) for k in range(lags + 1)]) / n
     taper = correlation * (1.0 - np.arange(lags + 1) / (lags + 1.0))
     kernel = np.concatenate([taper[:0:-1], taper])
-    smoothed = fftconvolve(jacobian, kernel[:, None], mode="full", axes=0)[lags : lags + n]
+    size = next_fast_len(n + 2 * lags, real=True)
+    spectrum = rfft(jacobian, size, axis=0) * rfft(kernel, size)[:, None]
+    smoothed = irfft(spectrum, size, axis=0)[lags : lags + n]
     return np.asarray(jacobian.T @ smoothed)
 
 

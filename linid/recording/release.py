@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.errors import DataError
+from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Array, Recording
 
 _HALF = 0.010  # s, half-width of the differentiating window
@@ -37,8 +38,6 @@ class Motion:
 
 def differentiate(recording: Recording, place: str) -> Motion:
     """Speed and acceleration by local quadratic fits; their noise from the position's third differences."""
-    from scipy.signal import savgol_filter
-
     t, y = recording.t, recording.y
     dt = recording.period
     half = max(5, round(_HALF / dt))
@@ -46,8 +45,8 @@ def differentiate(recording: Recording, place: str) -> Motion:
         raise DataError(place, f"found {len(t)} samples, expected at least {6 * half}", "Record longer.")
     noise = _position_noise(y)
     n = 2 * half + 1
-    v = savgol_filter(y, n, 2, deriv=1, delta=dt)
-    a = savgol_filter(y, n, 2, deriv=2, delta=dt)
+    v = local_derivative(y, n, 2, 1, dt)
+    a = local_derivative(y, n, 2, 2, dt)
     v_noise = noise * np.sqrt(12.0 / n**3) / dt
     a_noise = noise * np.sqrt(720.0 / n**5) / dt**2
     return Motion(t, y, v, a, dt, noise, float(v_noise), float(a_noise), half)

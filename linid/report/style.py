@@ -17,6 +17,7 @@ from linid.report.files import write_atomic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
 
 MEASURED = "#0072B2"
 MEASURED_LIGHT = "#7FB8D8"
@@ -30,6 +31,7 @@ PHASES = ("#0072B2", "#E69F00", "#009E73")
 WIDTH_MM = 160.0
 _INCH = 25.4
 _LABEL_MM = 7.0  # from the left edge to a vertical label, of stacked panels
+_PNG_LEVEL = 2  # of zlib's nine: three times as fast as the usual one, files a fifth larger
 _CAPTION_COLUMNS = 122  # characters of small print on a figure of full width
 
 _RC: Any = {
@@ -120,13 +122,36 @@ def stacked(
     return panels
 
 
+def grid(
+    figure: Figure, rows: int, columns: int, *, margins: tuple[float, float, float, float],
+    gaps: tuple[float, float] = (0.0, 0.0), heights: Sequence[float] | None = None,
+    widths: Sequence[float] | None = None,
+) -> GridSpec:  # fmt: skip
+    """A grid of panels without a layout engine, which would draw the figure twice.
+
+    margins: left, right, bottom, top in mm, with what stands in them; gaps: between columns and between rows, mm;
+    heights, widths: relative.
+    """
+    inches = figure.get_size_inches()
+    width, height = float(inches[0]) * _INCH, float(inches[1]) * _INCH
+    left, right, bottom, top = margins
+    panel_width = (width - left - right - (columns - 1) * gaps[0]) / columns
+    panel_height = (height - bottom - top - (rows - 1) * gaps[1]) / rows
+    figure.set_layout_engine(None)
+    return figure.add_gridspec(
+        rows, columns, left=left / width, right=1.0 - right / width, bottom=bottom / height, top=1.0 - top / height,
+        wspace=gaps[0] / panel_width, hspace=gaps[1] / panel_height, height_ratios=heights, width_ratios=widths,
+    )  # fmt: skip
+
+
 def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
     """Write the figure as `path_stem.png` (200 dpi), `.pdf`, `.svg`; equal figures give equal bytes."""
     paths = []
     with style():
         for extension in formats:
             buffer = io.BytesIO()
-            figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension))
+            more = {"pil_kwargs": {"compress_level": _PNG_LEVEL}} if extension == "png" else {}
+            figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension), **more)
             # All formats share the first one's layout, which takes long to find ("none" would look for it again).
             figure.set_layout_engine(None)
             paths.append(write_atomic(Path(f"{path_stem}.{extension}"), buffer.getvalue()))

@@ -74,7 +74,7 @@ class Settings(BaseModel):
     seed: int = Field(default=1, ge=0, description="seed of the search")
     # The output.
     figures: bool = Field(default=True, description="write figures")
-    figure_formats: tuple[Literal["png", "pdf", "svg"], ...] = Field(default=("png", "pdf"), min_length=1)
+    figure_formats: tuple[Literal["png", "pdf", "svg"], ...] = Field(default=("png",), min_length=1)
 
     def known_values(self, campaign: Mapping[str, float]) -> dict[str, float]:
         """All known SI values; the settings' own stand above the campaign's."""

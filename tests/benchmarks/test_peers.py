@@ -12,6 +12,7 @@ import pytest
 from linid.physics.theta import big_theta_0
 from linid.simulation.reference import motor_force
 from tests.benchmarks.peers import report
+from tests.benchmarks.peers.__main__ import best_known
 from tests.benchmarks.peers.fits import FITS, Done, PositionError, Watch
 from tests.benchmarks.peers.problems import (
     NAMES,
@@ -38,7 +39,7 @@ def small(kind: str) -> Problem:
     problem = make_problem(kind)
     if kind == "friction":
         return replace(problem, recordings=problem.recordings[1:2], states=problem.states[1:2])
-    rows = [2, 7, 12]
+    rows = [8, 28, 48]
     return replace(problem, recordings=tuple(problem.recordings[k] for k in rows), states=problem.states[rows])
 
 
@@ -189,6 +190,12 @@ def test_linids_way_arrives_at_the_minimum_that_it_is_told() -> None:
     polished = 1.1 * judge(problem)(problem.space.encode(problem.first))
     with pytest.raises(Done):
         FITS["linid"].run(problem, None, 1, Watch(120.0, polished))
+
+
+def test_the_best_known_cost_is_none_that_linid_undercuts() -> None:
+    problem = small("friction")
+    best = best_known(problem, 0.5)
+    assert best["cost"] == judge(problem)(np.array(best["x"])) < judge(problem)(point("friction", problem))
 
 
 @pytest.mark.parametrize("case", list(CASES))

@@ -12,7 +12,7 @@ import numpy as np
 from linid.errors import DataError
 from linid.report.figures.common import legend_above
 from linid.report.numbers import format_number
-from linid.report.style import MEASURED_LIGHT, MODEL, caption, new_figure, style
+from linid.report.style import MEASURED_LIGHT, MODEL, caption, grid, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from linid.identification.result import FitResult, Generation
 
 _MARKER_LIMIT = 40
+_TITLE_COLUMNS = 12
 _NARROWEST = 0.22  # of the widest panel: room for a title and two ticks
 
 
@@ -36,15 +37,18 @@ def convergence_figure(result: FitResult) -> Figure:
     widths = np.maximum(spans / spans.max(), _NARROWEST)
     with style():
         figure = new_figure(80.0, f"Convergence of the {result.model} model, seed {result.seed}")
-        panels: Any = figure.subplots(1, len(stages), squeeze=False, width_ratios=widths)[0]
+        lines_above = max(textwrap.fill(stage, _TITLE_COLUMNS).count("\n") for stage, _ in stages)
+        small_print = caption(figure, _remark(result, len(stages)))
+        margins = (17.0, 3.0, 10.5 + small_print, 11.0 + 3.5 * lines_above)
+        cells = grid(figure, 1, len(stages), margins=margins, gaps=(15.0, 0.0), widths=widths)
+        panels: Any = cells.subplots(squeeze=False)[0]
         for axes, (stage, lines) in zip(panels, stages, strict=True):
             _panel(axes, lines)
-            axes.set_title(textwrap.fill(stage, 12), fontweight="normal")
+            axes.set_title(textwrap.fill(stage, _TITLE_COLUMNS), fontweight="normal")
         panels[0].set_ylabel("cost (1)")
         widest = panels[int(np.argmax(widths))]
         widest.set_xlabel("evaluations of the objective (1)")
         legend_above(widest)
-        caption(figure, _remark(result, len(stages)))
     return figure
 
 

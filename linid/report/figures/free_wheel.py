@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from linid.errors import DataError
 from linid.report.display import Display, display_unit, every, peak
 from linid.report.figures.common import TIME_LABEL, shorten
-from linid.report.style import ERROR, MEASURED, MODEL, MUTED, caption, new_figure, style
+from linid.report.style import ERROR, MEASURED, MODEL, MUTED, caption, grid, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,14 +71,18 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
     error = display_unit(quantity, axis, largest)
     columns = {1: 1, 2: 2, 4: 2}.get(len(groups), 3)
     rows = -(-len(groups) // columns)
+    source = "differentiated position" if quantity == "velocity" else "measured"
     with style():
         figure = new_figure(12.0 + 85.0 * rows, title)
-        cells = figure.add_gridspec(2 * rows, columns, height_ratios=[2.4, 1.0] * rows)
+        text = f"Points: {source}, down-sampled. Line: model. Error: model minus measured. Long rests are cut."
+        margins = (17.0, 3.0, 10.5 + caption(figure, text), 12.0)
+        cells = grid(figure, rows, columns, margins=margins, gaps=(12.0, 17.0))
         first: tuple[Any, Any] | None = None
         for index, (mass, group) in enumerate(groups.items()):
             row, column = divmod(index, columns)
-            top = figure.add_subplot(cells[2 * row, column], sharey=first[0] if first else None)
-            bottom = figure.add_subplot(cells[2 * row + 1, column], sharex=top, sharey=first[1] if first else None)
+            pair = cells[row, column].subgridspec(2, 1, height_ratios=[2.4, 1.0], hspace=0.1)
+            top = figure.add_subplot(pair[0], sharey=first[0] if first else None)
+            bottom = figure.add_subplot(pair[1], sharex=top, sharey=first[1] if first else None)
             first = first or (top, bottom)
             _panel(top, bottom, group, quantity, (main, error), columns)
             unit = "kg m²" if axis == "rotary" else "kg"
@@ -93,10 +97,6 @@ def _figure(traces: Sequence[Trace], quantity: Literal["position", "velocity"], 
             low, high = first[0].get_ylim()
             first[0].set_ylim(low, high + (high - low) * share / (1.0 - share))
         figure.align_ylabels()
-        source = "differentiated position" if quantity == "velocity" else "measured"
-        caption(
-            figure, f"Points: {source}, down-sampled. Line: model. Error: model minus measured. Long rests are cut."
-        )
     return figure
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.errors import DataError
 from linid.report.display import display_unit
-from linid.report.style import MEASURED, MODEL, MUTED, SHADE, caption, new_figure, style
+from linid.report.style import MEASURED, MODEL, MUTED, SHADE, caption, grid, new_figure, style
 from linid.report.symbols import unit_label
 
 if TYPE_CHECKING:
@@ -95,7 +95,8 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
     zoom = min(6.0 * v_s, top)
     with style():
         figure = new_figure(75.0, "Steady friction over speed")
-        whole, near = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
+        margins = (15.0, 4.0, 10.5 + caption(figure, _remark(result, covered)), 12.0)
+        whole, near = grid(figure, 1, 2, margins=margins, gaps=(16.0, 0.0), widths=[1.5, 1.0]).subplots()
         # the Stribeck range needs its own dense stretch of the grid
         v = np.unique(np.concatenate([np.linspace(0.0, top, 400), np.linspace(0.0, zoom, 400)]))
         for axes, limit, title in ((whole, top, "whole range"), (near, zoom, "low speed")):
@@ -105,7 +106,6 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
             axes.set_ylim(min(0.0, low), high)
             axes.set_ylabel(f"friction ({force_unit(result)})")
         whole.legend(loc="upper left")
-        caption(figure, _remark(result, covered))
     return figure
 
 

@@ -12,7 +12,7 @@ from linid.errors import DataError
 from linid.report.figures.common import shorten
 from linid.report.latex import floor_note
 from linid.report.numbers import format_number
-from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, new_figure, style
+from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, grid, new_figure, style
 from linid.report.tables import gap_units
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from linid.diagnosis.gap import RecordingGap
 
 Array = NDArray[np.float64]
+_LETTER_MM = 1.6  # a wide letter of the tick labels
 
 
 def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
@@ -36,14 +37,16 @@ def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
     held_out = [g.split == "held_out" for g in gaps]
     with style():
         figure = new_figure(38.0 + 5.5 * len(gaps), "Gap between simulation and machine, per recording")
-        row_of_axes: Any = figure.subplots(1, 3, sharey=True)
+        names = [shorten(g.recording, 28) + ("*" if g.repeats else "") for g in gaps]
+        text = f"Filled dot: held out. Hollow dot: fitted. Tick: floor. {floor_note(gaps)}"
+        margins = (4.0 + _LETTER_MM * max(map(len, names)), 3.0, 10.5 + caption(figure, text), 8.0)
+        row_of_axes: Any = grid(figure, 1, 3, margins=margins, gaps=(5.0, 0.0)).subplots(sharey=True)
         for axes, (label, values, floors) in zip(row_of_axes, panels, strict=True):
             _panel(axes, np.array(values, dtype=float), np.array(floors, dtype=float), held_out)
             axes.set_xlabel(label)
         first = row_of_axes[0]
-        first.set_yticks(range(len(gaps)), [shorten(g.recording, 28) + ("*" if g.repeats else "") for g in gaps])
+        first.set_yticks(range(len(gaps)), names)
         first.set_ylim(len(gaps) - 0.4, -0.6)
-        caption(figure, f"Filled dot: held out. Hollow dot: fitted. Tick: floor. {floor_note(gaps)}")
     return figure
 
 

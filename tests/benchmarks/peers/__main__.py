@@ -95,7 +95,7 @@ def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
             break
     for start in starts:
         fit = FitProblem(problem.space, (PositionError(problem, Watch(1e9, 0.0), problem.substeps),))
-        x = polish(fit, Cost(fit), start, rounds=20, max_evaluations=60, tolerance=1e-10).genes
+        x = polish(fit, Cost(fit), start, steps=400, precision=1e-8).genes
         found.append((cost(x), x))
     value, x = min(found, key=lambda pair: pair[0])
     return {"cost": value, "x": [float(g) for g in x], "from": "a long polish by linid"}

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.first_values import seed_candidates
-from linid.identification.fit import polish_starts_of_search
+from linid.identification.fit import ALIKE, APART, polish_starts_of_search
 from linid.identification.genetic import SearchSettings, search
 from linid.identification.motion import Motion, measure_motion
 from linid.identification.polish import polish
@@ -143,10 +143,17 @@ def _linid(problem: Problem, seed: int, watch: Watch, starts: Array, others: Arr
     coarse = FitProblem(problem.space, (PositionError(problem, watch, 1),))
     fine = FitProblem(problem.space, (PositionError(problem, watch, problem.substeps),))
     cost = Cost(coarse)
+    polished = starts
     if starts.size:
-        others = np.vstack([polish_starts_of_search(coarse, cost, starts), starts, others])
-    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed))
-    polish(fine, Cost(fine), np.array(state.best))
+        polished = polish_starts_of_search(coarse, cost, starts)
+        others = np.vstack([polished, starts, others])
+        values = cost(polished)
+        polished = polished[values <= ALIKE * np.min(values)]
+    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed), starts=polished)
+    last = Cost(fine)
+    rivals = [x for x in polished if np.max(np.abs(x - state.best)) > APART]
+    for rival in (np.array(state.best), *rivals):
+        polish(fine, last, rival, final=False)
 
 
 def linid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
