@@ -150,7 +150,7 @@ def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png",
     with style():
         for extension in formats:
             buffer = io.BytesIO()
-            more = {"pil_kwargs": {"compress_level": _PNG_LEVEL}} if extension == "png" else {}
+            more: dict[str, Any] = {"pil_kwargs": {"compress_level": _PNG_LEVEL}} if extension == "png" else {}
             figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension), **more)
             # All formats share the first one's layout, which takes long to find ("none" would look for it again).
             figure.set_layout_engine(None)

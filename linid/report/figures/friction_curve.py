@@ -96,7 +96,8 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
     with style():
         figure = new_figure(75.0, "Steady friction over speed")
         margins = (15.0, 4.0, 10.5 + caption(figure, _remark(result, covered)), 12.0)
-        whole, near = grid(figure, 1, 2, margins=margins, gaps=(16.0, 0.0), widths=[1.5, 1.0]).subplots()
+        panels: Any = grid(figure, 1, 2, margins=margins, gaps=(16.0, 0.0), widths=[1.5, 1.0]).subplots()
+        whole, near = panels
         # the Stribeck range needs its own dense stretch of the grid
         v = np.unique(np.concatenate([np.linspace(0.0, top, 400), np.linspace(0.0, zoom, 400)]))
         for axes, limit, title in ((whole, top, "whole range"), (near, zoom, "low speed")):
