@@ -60,8 +60,9 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
         active = channels is not None and bool(np.any(channels))
         dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
         block = coefficients[offsets[index] : offsets[index + 1]]
-        for row, samples in (*enumerate(channels if channels is not None and active else ()), (3, recording.y)):
-            block[:, row] = cubic_spline_coefficients(dt, samples)[0]
+        signals = np.vstack([*(channels if channels is not None and active else ()), recording.y])
+        rows = [*range(len(signals) - 1), 3]
+        block[:, rows] = cubic_spline_coefficients(dt, signals).transpose(1, 0, 2)
         powered.append(active)
     return Inputs(
         coefficients=coefficients,
