@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 class FieldVector:
     """The genes of force constant and shift, and what a unit of each turns or stretches the vector by.
 
-    Thrust is K cos(phase) A(t) + K sin(phase) B(t) (eq. 43; of eq. 45 the first harmonic), so that a valley of equal
+    Thrust is K cos(phase) A(t) + K sin(phase) B(t) (theta: of its first harmonic), so that a valley of equal
     cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase.
     """
 

@@ -117,7 +117,7 @@ class Linearisation:
         """The step (p + k,) bent along the valley that it follows: with half the geodesic acceleration added.
 
         x, where `triangle` was called last; jacobian: what that gave. The step as it is, where the acceleration is not
-        small beside it. Source: Transtrum and Sethna 2012, arXiv:1201.5885, eq. 13 to 15 and 17.
+        small beside it. Source: Transtrum and Sethna 2012, arXiv:1201.5885.
         """
         assert self._slopes is not None
         base, slopes = self._slopes
