@@ -204,7 +204,8 @@ def test_linid_converges_to_tight_lsoda_on_the_recordings_whose_speed_is_measure
     problem, values = speed_problem(case)
     exact = tight(problem, values)
     errors = [rms(SIMULATORS["linid"].make(problem, k)(values) - exact) for k in (1, 4, 16)]
-    assert errors[1] < 0.3 * errors[0] and errors[2] < 0.3 * errors[1]
+    own = 1e-10  # m, what LSODA itself leaves of the free wheel
+    assert errors[1] < 0.3 * errors[0] and errors[2] < max(0.3 * errors[1], own)
 
 
 def test_the_fastest_setting_at_an_error_and_arrivals() -> None:
