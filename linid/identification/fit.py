@@ -81,7 +81,7 @@ def fit(
     substeps = settings.substeps or choose_substeps(model, recordings, first)
     coarse_parts = make_parts(
         model, [without_rest(r) for r in recordings], settings, 1,
-        look=Look(_thinning(recordings), project=True),
+        look=Look(_thinning(recordings), project=True, coarse=True),
     )  # fmt: skip
     coarse = Problem(space, coarse_parts)
     seeds = seed_candidates(space, model, recordings, first, densities, settings)

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.recording.local_polynomial import local_derivative, local_weights
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -47,28 +48,6 @@ class Motion:
     speed_noise: Array
 
 
-@lru_cache(maxsize=64)
-def _local_polynomials(width: int, order: int, derivative: int) -> Array:
-    """Weights (width // 2 + 1, width) of the first samples of a window that give the polynomial nearest to all of it at
-    sample 0, 1 ... up to the middle, per step of one (Savitzky and Golay 1964)."""
-    x = np.linspace(-1.0, 1.0, width)
-    basis = [np.polynomial.Legendre.basis(n) for n in range(order + 1)]
-    values = np.column_stack([b(x) for b in basis])
-    wanted = np.column_stack([b.deriv(derivative)(x) if derivative else b(x) for b in basis])
-    return np.asarray((x[1] - x[0]) ** derivative * wanted[: width // 2 + 1] @ np.linalg.pinv(values))
-
-
-def _savitzky_golay(y: Array, width: int, order: int, derivative: int, dt: float) -> Array:
-    """scipy's `savgol_filter`, whose ends take longer than all the rest: the weights there are always the same."""
-    weights = _local_polynomials(width, order, derivative) / dt**derivative
-    half = width // 2
-    out = np.empty_like(y)
-    out[half : y.size - half] = np.correlate(y, weights[half], "valid")
-    out[:half] = weights[:half] @ y[:width]
-    out[y.size - half :] = ((-1.0) ** derivative * weights[:half] @ y[-width:][::-1])[::-1]
-    return out
-
-
 def _smooth(y: Array, dt: float) -> tuple[Array, Array, float, float]:
     """Savitzky-Golay position and speed, at each sample with the widest window that leaves only noise behind.
 
@@ -79,21 +58,21 @@ def _smooth(y: Array, dt: float) -> tuple[Array, Array, float, float]:
 
     noise = noise_level(y)
     allowed = np.ones(y.size, dtype=bool)
-    smooth, speed = y, _savitzky_golay(y, 5, 4, 1, dt)  # no smoothing: the slope of five samples' quartic
+    smooth, speed = y, local_derivative(y, 5, 4, 1, dt)  # no smoothing: the slope of five samples' quartic
     speed_noise = 0.95 * noise / dt
     for half in _HALF_WIDTHS:
         width = 2 * half + 1
         if width > y.size:
             break
-        wide = _savitzky_golay(y, width, _ORDER, 0, dt)
+        wide = local_derivative(y, width, _ORDER, 0, dt)
         spread = np.sqrt(np.maximum(uniform_filter1d((y - wide) ** 2, width), 0.0))
         allowed &= spread <= (1.0 + _DOUBT / np.sqrt(2.0 * width)) * max(noise, 1e-15)
         if not np.any(allowed):
             break
-        rate = _savitzky_golay(y, width, _ORDER, 1, dt)
+        rate = local_derivative(y, width, _ORDER, 1, dt)
         smooth, speed = np.where(allowed, wide, smooth), np.where(allowed, rate, speed)
         if np.mean(allowed) > 0.5:
-            speed_noise = noise / dt * float(np.linalg.norm(_local_polynomials(width, _ORDER, 1)[half]))
+            speed_noise = noise / dt * float(np.linalg.norm(local_weights(width, _ORDER, 1)[half]))
     return smooth, speed, noise, speed_noise
 
 

@@ -51,7 +51,7 @@ def make_parts(
         objective = automatic if chosen == "auto" else chosen
         if objective == "free_run":
             # Coast-downs are so free of noise that a coarse step would bias them by more than their interval.
-            steps = substeps if look.project or look.coarse else max(substeps, 4)
+            steps = substeps if look.coarse else max(substeps, 4)
             parts.append(FreeRun(model, group, steps, settings.jobs, look.project))
         elif objective == "ahead":
             parts.append(Ahead(model, group, min(substeps, 2), settings.jobs, settings.horizon, look.thin))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.field_vector import field_vector
+from linid.identification.field_vector import FieldVector, field_vector
 from linid.identification.free_run import FreeRun
 from linid.identification.problem import Cost, Problem
 from linid.identification.result import Generation
@@ -61,8 +61,6 @@ class Linearisation:
         self.k = problem.nuisances
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
-        self._slopes: tuple[Array, Array] | None = None
-        self.field = field_vector(problem.space)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -103,37 +101,7 @@ class Linearisation:
     def triangle(self, x: Array) -> tuple[Array, Array]:
         """Weighted residuals (p + k + 1,) and Jacobian (p + k + 1, p + k) in rotated axes, the first one along the
         residuals: all that least squares needs to know of the long ones."""
-        self._slopes = None  # before the next ones take their memory
-        base, jacobian = self._slopes = self._differences(x)
-        triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, jacobian]), mode="r"))
-        return triangle[:, 0], triangle[:, 1:]
-
-    def moved(self, x: Array, move: Array) -> Array:
-        """x + move within the bounds, the field's vector in a straight line."""
-        lower, upper = self.bounds
-        return np.clip(x + move if self.field is None else self.field.moved(x, move), lower, upper)
-
-    def bent(self, x: Array, move: Array, jacobian: Array, damping: float) -> Array:
-        """The step (p + k,) bent along the valley that it follows: with half the geodesic acceleration added.
-
-        x, where `triangle` was called last; jacobian: what that gave. The step as it is, where the acceleration is not
-        small beside it. Source: Transtrum and Sethna 2012, arXiv:1201.5885.
-        """
-        assert self._slopes is not None
-        base, slopes = self._slopes
-        free = move != 0.0
-        far = self.residuals(self.moved(x, _CURVE_PROBE * move))
-        second = 2.0 / _CURVE_PROBE * ((far - base) / _CURVE_PROBE - slopes @ move)
-        norms = np.linalg.norm(jacobian[:, free], axis=0)
-        norms[norms == 0.0] = 1.0
-        scaled = jacobian[:, free] / norms
-        normal = scaled.T @ scaled + damping * np.eye(norms.size)
-        bend = -0.5 * np.linalg.lstsq(normal, (slopes[:, free].T @ second) / norms, rcond=None)[0]
-        if not np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(move[free] * norms):
-            return move
-        out = move.copy()
-        out[free] += bend / norms
-        return out
+        return rotated(*self.differences(x))
 
     def rotated_jacobian(self, x: Array) -> Array:
         """(p + k + 1, p + k) in the axes of `length`."""
@@ -142,9 +110,9 @@ class Linearisation:
 
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
         """(N, p + k) of the weighted residuals."""
-        return self._differences(x, central=central)[1]
+        return self.differences(x, central=central)[1]
 
-    def _differences(self, x: Array, *, central: bool = False) -> tuple[Array, Array]:
+    def differences(self, x: Array, *, central: bool = False) -> tuple[Array, Array]:
         """Weighted residuals (N,) and their Jacobian by finite differences in one batch.
 
         Offsets of all recordings are shifted together.
@@ -200,6 +168,12 @@ class Linearisation:
         return np.concatenate(owners)
 
 
+def rotated(base: Array, slopes: Array) -> tuple[Array, Array]:
+    """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals."""
+    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, slopes]), mode="r"))
+    return triangle[:, 0], triangle[:, 1:]
+
+
 def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
     """Weights of residuals (N,) by Huber's rule on whole groups: 1 up to `_OUTLIER` times the median power.
 
@@ -234,6 +208,7 @@ def polish(
     bent by geodesic acceleration.
     """
     line = Linearisation(problem, cost)
+    field = field_vector(problem.space) if bend else None
     p, k = line.p, line.k
     x = np.concatenate([np.clip(genes, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
     lower, upper = line.bounds
@@ -244,7 +219,8 @@ def polish(
     damping = _DAMPING
     reach = np.concatenate([np.full(p, _REACH), np.full(k, np.inf)])
     for number in range(1, steps + 1):
-        residual, jacobian = line.triangle(x)
+        base, slopes = line.differences(x)
+        residual, jacobian = rotated(base, slopes)
         before = float(residual @ residual)
         if all(_damped_step(residual, jacobian, d, lower - x, upper - x)[1] < precision for d in (_UNDAMPED, damping)):
             converged = True
@@ -254,13 +230,15 @@ def polish(
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
             move, promised = _damped_step(residual, jacobian, damping, *room)
             if bend and promised > _WORTH_BENDING:
-                move = line.bent(x, move, jacobian, damping)
-            trial = line.moved(x, move) if bend else np.clip(x + move, lower, upper)
+                probed = line.residuals(_moved(field, x, _CURVE_PROBE * move, lower, upper))
+                move = _bent(move, probed, base, slopes, jacobian, damping)
+            trial = _moved(field, x, move, lower, upper)
             gain = before - float(np.sum(line.residuals(trial) ** 2))
             kept = gain / promised
             if kept > _LEAST_KEPT or promised < _LEAST_KEPT * precision:
                 break
             damping = max(10.0 * damping, _DAMPING_AGAIN)
+        del base, slopes  # before the next ones take their memory
         if kept <= _LEAST_KEPT:
             converged = True
             reason = (
@@ -292,6 +270,32 @@ def polish(
         line.residuals(x),
         line.jacobian(x, central=central) if final else np.zeros((0, 0)),
     )
+
+
+def _moved(field: FieldVector | None, x: Array, move: Array, lower: Array, upper: Array) -> Array:
+    """x + move within the bounds, the field's vector in a straight line."""
+    return np.clip(x + move if field is None else field.moved(x, move), lower, upper)
+
+
+def _bent(move: Array, probed: Array, base: Array, slopes: Array, jacobian: Array, damping: float) -> Array:
+    """The step (n,) bent along the valley that it follows: with half the geodesic acceleration added.
+
+    probed: residuals (N,) at `_CURVE_PROBE` of the step; base, slopes: residuals and Jacobian (N, n) at its start;
+    jacobian: that in rotated axes. The step as it is, where the acceleration is not small beside it.
+    Source: Transtrum and Sethna 2012, arXiv:1201.5885.
+    """
+    free = move != 0.0
+    second = 2.0 / _CURVE_PROBE * ((probed - base) / _CURVE_PROBE - slopes @ move)
+    norms = np.linalg.norm(jacobian[:, free], axis=0)
+    norms[norms == 0.0] = 1.0
+    scaled = jacobian[:, free] / norms
+    normal = scaled.T @ scaled + damping * np.eye(norms.size)
+    bend = -0.5 * np.linalg.lstsq(normal, (slopes[:, free].T @ second) / norms, rcond=None)[0]
+    if not np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(move[free] * norms):
+        return move
+    out = move.copy()
+    out[free] += bend / norms
+    return out
 
 
 def _damped_step(residual: Array, jacobian: Array, damping: float, lower: Array, upper: Array) -> tuple[Array, float]:

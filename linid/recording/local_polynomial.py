@@ -1,11 +1,10 @@
-"""Derivatives of evenly sampled data by local polynomials (Savitzky and Golay)."""
+"""Evenly sampled data smoothed or differentiated by local polynomials (Savitzky and Golay)."""
 
 from __future__ import annotations
 
-import math
+from functools import lru_cache
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -14,15 +13,25 @@ Array = NDArray[np.float64]
 def local_derivative(y: Array, width: int, degree: int, order: int, period: float) -> Array:
     """Derivative of the polynomial that fits `width` samples around each sample best; (n,), unit of y per s^order.
 
-    y: (n,); width: odd, from 3 to n; period: s. In the half widths at the ends the outermost window's polynomial is
-    taken. Computed here because scipy.signal takes longer to import than a friction fit.
-    Source: Savitzky and Golay 1964, Anal. Chem. 36.
+    y: (n,); width: odd, from 3 to n; order: 0 smooths; period: s. In the half widths at the ends the outermost window's
+    polynomial is taken. scipy's `savgol_filter` gives the same, but its ends take longer than all the rest, and
+    scipy.signal takes long to import. Source: Savitzky and Golay 1964, Anal. Chem. 36.
     """
-    half, n = width // 2, y.size
-    x = np.arange(-half, half + 1) / half
-    coefficients = np.linalg.pinv(np.vander(x, degree + 1, increasing=True))  # of a window's polynomial
-    out = np.empty(n)
-    out[half : n - half] = np.convolve(y, math.factorial(order) * coefficients[order, ::-1], mode="valid")
-    out[:half] = Polynomial(coefficients @ y[:width]).deriv(order)(x[:half])
-    out[n - half :] = Polynomial(coefficients @ y[n - width :]).deriv(order)(x[half + 1 :])
-    return out / (half * period) ** order
+    weights = local_weights(width, degree, order) / period**order
+    half = width // 2
+    out = np.empty_like(y)
+    out[half : y.size - half] = np.correlate(y, weights[half], "valid")
+    out[:half] = weights[:half] @ y[:width]
+    out[y.size - half :] = ((-1.0) ** order * weights[:half] @ y[-width:][::-1])[::-1]
+    return out
+
+
+@lru_cache(maxsize=64)
+def local_weights(width: int, degree: int, order: int) -> Array:
+    """Weights (width // 2 + 1, width) of the first samples of a window that give the polynomial nearest to all of it at
+    sample 0, 1 ... up to the middle, per step of one."""
+    x = np.linspace(-1.0, 1.0, width)
+    basis = [np.polynomial.Legendre.basis(n) for n in range(degree + 1)]
+    values = np.column_stack([b(x) for b in basis])
+    wanted = np.column_stack([b.deriv(order)(x) if order else b(x) for b in basis])
+    return np.asarray((x[1] - x[0]) ** order * wanted[: width // 2 + 1] @ np.linalg.pinv(values))

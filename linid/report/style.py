@@ -106,17 +106,11 @@ def stacked(
     What the constrained layout finds by drawing twice is known for figures that all recordings have. heights: relative;
     apart: each panel has a time axis of its own; caption_mm: what `caption` takes.
     """
-    inches = figure.get_size_inches()
-    width, height = float(inches[0]) * _INCH, float(inches[1]) * _INCH
-    top, right, bottom, left, gap = 6.5, 3.0, 10.5 + caption_mm, 19.0, 16.0 if apart else 6.5
-    count = len(heights)
-    panel = (height - top - bottom - (count - 1) * gap) / count
-    figure.set_layout_engine(None)
-    place = {
-        "left": left / width, "right": 1.0 - right / width, "bottom": bottom / height, "top": 1.0 - top / height,
-        "hspace": gap / panel, "height_ratios": list(heights),
-    }  # fmt: skip
-    panels = np.atleast_1d(figure.subplots(count, 1, sharex=not apart, gridspec_kw=place))
+    left, right = 19.0, 3.0
+    margins, gaps = (left, right, 10.5 + caption_mm, 6.5), (0.0, 16.0 if apart else 6.5)
+    cells = grid(figure, len(heights), 1, margins=margins, gaps=gaps, heights=heights)
+    panels: NDArray[np.object_] = np.atleast_1d(np.asarray(cells.subplots(sharex=not apart)))
+    width = float(figure.get_size_inches()[0]) * _INCH
     for axes in panels:
         axes.yaxis.set_label_coords(-(left - _LABEL_MM) / (width - left - right), 0.5)
     return panels

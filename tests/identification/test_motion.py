@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from linid.identification.motion import _savitzky_golay
+from linid.recording.local_polynomial import local_derivative
 
 
 @pytest.mark.parametrize(("width", "order"), [(5, 4), (7, 3), (81, 3)])
@@ -17,10 +17,10 @@ def test_local_polynomials_are_followed_to_the_ends(width: int, order: int, deri
     t = np.linspace(0.0, 0.5, n)
     dt = t[1]
     cubic = np.polynomial.Polynomial([0.4, 1.3, -2.0, 0.7])
-    found = _savitzky_golay(cubic(t), width, order, derivative, dt)
+    found = local_derivative(cubic(t), width, order, derivative, dt)
     assert np.max(np.abs(found - (cubic.deriv(derivative) if derivative else cubic)(t))) < 1e-14 / dt**derivative
     noise = np.random.default_rng(n).standard_normal(n)
     expected = savgol_filter(noise, width, order, deriv=derivative, delta=dt)
     np.testing.assert_allclose(
-        _savitzky_golay(noise, width, order, derivative, dt), expected, atol=1e-9 / dt**derivative
+        local_derivative(noise, width, order, derivative, dt), expected, atol=1e-9 / dt**derivative
     )
