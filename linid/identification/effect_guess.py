@@ -178,8 +178,11 @@ def effect_guess(
     first: dict[str, float],
     known: dict[str, float],
     jobs: int = 1,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """First values of all parameters, and those of effects that are structural (never searched).
+) -> tuple[tuple[Values, ...], Values]:
+    """Rival first values of all parameters, and those of effects that are structural (never searched).
+
+    The rivals, since a force balance hardly tells the scale of all forces, nor effects of a few samples: in the scale
+    that suits the recordings' added masses best, in that of `first`, and there without the effects.
 
     base: search space of the model without effects; first: its first values; known: values that are given. The
     effects are taken one after the other, each with the entry of its grid that explains most.
@@ -208,8 +211,9 @@ def effect_guess(
         found |= best.values | best.amplitudes
         structural |= {key: value for key, value in best.values.items() if key in effect.structural}
     model = Model(base.model.kind, tuple(effects))
-    scaled = scaled_to_masses(model, recordings, {**first, **regression.values, **found, **known}, known, jobs)
-    return scaled, structural
+    plain = {**first, **regression.values, **found, **known}
+    without = {name: 0.0 for effect in effects for name in find_effect(effect).amplitudes}
+    return (scaled_to_masses(model, recordings, plain, known, jobs), plain, {**plain, **without, **known}), structural
 
 
 def scaled_to_masses(model: Model, recordings: Sequence[Recording], values: Values, known: Values, jobs: int) -> Values:

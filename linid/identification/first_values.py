@@ -18,6 +18,7 @@ from linid.identification.problem import Cost, Problem
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.identification.space import build_space
+from linid.physics.effects.effect import Values
 from linid.physics.model import Model
 from linid.physics.motors import PARAMETERS, fundamental_force_constant
 from linid.recording.recording import Recording
@@ -62,8 +63,8 @@ def guess_effects(
     fixed: dict[str, float],
     densities: tuple[float, ...],
     settings: FitSettings,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """First values of all parameters, and those of effects that are structural; see `effect_guess`."""
+) -> tuple[tuple[Values, ...], Values]:
+    """Rival first values of all parameters, and those of effects that are structural; see `effect_guess`."""
     base = Model(model.kind)
     own = {p.name for p in base.parameters}
     space = build_space(
@@ -104,11 +105,12 @@ def seed_candidates(
     first: dict[str, float],
     densities: tuple[float, ...],
     settings: FitSettings,
+    rivals: Sequence[dict[str, float]] = (),
 ) -> tuple[Array, Array]:
     """First candidates (S, p) that lie in valleys of their own and are worth a polish, and more (T, p) as they are.
 
-    The regression's guess after a polish of the force balance, and with other shapes of the field; the guess itself
-    and with rival densities.
+    The regression's guess after a polish of the force balance, and with other shapes of the field; first values of
+    `rivals`; the guess itself and with rival densities.
     """
     guess_row = space.encode(first)
     rows: list[Array] = []
@@ -131,6 +133,7 @@ def seed_candidates(
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
         rows.insert(0, space.encode(values))
+    rows += [space.encode(values) for values in rivals]
     for density in densities[1:]:
         others.append(space.encode({**first, "guideway_density": density}))
     return np.array(rows or [guess_row]), np.array(others)

@@ -70,8 +70,9 @@ def fit(
                 "(give --mass, or record free wheels with a known added mass)"
             )
     first, densities = first_values(model, recordings, fixed, start)
+    rivals: list[dict[str, float]] = []
     if model.effects:
-        first, structural = guess_effects(model, recordings, first, fixed, densities, settings)
+        (first, *rivals), structural = guess_effects(model, recordings, first, fixed, densities, settings)
         fixed = {**structural, **fixed}
     space = build_space(
         model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck
@@ -84,7 +85,7 @@ def fit(
         look=Look(_thinning(recordings), project=True, coarse=True),
     )  # fmt: skip
     coarse = Problem(space, coarse_parts)
-    seeds = seed_candidates(space, model, recordings, first, densities, settings)
+    seeds = seed_candidates(space, model, recordings, first, densities, settings, rivals)
     state, reason, silent = _search(coarse, *seeds, settings, hooks)
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))

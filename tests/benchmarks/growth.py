@@ -125,7 +125,7 @@ def make_problem(recordings: list[Recording], effects: tuple[str, ...] = ()) -> 
     model = Model("force", effects)
     first, fixed = TRUTH, FIXED
     if effects:
-        first, structural = guess_effects(model, recordings, TRUTH, FIXED, (), settings)
+        (first, *_), structural = guess_effects(model, recordings, TRUTH, FIXED, (), settings)
         fixed = {**structural, **FIXED}
     space = build_space(model, recordings, first, fixed, {}, False)
     return Problem(space, make_parts(model, recordings, settings, 2)), space.encode(first)

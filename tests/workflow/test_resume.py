@@ -14,9 +14,11 @@ import pytest
 from linid.workflow.checkpoint import Memory
 from tests.workflow.small import TINY, campaign, linid, start
 
-# Long enough to be caught in mid-search: many short generations that never stop early.
+# Long enough to be caught in mid-search: seconds, and the checkpoint is written every fifth of one.
+GENERATIONS = 600
 SEARCH = (
-    "--population", "24", "--generations", "60", "--set", "patience=1000", "--set", "polish_steps=4", "--no-figures",
+    "--population", "24", "--generations", str(GENERATIONS), "--set", "patience=1000", "--set", "polish_steps=4",
+    "--no-figures",
 )  # fmt: skip
 MINUTES = 5.0
 
@@ -61,7 +63,7 @@ def test_resumed_fit_is_the_undisturbed_one(
     _, said = process.communicate(timeout=60 * MINUTES)
     assert not (tmp_path / "out" / "parameters.json").exists(), "the search ended before it could be cut short"
     reached = generation(tmp_path / "out" / "checkpoint.json")
-    assert 1 <= reached < 60
+    assert 1 <= reached < GENERATIONS
     if blow != signal.SIGKILL:
         assert process.returncode == {signal.SIGINT: 130, signal.SIGTERM: 143}[blow]
         assert "--resume" in said and "Traceback" not in said
