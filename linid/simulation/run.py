@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -15,6 +15,7 @@ from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
 from linid.simulation.emitter import load_kernel
 from linid.simulation.inputs import Inputs, measured_points
+from linid.simulation.threads import summed
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -258,9 +259,5 @@ class Simulator:
         self._spread(work, params.shape[0])
         return out
 
-    def _spread(self, work: object, tasks: int) -> int:
-        pieces = self._split(tasks)
-        if self.jobs == 1:
-            return sum(work(piece) for piece in pieces)  # type: ignore[operator]
-        with ThreadPoolExecutor(self.jobs) as pool:
-            return sum(pool.map(work, pieces))  # type: ignore[arg-type]
+    def _spread(self, work: Callable[[tuple[int, int]], int], tasks: int) -> int:
+        return summed(work, self._split(tasks), self.jobs)
