@@ -105,7 +105,7 @@ def seed_candidates(
     first: dict[str, float],
     densities: tuple[float, ...],
     settings: FitSettings,
-    rivals: Sequence[dict[str, float]] = (),
+    rivals: Sequence[Values] = (),
 ) -> tuple[Array, Array]:
     """First candidates (S, p) that lie in valleys of their own and are worth a polish, and more (T, p) as they are.
 
@@ -133,7 +133,7 @@ def seed_candidates(
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
         rows.insert(0, space.encode(values))
-    rows += [space.encode(values) for values in rivals]
+    rows = (rows or [guess_row]) + [space.encode(values) for values in rivals]
     for density in densities[1:]:
         others.append(space.encode({**first, "guideway_density": density}))
-    return np.array(rows or [guess_row]), np.array(others)
+    return np.array(rows), np.array(others)

@@ -29,6 +29,7 @@ from linid.identification.space import build_space
 from linid.identification.steps import choose_substeps, step_halving_error
 from linid.identification.uncertainty import Uncertainty, estimate_uncertainty
 from linid.identification.voltage_noise import without_voltage_noise
+from linid.physics.effects.effect import Values
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -70,7 +71,7 @@ def fit(
                 "(give --mass, or record free wheels with a known added mass)"
             )
     first, densities = first_values(model, recordings, fixed, start)
-    rivals: list[dict[str, float]] = []
+    rivals: list[Values] = []
     if model.effects:
         (first, *rivals), structural = guess_effects(model, recordings, first, fixed, densities, settings)
         fixed = {**structural, **fixed}

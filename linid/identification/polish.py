@@ -98,14 +98,9 @@ class Linearisation:
         out[0] = np.linalg.norm(self.residuals(x))
         return out
 
-    def triangle(self, x: Array) -> tuple[Array, Array]:
-        """Weighted residuals (p + k + 1,) and Jacobian (p + k + 1, p + k) in rotated axes, the first one along the
-        residuals: all that least squares needs to know of the long ones."""
-        return rotated(*self.differences(x))
-
     def rotated_jacobian(self, x: Array) -> Array:
         """(p + k + 1, p + k) in the axes of `length`."""
-        residual, jacobian = self.triangle(x)
+        residual, jacobian = rotated(*self.differences(x))
         return jacobian * (1.0 if residual[0] >= 0.0 else -1.0)
 
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
@@ -169,7 +164,8 @@ class Linearisation:
 
 
 def rotated(base: Array, slopes: Array) -> tuple[Array, Array]:
-    """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals."""
+    """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals: all that least squares
+    needs to know of the long ones."""
     triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, slopes]), mode="r"))
     return triangle[:, 0], triangle[:, 1:]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 from typing import TypeVar
 
@@ -26,10 +26,7 @@ def summed(work: Callable[[Piece], int], pieces: Sequence[Piece], threads: int) 
         total = _done(work, left)
     finally:
         begun = [helper for helper in helpers if not helper.cancel()]  # one that comes too late is not waited for
-        errors = [helper.exception() for helper in begun]
-    for error in errors:
-        if error is not None:
-            raise error
+        wait(begun)
     return total + sum(helper.result() for helper in begun)
 
 

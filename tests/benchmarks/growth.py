@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from linid.identification.first_values import guess_effects
 from linid.identification.objectives import make_parts
-from linid.identification.polish import Linearisation
+from linid.identification.polish import Linearisation, rotated
 from linid.identification.problem import Cost, Problem
 from linid.identification.settings import FitSettings
 from linid.identification.space import build_space
@@ -193,7 +193,7 @@ def effects_point(size: int, folder: Path) -> dict[str, float]:
     cost = ready_cost(problem, genes)
     line = Linearisation(problem, cost)
     line.reweight(genes)
-    triangle = processor_seconds(lambda: line.triangle(genes))
+    triangle = processor_seconds(lambda: rotated(*line.differences(genes)))
     return {
         "parameters": float(len(genes)), "one candidate": processor_seconds(lambda: cost(genes)),
         "Jacobian": triangle,
@@ -210,7 +210,7 @@ def parameters_point(size: int, folder: Path) -> dict[str, float]:
     line = Linearisation(problem, Cost(problem))
     start = few.encode(values)
     line.reweight(start)
-    return {"Jacobian": processor_seconds(lambda: line.triangle(start))}
+    return {"Jacobian": processor_seconds(lambda: rotated(*line.differences(start)))}
 
 
 POINTS: dict[str, Callable[[int, Path], dict[str, float]]] = {
@@ -227,7 +227,7 @@ def warm_up(series: str, folder: Path) -> None:
     if series == "read":
         return
     problem, genes = make_problem([load_data(folder)])
-    Linearisation(problem, Cost(problem)).triangle(genes)
+    rotated(*Linearisation(problem, Cost(problem)).differences(genes))
 
 
 def peak_mb() -> float:

@@ -10,7 +10,7 @@ import pytest
 
 from linid.errors import UsageError
 from linid.identification.effect_guess import Regression, amplitude_sizes, best_trial
-from linid.identification.first_values import first_values, guess_effects
+from linid.identification.first_values import first_values, guess_effects, seed_candidates
 from linid.identification.fit import fit
 from linid.identification.genetic import SearchSettings
 from linid.identification.outlook import look_out
@@ -115,6 +115,17 @@ def test_two_effects_are_guessed_together() -> None:
     assert found["cogging_sine_2"] == pytest.approx(1.5, rel=0.5)
     assert found["drag_coefficient"] == pytest.approx(6.0, rel=0.5)
     assert 0.5 < found["mass"] / AXIS["mass"] < 2.0  # a first value: the search reaches eight times further
+
+
+def test_free_wheels_alone_start_from_the_guess_and_its_rivals() -> None:
+    recordings = [r for r in campaign_with(("quadratic_drag",)) if r.kind == "free_wheel"]
+    model, settings = Model("friction", ("quadratic_drag",)), FitSettings(jobs=2)
+    first, densities = first_values(Model("friction"), recordings, {}, None)
+    (found, *rivals), _ = guess_effects(model, recordings, first, {}, densities, settings)
+    space = build_space(model, recordings, found, {}, {}, False)
+    starts, _ = seed_candidates(space, model, recordings, found, densities, settings, rivals)
+    assert np.array_equal(starts, [space.encode(values) for values in (found, *rivals)])
+    assert rivals[-1]["drag_coefficient"] == 0.0
 
 
 def test_an_effect_without_sense_is_refused() -> None:
