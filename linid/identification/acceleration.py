@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.motion import measure_motion
+from linid.identification.motion import input_jumps, measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
@@ -19,6 +20,8 @@ Integers = NDArray[np.int64]
 BUMP_HALF_WIDTHS = (0.007, 0.014, 0.028, 0.056)  # s, half-widths of the weak form's kernel
 _BUMP_NOISE = 0.2  # widen until noise is below this share of the acceleration
 _GROUP = 0.05  # s, residuals are grouped in bins of this length
+_RINGING = 8  # samples beside a jump of an input, over which its spline rings
+_MOST_MASKED = 0.8  # of a recording; with more jumps than that its input is not made of jumps
 
 
 def bump(half_width: int) -> Array:
@@ -47,12 +50,22 @@ def _bump_half_width(y: Array, dt: float, noise: float) -> int:
     return half
 
 
+def _clear_of_jumps(recording: Recording, half_width: int) -> NDArray[np.bool_]:
+    """Samples (n,) whose bump touches no jump of an input: no spline knows when within its interval an input jumped."""
+    reach = half_width + _RINGING
+    touched = np.zeros(recording.y.size, dtype=np.bool_)
+    for jump in np.flatnonzero(input_jumps(recording)):
+        touched[max(0, jump - reach) : jump + reach + 2] = True
+    return ~touched if np.mean(touched) < _MOST_MASKED else np.ones_like(touched)
+
+
 @dataclass
 class Acceleration:
     """Force balance along the measured motion divided by the mass, in m/s^2, in weak form.
 
     The model's acceleration and the second difference of raw position are smoothed by the same bump.
-    The second difference is a triangle-weighted mean of acceleration; so is what the simulation gives.
+    The second difference is a triangle-weighted mean of acceleration; so is what the simulation gives. Rows beside jumps
+    of an input are left out, for whoever fits, screens or judges alike.
     half_widths: of the bump in samples per recording (empty: chosen by the noise).
     """
 
@@ -88,6 +101,7 @@ class Acceleration:
             self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)
             stride = self.stride or max(1, half // 2)
             rows = np.arange(half + 3, int(b - a) - half - 3, stride)
+            rows = rows[_clear_of_jumps(recording, half)[rows]]
             bins = rows // max(1, round(_GROUP / dt))
             base = (groups[-1][-1] + 1) if groups else 0
             groups.append(np.unique(bins, return_inverse=True)[1] + base)
@@ -102,6 +116,21 @@ class Acceleration:
         self.target = self.measured_acceleration[self.rows]
         self.signal = self.target
         self.floor = 1e-9
+
+    def with_model(self, model: Model) -> Acceleration:
+        """The same rows under another model of the same motor's inputs; all that hangs on the recordings is shared."""
+        other = copy(self)
+        other.model = model
+        other.simulator = replace(self.simulator, model=model)
+        return other
+
+    def at_rows_of(self, other: Acceleration) -> Acceleration:
+        """The same at the rows of an objective on recordings of the same lengths."""
+        out = copy(self)
+        out.rows, out.classes, out.groups = other.rows, other.classes, other.groups
+        out.group_recording = other.group_recording
+        out.target = out.signal = self.measured_acceleration[out.rows]
+        return out
 
     def model_acceleration(self, params: Array) -> Array:
         """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2."""

@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 _ORDER = 3
+# An encoder is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
+# lower nine tenths have this share of the mean.
+_COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
 
 
@@ -28,9 +31,36 @@ def noise_level(samples: Array) -> float:
         return 0.0
     differences = np.diff(samples, 4)
     spread = float(np.median(np.abs(differences))) / 0.6745
-    rms = float(np.sqrt(np.mean(differences**2)))
-    # Quantised standstill has a zero median: then the mean square counts, which motion may inflate.
-    return float((spread if spread > 0.0 else rms) / np.sqrt(70.0))
+    step = resolution(samples)
+    if spread < _COARSE * step:
+        # A median of few different values jumps: the mean square of all but the largest tenth does not.
+        squares = np.sort(differences**2)
+        kept = squares[: max(int(_KEPT * squares.size), 1)]
+        spread = float(np.sqrt(np.mean(kept) / _KEPT_POWER)) or float(np.sqrt(np.mean(squares)))
+    return float(spread / np.sqrt(70.0))
+
+
+def resolution(samples: Array) -> float:
+    """The smallest step between different samples (n,), 0 where all are equal: an encoder's quantum, if it has one."""
+    steps = np.diff(np.unique(samples))
+    size = float(np.max(np.abs(samples), initial=0.0))
+    steps = steps[steps > 1e-12 * size]  # what is less is rounding
+    return float(np.min(steps)) if steps.size else 0.0
+
+
+def retaken(recording: Recording, smooth: Array, generator: np.random.Generator) -> Recording:
+    """Another measurement of the same motion: its position noise and its encoder's steps fall anew.
+
+    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white; the inputs get their own white
+    noise once more.
+    """
+    quantum = resolution(recording.y)
+    white = float(np.sqrt(max(noise_level(recording.y) ** 2 - quantum**2 / 12.0, 0.0)))
+    shift = quantum * generator.uniform(-0.5, 0.5)
+    y = smooth + white * generator.standard_normal(smooth.size)
+    if quantum > 0.0:
+        y = np.round((y + shift) / quantum) * quantum - shift
+    return with_input_noise(replace(recording, y=y), generator)
 
 
 @dataclass(frozen=True)
@@ -82,9 +112,7 @@ def _rests(y: Array, noise: float, reach: int) -> NDArray[np.bool_]:
 
     width = 2 * reach + 1
     span = maximum_filter1d(y, width) - minimum_filter1d(y, width)
-    resolution = np.unique(np.round(np.abs(np.diff(np.unique(y))), 12))
-    step = float(resolution[0]) if resolution.size else 0.0
-    return np.asarray(span <= max(6.0 * noise, 2.001 * step))
+    return np.asarray(span <= max(6.0 * noise, 2.001 * resolution(y)))
 
 
 def measure_motion(recordings: Sequence[Recording]) -> Motion:

@@ -17,6 +17,8 @@ from linid.physics.motors import fundamental_force_constant
 from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
 
+_MOVING = 0.01  # of the highest speed, from which on the axis clearly moves one way
+
 
 def build_space(
     model: Model,
@@ -41,7 +43,7 @@ def build_space(
             )
     motion = measure_motion(recordings)
     noise = max(float(np.min(motion.position_noise)), 1e-12)
-    travel = max(float(np.ptp(r.y)) for r in recordings)
+    travel = travel_between_reversals(recordings)
     speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
     inertia = first.get("mass", 1.0) * typical_acceleration(recordings)
     force = max(abs(first.get("coulomb_force", 0.0)), 1e-3 * inertia, 1e-15)
@@ -81,6 +83,28 @@ def build_space(
             continue
         genes.append(_gene(parameter, box, bounds))
     return SearchSpace(model, tuple(genes), held, stribeck, fundamental)
+
+
+def travel_between_reversals(recordings: Sequence[Recording]) -> float:
+    """Median travel in m (rotary: rad, a revolution at most) from one reversal of the motion to the next.
+
+    A bristle that bends farther than that before it slides would be a spring, and no recording could tell.
+    """
+    motion = measure_motion(recordings)
+    top = float(np.quantile(np.abs(motion.v), 0.99))
+    legs: list[float] = []
+    at = 0
+    for recording in recordings:
+        v, y = motion.v[at : at + recording.y.size], motion.y[at : at + recording.y.size]
+        at += recording.y.size
+        moving = np.flatnonzero(np.abs(v) > _MOVING * top)
+        if moving.size:
+            turns = np.flatnonzero(np.diff(np.sign(v[moving])))
+            legs += np.abs(np.diff(y[moving[[0, *turns, -1]]])).tolist()
+    legs = [leg for leg in legs if leg > 0.0]
+    whole = max(float(np.ptp(r.y)) for r in recordings)
+    travel = float(np.median(legs)) if legs else whole
+    return min(travel, 2.0 * math.pi) if recordings[0].axis == "rotary" else travel
 
 
 def _effect_box(

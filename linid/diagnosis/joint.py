@@ -1,0 +1,404 @@
+"""The joint fit: base model and effects identified together by the force balance, under one criterion.
+
+The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log(sum p + sum f) with p the
+squared residual and f the noise floor in it: what a fit lessens, a judgement weighs. A block that no model here can
+follow has its say once, however large its residual is, and one at the floor asks for nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.diagnosis.balance import Balance
+from linid.identification.genes import SearchSpace
+from linid.identification.motion import measure_motion
+from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
+from linid.identification.space import build_space, travel_between_reversals
+from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
+from linid.physics.motors import fundamental_force_constant
+from linid.physics.parameter import Parameter
+
+Array = NDArray[np.float64]
+Columns = dict[str, Array]
+
+_STEP = 1e-4  # of a parameter's own scale, for differences
+_DAMPING, _LEAST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e-9, 1e6
+_LEAST_KEPT = 0.1  # of the promised decrease, for a step to be taken
+_LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
+# Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
+_LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
+_PRIOR = 1e-6  # of a block's weight: holds what no row tells where it is
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long a fit may take. steps: at most; precision: promised decrease of the criterion per row that ends it;
+    renewals: how often the slopes may be computed anew."""
+
+    steps: int
+    precision: float
+    renewals: int
+
+
+THOROUGH = Effort(40, 1e-5, 6)
+SETTLING = Effort(12, 1e-4, 2)
+QUICK = Effort(6, 5e-4, 1)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model fitted by the force balance. values: SI by name; vector: (VECTOR_SIZE,) SI; residual: (n,) m/s^2 of all
+    rows of the balance; structural: SI values that say where its effects act; held: SI values that were not
+    identified; level: criterion per fitted row; space, genes: as fits take it over."""
+
+    model: Model
+    values: dict[str, float]
+    vector: Array
+    residual: Array
+    structural: dict[str, float]
+    held: dict[str, float]
+    level: float
+    recordings: tuple[int, ...] = field(repr=False)
+    key: str
+
+    def space(self, recordings: Sequence[Recording]) -> tuple[SearchSpace, Array]:
+        """The search box of a fit around the values, and their genes (p,)."""
+        density = self.values.get("guideway_density")
+        densities = () if density is None else (density,)
+        space = build_space(
+            self.model, recordings, self.values, self.held | self.structural, {}, False, densities, True
+        )
+        return space, space.encode(self.values)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One unknown. log: its logarithm is searched; lower, upper: bounds of what is searched; scale: its size."""
+
+    name: str
+    log: bool
+    lower: float
+    upper: float
+    scale: float
+
+
+class Coordinates:
+    """The unknowns of any model on some recordings, with bounds that scale with the axis.
+
+    Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
+    step. Breakaway is searched as F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that
+    friction can grow without its presliding growing too.
+    """
+
+    def __init__(self, balance: Balance, reference: Mapping[str, float]) -> None:
+        recordings = balance.recordings
+        self.kind_values = dict(reference)
+        self.recordings = recordings
+        motion = measure_motion(recordings)
+        noise = max(float(np.min(motion.position_noise)), 1e-12)
+        travel = travel_between_reversals(recordings)
+        speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
+        inertia = reference.get("mass", 1.0) * typical_acceleration(recordings)
+        self.force = max(abs(reference.get("coulomb_force", 0.0)), 1e-2 * inertia, 1e-15)
+        self.speed = speed
+        low, high = _LEAST_PRESLIDING * noise, _LARGEST_PRESLIDING * travel
+        self.presliding = (math.log(low), math.log(max(high, 10.0 * low)))
+
+    def of(self, model: Model, held: Mapping[str, float], values: Mapping[str, float]) -> tuple[Coordinate, ...]:
+        """The unknowns of a model; held: SI values that are not identified; values: first values."""
+        outlook = look_out(model, self.recordings, self.kind_values)
+        force = force_scale(self.recordings, self.kind_values)
+        amplitudes = {name for effect in model.effects for name in find_effect(effect).amplitudes_of(model.kind)}
+        out = []
+        for parameter in model.parameters:
+            if parameter.name in held or parameter.name == "stribeck_exponent":
+                continue
+            if parameter.name in amplitudes:
+                low, high = amplitude_range(parameter, outlook, force, self.kind_values["mass"])
+                out.append(Coordinate(parameter.name, False, low, high, high))
+            else:
+                out.append(self._coordinate(parameter, values))
+        return tuple(out)
+
+    def _coordinate(self, parameter: Parameter, values: Mapping[str, float]) -> Coordinate:
+        name = parameter.name
+        size = abs(self.kind_values.get(name, values.get(name, parameter.default)))
+        match name:
+            case "coulomb_force":
+                return Coordinate(name, False, 1e-4 * self.force, 1e3 * self.force, self.force)
+            case "static_force":
+                return Coordinate(name, True, 0.0, math.log(8.0), 1.0)
+            case "stribeck_velocity":
+                return Coordinate(name, True, math.log(1e-4 * self.speed), math.log(0.1 * self.speed), 1.0)
+            case "bristle_stiffness":
+                return Coordinate(name, True, *self.presliding, 1.0)
+            case "bristle_damping":
+                return Coordinate(name, True, math.log(3e-3), math.log(30.0), 1.0)
+            case "viscous_friction":
+                top = self.force / self.speed
+                return Coordinate(name, False, 1e-5 * top, 1e2 * top, top)
+            case "force_constant":
+                return Coordinate(name, False, 1e-3 * size, 1e3 * size, size)
+            case "mass":
+                return Coordinate(name, True, math.log(size / 8.0), math.log(8.0 * size), 1.0)
+            case "guideway_density":
+                return Coordinate(name, True, math.log(0.9 * size), math.log(1.1 * size), 0.01)
+            case "shift":
+                return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
+        first = values.get(name, parameter.default)
+        if parameter.log:
+            low, high = math.log(parameter.lower), math.log(parameter.upper)
+            if parameter.reach > 0.0:
+                low, high = math.log(first / parameter.reach), math.log(first * parameter.reach)
+            return Coordinate(name, True, low, high, min(1.0, high - low))
+        low, high = parameter.lower, parameter.upper
+        if parameter.reach > 0.0:
+            low, high = first - parameter.reach, first + parameter.reach
+        return Coordinate(name, False, low, high, high - low)
+
+
+def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:
+    """SI values -> what is searched (p,), within the bounds."""
+    out = np.empty(len(coordinates))
+    for k, c in enumerate(coordinates):
+        value = values.get(c.name, next(p.default for p in model.parameters if p.name == c.name))
+        if c.name == "static_force":
+            value = value / values["coulomb_force"]
+        elif c.name == "bristle_stiffness":
+            value = values["coulomb_force"] / value
+        elif c.name == "bristle_damping":
+            value = value / (2.0 * math.sqrt(values["bristle_stiffness"] * values["mass"]))
+        elif c.name == "force_constant" and model.kind == "theta":
+            value = fundamental_force_constant(value, values["winding_length"], values["nome"])
+        out[k] = min(max(math.log(max(value, 1e-300)) if c.log else value, c.lower), c.upper)
+    return out
+
+
+def vectors_of(
+    coordinates: Sequence[Coordinate], model: Model, held: Mapping[str, float], searched: Array
+) -> Array:
+    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units."""
+    searched = np.atleast_2d(searched)
+    out = np.empty((searched.shape[0], model.vector({}).size))
+    out[:] = model.vector(dict(held))
+    names = {c.name for c in coordinates}
+    for k, c in enumerate(coordinates):
+        out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
+    coulomb, static, stiffness, damping, mass = (
+        model.slot(n) for n in ("coulomb_force", "static_force", "bristle_stiffness", "bristle_damping", "mass")
+    )
+    if "static_force" in names:
+        out[:, static] *= out[:, coulomb]
+    if "bristle_stiffness" in names:
+        out[:, stiffness] = out[:, coulomb] / out[:, stiffness]
+    if "bristle_damping" in names:
+        out[:, damping] *= 2.0 * np.sqrt(out[:, stiffness] * out[:, mass])
+    if model.kind == "theta" and "force_constant" in names:
+        length, nome, constant = (model.slot(n) for n in ("winding_length", "nome", "force_constant"))
+        out[:, constant] /= fundamental_force_constant(np.ones(out.shape[0]), out[:, length], out[:, nome])
+    return out
+
+
+class JointFit:
+    """Fits of any set of effects beside one base model on the rows of a balance, all under the same criterion.
+
+    scale: (R,) m/s^2 in which residuals are counted; floor: (R,) what the noise gives in their squares; held: SI
+    values that no fit identifies; reference: SI values of the base, from which bounds and scales are taken.
+    """
+
+    def __init__(
+        self, balance: Balance, scale: Array, floor: Array, held: Mapping[str, float], reference: Mapping[str, float]
+    ) -> None:
+        self.balance = balance
+        self.held = dict(held)
+        self.coordinates = Coordinates(balance, reference)
+        rows = balance.rows
+        self.inverse = 1.0 / scale[rows.recording]
+        self.floor = floor[rows.recording]
+        self.blocks = int(rows.block.max(initial=-1)) + 1
+        self._slopes: dict[str, Columns] = {}
+
+    def rows_of(self, recordings: Iterable[int]) -> NDArray[np.bool_]:
+        """Rows (n,) that belong to recordings given by their places."""
+        chosen = np.zeros(len(self.balance.recordings), dtype=np.bool_)
+        chosen[list(recordings)] = True
+        return np.asarray(chosen[self.balance.rows.recording])
+
+    def block_powers(self, residual: Array, rows: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+        """Per block: sum of the squared residuals, of the floor, and the number of rows, over the chosen rows."""
+        block = self.balance.rows.block[rows]
+        power = np.bincount(block, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.blocks)
+        floor = np.bincount(block, self.floor[rows], minlength=self.blocks)
+        return power, floor, np.bincount(block, minlength=self.blocks).astype(np.float64)
+
+    def level(self, residual: Array, rows: NDArray[np.bool_]) -> float:
+        """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
+        power, floor, counts = self.block_powers(residual, rows)
+        known = counts > 0
+        return float(counts[known] @ np.log((power + floor)[known] / (2.0 * floor[known]))) / float(counts.sum())
+
+    def weights(self, residual: Array, rows: NDArray[np.bool_]) -> Array:
+        """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows."""
+        power, floor, counts = self.block_powers(residual, rows)
+        per_block = np.sqrt(counts / np.maximum(power + floor, 1e-300))
+        return np.asarray(np.where(rows, per_block[self.balance.rows.block] * self.inverse, 0.0))
+
+    def fit(
+        self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
+        effort: Effort, slopes: Mapping[str, Array] | None = None,
+    ) -> Fitted:  # fmt: skip
+        """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
+        near there, where they are known."""
+        chosen = tuple(sorted(recordings))
+        names = {p.name for p in model.parameters}
+        held = {k: x for k, x in self.held.items() if k in names} | dict(structural)
+        held.setdefault("stribeck_exponent", 2.0)
+        coordinates = self.coordinates.of(model, held, values)
+        x = encoded(coordinates, model, {**values, **held})
+        key = _key(model, held, chosen, x, effort)
+        memory = self.balance.memory
+        if key in memory:
+            x = np.array(memory[key])
+            residual = self._residuals(model, coordinates, held, x[None, :])[0]
+        else:
+            x, residual = self._descend(model, coordinates, held, x, self.rows_of(chosen), effort, dict(slopes or {}))
+            memory[key] = x.tolist()
+        vector = vectors_of(coordinates, model, held, x)[0]
+        found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
+        level = self.level(residual, self.rows_of(chosen))
+        own_held = {k: found[k] for k in held if k not in structural}
+        return Fitted(model, found, vector, residual, dict(structural), own_held, level, chosen, key)
+
+    def slopes(self, fitted: Fitted) -> Columns:
+        """d residual / d unknown (n,) of a fitted model, by name."""
+        if fitted.key not in self._slopes:
+            coordinates, held, x = self._searched(fitted)
+            rows = self._differences(fitted.model, coordinates, held, x, fitted.residual, range(len(coordinates)))
+            self._slopes[fitted.key] = {c.name: row for c, row in zip(coordinates, rows, strict=True)}
+        return self._slopes[fitted.key]
+
+    def _searched(self, fitted: Fitted) -> tuple[tuple[Coordinate, ...], dict[str, float], Array]:
+        held = fitted.held | fitted.structural
+        coordinates = self.coordinates.of(fitted.model, held, fitted.values)
+        return coordinates, held, encoded(coordinates, fitted.model, fitted.values)
+
+    def _residuals(
+        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], searched: Array
+    ) -> Array:
+        return self.balance.residuals(model, vectors_of(coordinates, model, held, searched))
+
+    def _differences(
+        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, residual: Array,
+        wanted: Iterable[int],
+    ) -> Array:  # fmt: skip
+        """d residual / d unknown (k, n) of the wanted unknowns."""
+        wanted = list(wanted)
+        if not wanted:
+            return np.empty((0, residual.size))
+        steps = []
+        for k in wanted:
+            c = coordinates[k]
+            step = _STEP * (c.scale if c.log else max(0.1 * c.scale, min(abs(x[k]), c.scale)))
+            steps.append(-step if x[k] + step > c.upper else step)
+        moved = np.repeat(x[None, :], len(wanted), axis=0)
+        moved[np.arange(len(wanted)), wanted] += steps
+        rows = self._residuals(model, coordinates, held, moved)
+        return np.asarray((rows - residual) / np.array(steps)[:, None])
+
+    def _descend(
+        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array,
+        rows: NDArray[np.bool_], effort: Effort, known: Mapping[str, Array],
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
+        577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
+        lower, upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
+        reach = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
+        residual = self._residuals(model, coordinates, held, x[None, :])[0]
+        slopes = np.empty((x.size, residual.size))
+        missing = [k for k, c in enumerate(coordinates) if c.name not in known]
+        for k, c in enumerate(coordinates):
+            if c.name in known:
+                slopes[k] = known[c.name]
+        slopes[missing] = self._differences(model, coordinates, held, x, residual, missing)
+        renewals, fresh = (0, True) if not known else (1, False)
+        level = self.level(residual, rows)
+        damping = _DAMPING
+        count = float(np.count_nonzero(rows))
+        used = 0
+        while used < effort.steps:
+            weights = self.weights(residual, rows)[rows]
+            columns = (slopes[:, rows] * weights).T
+            aim = residual[rows] * weights
+            room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
+            move, promised = _step(columns, aim, damping, room)
+            if promised <= effort.precision * count:
+                if fresh or renewals > effort.renewals:
+                    break
+                slopes = self._differences(model, coordinates, held, x, residual, range(x.size))
+                renewals, fresh = renewals + 1, True
+                continue
+            trial = np.clip(x + move, lower, upper)
+            later = self._residuals(model, coordinates, held, trial[None, :])[0]
+            used += 1
+            reached = self.level(later, rows)
+            kept = (level - reached) * count / promised
+            change = later - residual
+            scaled = (trial - x) * np.linalg.norm(columns, axis=0)
+            size = float(scaled @ scaled)
+            if kept > _LEAST_KEPT:
+                missed = change - (trial - x) @ slopes
+                x, residual, level = trial, later, reached
+                damping = max(damping * (0.1 if kept > 0.5 else 1.0), _LEAST_DAMPING)
+                norms = np.linalg.norm(columns, axis=0)
+                if size > 0.0:
+                    slopes += np.outer(scaled * norms / size, missed)
+                fresh = False
+            elif not fresh and renewals <= effort.renewals:
+                slopes = self._differences(model, coordinates, held, x, residual, range(x.size))
+                renewals, fresh = renewals + 1, True
+            else:
+                damping *= 10.0
+                if damping > _LARGEST_DAMPING:
+                    break
+        return x, residual
+
+
+def _step(columns: Array, aim: Array, damping: float, room: tuple[Array, Array]) -> tuple[Array, float]:
+    """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
+
+    columns: (n, p) slopes of aim (n,), both weighted.
+    """
+    norms = np.linalg.norm(columns, axis=0)
+    norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf  # what no row tells stays
+    scaled = columns / norms
+    normal = scaled.T @ scaled
+    moment = scaled.T @ aim
+    lower, upper = room[0] * norms, room[1] * norms
+    lower, upper = np.nan_to_num(lower, nan=0.0), np.nan_to_num(upper, nan=0.0)
+    system = normal + (damping + _PRIOR) * np.eye(norms.size)
+    move = np.linalg.solve(system, -moment)
+    free = np.ones(norms.size, dtype=np.bool_)
+    for _ in range(norms.size):  # an active set: what leaves its room stays at the edge
+        outside = free & ((move < lower) | (move > upper))
+        if not np.any(outside):
+            break
+        free &= ~outside
+        move = np.where(free, move, np.clip(move, lower, upper))
+        if np.any(free):
+            rest = -moment[free] - system[np.ix_(free, ~free)] @ move[~free]
+            move[free] = np.linalg.solve(system[np.ix_(free, free)], rest)
+    promised = -float(2.0 * moment @ move + move @ normal @ move)
+    return np.asarray(move / norms), promised
+
+
+def _key(model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort) -> str:
+    """What decides the result of a fit, as a hash."""
+    parts = (model.kind, model.effects, sorted(held.items()), recordings, x.tolist(), effort)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
