@@ -51,13 +51,13 @@ def _span(ctx: click.Context, parameter: click.Parameter, value: str) -> tuple[f
 @click.option("--strength", callback=_span, default="0.05,1", show_default=True, metavar="LOW,HIGH",
               help="Range of strength; at 1 the base model misses 10 % of the total force.")  # fmt: skip
 @click.option("--kinds", callback=_names, default=",".join(KINDS), show_default=True, metavar="A,B",
-              help="Kinds of campaigns.")  # fmt: skip
+              help="Kinds of campaigns; also: crowd (three to six effects at once).")  # fmt: skip
 @JOBS
 @json_option
 @verbosity_options
 @debug_option
 def make(out: Path | None, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
-    """Make campaigns that hide one effect, two, none, or one outside the library.
+    """Make campaigns that hide one effect, two, none, one outside the library, or a crowd of three to six.
 
     \b
     Example:

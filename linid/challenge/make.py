@@ -20,9 +20,12 @@ from linid.stand.measurement import measure
 from linid.stand.mode_descriptions import FreeWheel, Mode, SlowRamp
 
 Array = NDArray[np.float64]
-Kind = Literal["single", "pair", "none", "unknown"]
-# Of ten campaigns with all kinds.
-_SHARES: dict[Kind, int] = {"single": 6, "pair": 2, "none": 1, "unknown": 1}
+Kind = Literal["single", "pair", "none", "unknown", "crowd"]
+# Of ten campaigns with the first four kinds.
+_SHARES: dict[Kind, int] = {"single": 6, "pair": 2, "none": 1, "unknown": 1, "crowd": 2}
+# Effects that a kind hides at once (a crowd: as many as drawn uniformly from this range).
+_LEAST: dict[Kind, int] = {"pair": 2, "crowd": 3}
+_MOST_AT_ONCE = 6
 _ATTEMPTS = 40
 _TAMINGS = 12
 _FRESH_INDEX = 100  # random walks and phases of fresh recordings differ from those of the campaign
@@ -49,10 +52,11 @@ class Plan:
         odd = [kind for kind in self.kinds if kind not in _SHARES]
         if odd or not self.kinds:
             raise UsageError("--kinds", f"{', '.join(odd) or 'nothing'} is no kind", f"Known: {', '.join(_SHARES)}.")
-        if "pair" in self.kinds and len(self.names("single")) < 2:
-            raise UsageError(
-                "--effects", "a pair needs two listed effects", "Name two, or leave `pair` out of --kinds."
-            )
+        for kind in self.kinds:
+            if len(self.names(kind)) < _LEAST.get(kind, 1):
+                raise UsageError(
+                    "--effects", f"a {kind} needs {_LEAST[kind]} listed effects", f"Name more, or leave `{kind}` out."
+                )
 
     def names(self, kind: Kind) -> tuple[str, ...]:
         """The effects that campaigns of a kind may hide."""
@@ -97,6 +101,10 @@ def assignment(plan: Plan, index: int) -> tuple[Kind, tuple[str, ...], tuple[flo
     names: tuple[str, ...] = ()
     if kind == "pair":
         names = tuple(map(str, random.choice(plan.names("pair"), 2, replace=False)))
+    elif kind == "crowd":
+        pool = plan.names("crowd")
+        count = int(random.integers(_LEAST["crowd"], _MOST_AT_ONCE + 1))
+        names = tuple(map(str, random.choice(pool, min(count, len(pool)), replace=False)))
     elif kind != "none":
         pool = plan.names(kind)
         turn, position = divmod(number * block.count(kind) + kinds[:place].count(kind), len(pool))

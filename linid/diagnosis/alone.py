@@ -10,17 +10,18 @@ from numpy.typing import NDArray
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import Regression, Trial
 from linid.physics.effects.effect import Effect, Values
-from linid.physics.effects.registry import find_effect
+from linid.physics.effects.registry import EFFECTS, find_effect
+from linid.physics.effects.shapes import MOST_MARKED
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
 # The parameter that says which recordings an effect acts in.
-PER_RECORDING = {"external_disturbance": "disturbance_recording", "payload_change": "payload_recordings"}
+PER_RECORDING = {effect.name: effect.mark for effect in EFFECTS if effect.per_recording}
+MOST_BITS = MOST_MARKED
 _CHUNK = 256
 _LIKE = 0.5  # of the largest payload: what a recording must show to be counted in
-MOST_BITS = 50
 _PAUSE = 0.05  # s, between a push and another one
 
 
@@ -124,7 +125,4 @@ def _joint(alone: Alone, chosen: Sequence[tuple[int, float, float, Array]]) -> T
 
 def acts_in(name: str, structural: Values, recording: Recording) -> bool:
     """Whether a per-recording effect acts in a recording."""
-    mark = structural.get(PER_RECORDING[name], 0.0)
-    if name == "payload_change":
-        return recording.number >= 1 and int(mark) >> (recording.number - 1) & 1 == 1
-    return float(recording.number) == mark
+    return find_effect(name).acts_in(structural, recording.number)

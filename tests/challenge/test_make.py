@@ -106,6 +106,20 @@ def test_kinds_and_effects_are_shared_out_evenly() -> None:
     assert abs(strengths.mean() - np.log(0.05) / 2) < 4 * span / np.sqrt(12 * strengths.size)
 
 
+def test_crowds_hold_three_to_six_different_effects_equally_often() -> None:
+    given_out = [assignment(Plan(4, kinds=("crowd",)), index) for index in range(600)]
+    assert {kind for kind, _, _ in given_out} == {"crowd"}
+    assert all(len(set(names)) == len(names) == len(wanted) for _, names, wanted in given_out)
+    sizes = Counter(len(names) for _, names, _ in given_out)
+    assert set(sizes) == {3, 4, 5, 6}
+    # Four equal chances: 600 draws lie within four standard deviations of 150 each.
+    assert all(abs(number - 150) < 4 * np.sqrt(600 * 3 / 16) for number in sizes.values())
+    shown = Counter(name for _, names, _ in given_out for name in names)
+    assert set(shown) <= set(LISTED) and not set(shown) & set(OUTSIDE)
+    strengths = [s for _, _, wanted in given_out for s in wanted]
+    assert min(strengths) >= 0.05 and max(strengths) <= 1.0
+
+
 @hypothesis_settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_drawn_axes_are_realistic_and_move_plausibly(seed: int) -> None:
@@ -125,7 +139,8 @@ def test_drawn_axes_are_realistic_and_move_plausibly(seed: int) -> None:
 @pytest.mark.parametrize(
     "wrong",
     [{"effects": ("coging",)}, {"strength": (0.5, 0.1)}, {"strength": (0.0, 1.0)}, {"kinds": ("triple",)},
-     {"kinds": ()}, {"effects": ("cogging",), "kinds": ("pair",)}],
+     {"kinds": ()}, {"effects": ("cogging",), "kinds": ("pair",)},
+     {"effects": ("cogging", "end_effect"), "kinds": ("crowd",)}],
     ids=str,
 )  # fmt: skip
 def test_a_wrong_plan_is_refused(wrong: dict[str, object]) -> None:

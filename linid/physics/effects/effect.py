@@ -23,6 +23,7 @@ from linid.errors import ConfigError
 from linid.physics.parameter import Parameter
 
 Slot = Literal["DRIVE", "FORCE", "SENSOR"]
+Acts = Literal["all", "one", "some"]
 Values = dict[str, float]
 
 # Not cached by itself: it is compiled into the kernel, whose cache knows the sources of all effects.
@@ -54,8 +55,8 @@ class Outlook:
     stroke_low, stroke_high: m (rotary: rad); field_wavenumber: of the motor's field (pi / pole pitch) in rad/m, None
     without a phase motor; top_speed: m/s; top_current: A; durations: s and records: numbers, one per recording;
     period: sampling period in s; campaign_duration: running time of the whole campaign in s; revolving: the axis turns
-    more than once, so that all repeats with every revolution; visited: edges (m) of equal shares of all the places that
-    the recordings visit, empty: of the stroke.
+    more than once, so that all repeats with every revolution; axis: linear or rotary; visited: edges (m) of equal
+    shares of all the places that the recordings visit, empty: of the stroke.
     """
 
     stroke_low: float
@@ -68,6 +69,7 @@ class Outlook:
     period: float
     campaign_duration: float = 0.0
     revolving: bool = False
+    axis: str = "linear"
     visited: tuple[float, ...] = ()
 
     @property
@@ -108,6 +110,9 @@ class Effect:
     a reading error, sought in the residual besides the grid. kinds: motors that the effect makes sense with.
     grid(outlook) -> starting values of all parameters but the amplitudes, the likeliest first; an empty grid: nothing
     to be seen in such recordings.
+    acts: in all recordings, in one or in some; mark: the structural parameter that says in which: of one its number, of
+    some the sum of 2^(number - 1). parts: how often the effect can occur, each time with parameters of its own, whose
+    names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike.
     """
 
@@ -123,6 +128,9 @@ class Effect:
     single_only: tuple[str, ...] = ()
     orders: tuple[str, ...] = ()
     period: str = ""
+    acts: Acts = "all"
+    mark: str = ""
+    parts: int = 1
     kinds: tuple[str, ...] = ALL_KINDS
     grid: Callable[[Outlook], tuple[Values, ...]] = no_grid
     delay: Any = None
@@ -150,6 +158,51 @@ class Effect:
     def amplitudes_of(self, kind: str) -> tuple[str, ...]:
         """The amplitudes that mean something for a motor model of this kind."""
         return tuple(p.name for p in self.parameters_of(kind) if p.name in self.amplitudes)
+
+    @property
+    def per_recording(self) -> bool:
+        """Whether it acts in single recordings only."""
+        return self.acts != "all"
+
+    def acts_in(self, values: Values, number: int) -> bool:
+        """Whether it acts in recording `number` (from 1) with these values; amplitudes that are not given count."""
+        if not self.per_recording:
+            return True
+        for k in range(1, self.parts + 1):
+            mark = int(values.get(self._in_part(self.mark, k), 0.0))
+            marked = number == mark if self.acts == "one" else number >= 1 and mark >> (number - 1) & 1
+            if number >= 1 and marked and any(values.get(name, 1.0) for name in self.amplitudes_of_part(k)):
+                return True
+        return False
+
+    def part(self, k: int) -> tuple[Parameter, ...]:
+        """The parameters of part k, from 1; all, where the effect has but one part."""
+        return self.parameters if self.parts == 1 else tuple(p for p in self.parameters if p.name.endswith(f"_{k}"))
+
+    def amplitudes_of_part(self, k: int) -> tuple[str, ...]:
+        """The amplitudes of part k, from 1."""
+        return tuple(p.name for p in self.part(k) if p.name in self.amplitudes)
+
+    def moved(self, values: Values, k: int) -> Values:
+        """The values of part 1, such as those of a grid's entry, as values of part k."""
+        return {self._in_part(name, k): value for name, value in values.items()}
+
+    def free_part(self, values: Values) -> int:
+        """The first part that acts nowhere yet with these values, from 1; 0: none is left."""
+        marks = [values.get(self._in_part(self.mark, k), 0.0) for k in range(1, self.parts + 1)] if self.mark else []
+        return 1 + marks.index(0.0) if 0.0 in marks else 0
+
+    def held(self, values: Values) -> Values:
+        """What is not searched, given the values: the structural ones of them, and all of parts that act nowhere."""
+        out = {p.name: values[p.name] for p in self.parameters if p.name in self.structural and p.name in values}
+        for k in range(1, self.parts + 1) if self.parts > 1 else ():
+            if not values.get(self._in_part(self.mark, k), 0.0):
+                out |= {p.name: p.default for p in self.part(k)}
+        return out
+
+    def _in_part(self, name: str, k: int) -> str:
+        """The name of a parameter of part 1 as it is in part k."""
+        return name if self.parts == 1 else f"{name.removesuffix('_1')}_{k}"
 
     def applies(self, kind: str, outlook: Outlook) -> bool:
         """Whether the effect makes sense with such a motor and such recordings."""
@@ -188,6 +241,18 @@ def _fault(effect: Effect) -> str:
         return f"`period` names {effect.period!r}, which is no parameter of it"
     if not effect.amplitudes:
         return "`amplitudes` is empty"
+    if effect.acts not in ("all", "one", "some"):
+        return f"it acts in {effect.acts!r}, expected all, one or some"
+    if effect.per_recording != bool(effect.mark):
+        return "`mark` and `acts` do not go together: a mark says in which recordings, if not in all"
+    if effect.mark and effect.mark not in effect.structural:
+        return f"`mark` names {effect.mark!r}, which is no structural parameter of it"
+    if effect.parts > 1 and not effect.mark.endswith("_1"):
+        return "it has several parts, but no mark of part 1"
+    first = [p.name.removesuffix("_1") for p in effect.part(1)]
+    equal = [f"{name}_{k}" for name in first for k in range(1, effect.parts + 1)]
+    if effect.parts > 1 and sorted(names) != sorted(equal):
+        return f"its parameters are not those of {effect.parts} equal parts, with names that end in _1, _2 ..."
     for parameter in effect.parameters:
         if not parameter.lower <= parameter.default <= parameter.upper:
             return f"the default of {parameter.name!r} is outside its bounds"

@@ -47,6 +47,8 @@ EFFECT = Effect(
     ),
     amplitudes=("disturbance_force",),
     structural=("disturbance_recording",),
+    acts="one",
+    mark="disturbance_recording",
     grid=grid,
     force=force,
     exposed_by="the same motion recorded again",

@@ -1,4 +1,4 @@
-"""Shapes that several effects share: bounded factors, sine pairs, ages and grids of starting values."""
+"""Shapes that several effects share: bounded factors, sine pairs, marks of recordings, grids of starting values."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from linid.physics.effects.effect import Outlook, Values, term
 
 _LEAST_FACTOR = 0.02
+MOST_MARKED = 50  # recordings that a number can mark by its bits
 
 
 @term
@@ -19,6 +20,15 @@ def bounded(factor: float) -> float:
 def sine_pair(angle: float, sine: float, cosine: float) -> float:
     """sine sin(angle) + cosine cos(angle)."""
     return sine * math.sin(angle) + cosine * math.cos(angle)
+
+
+@term
+def marked(record: float, recordings: float) -> bool:
+    """Whether the bit of a recording's number is set in `recordings`, a sum of 2^(number - 1)."""
+    if record < 1.0:
+        return False
+    shifted = math.floor(recordings / 2.0 ** (record - 1.0))
+    return shifted - 2.0 * math.floor(0.5 * shifted) > 0.0
 
 
 @term
@@ -36,3 +46,13 @@ def wavenumbers(name: str, outlook: Outlook, longest: float, shortest: float, li
     first, last = 2.0 * math.pi / longest, 2.0 * math.pi / shortest
     count = min(max(int((last - first) / step) + 1, 1), limit)
     return tuple({name: first + k * step} for k in range(count))
+
+
+def recording_sets(name: str, outlook: Outlook) -> tuple[Values, ...]:
+    """Marks of each recording alone, then of all from one on; none for a single recording, which has no other."""
+    numbers = [n for n in outlook.records if 1 <= n <= MOST_MARKED]
+    if len(numbers) < 2:
+        return ()
+    alone = [2.0 ** (n - 1) for n in numbers]
+    onwards = [sum(alone[k:]) for k in range(1, len(alone) - 1)]
+    return tuple({name: bits} for bits in [*alone, *onwards])
