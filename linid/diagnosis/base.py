@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from linid.diagnosis.balance import Balance, Memory
-from linid.diagnosis.confirm import Fitted, Judge, fit_base, judge_of
+from linid.diagnosis.joint import SETTLING, THOROUGH, Fitted
+from linid.diagnosis.judge import Judge, judge_of
 from linid.identification.first_values import first_values
-from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
-from linid.identification.result import FitResult, ModelKind
-from linid.identification.settings import FitSettings
+from linid.identification.motion import measure_motion
+from linid.identification.outlook import typical_acceleration
+from linid.identification.result import ModelKind
+from linid.identification.seed import force_guess
+from linid.identification.space import travel_between_reversals
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 Progress = Callable[[str, int, int], None]
-# Friction and Stribeck parameters come from the free wheels; a short search is enough to start from.
-_STEPS, _PRECISION = 20, 0.1
-_FRICTION_SEARCH = SearchSettings(population=32, generations=12, patience=4)
+# First values of friction: breakaway over Coulomb force, Stribeck velocity as a share of the highest speed, presliding
+# as a share of the travel between reversals (all tried, the best of them fitted), damping ratio of the bristle.
+_BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
+_TRIED = 2
+_LEAST_FRICTION = 1e-2  # of the inertial force
+
+
+@dataclass(frozen=True)
+class Base:
+    """fitted: the model without effects; judge: of it and of all that follow; rivals: other first values of the base,
+    from which fits with an effect start too; held: SI values that these recordings do not tell."""
+
+    fitted: Fitted
+    judge: Judge
+    rivals: tuple[dict[str, float], ...]
+    held: dict[str, float]
 
 
 def numbered(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
@@ -31,31 +49,82 @@ def numbered(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 def fit_base_model(
     recordings: Sequence[Recording], kind: ModelKind, known: dict[str, float], jobs: int, seed: int,
     assumptions: list[str], watch: Progress, memory: Memory | None = None,
-) -> tuple[Fitted, Judge]:  # fmt: skip
-    """The base model by the force balance of the fitted recordings, started from friction of the free wheels."""
+) -> Base:  # fmt: skip
+    """The base model by the force balance of the fitted recordings; what they do not tell is held in all later fits."""
     fitted = [r for r in recordings if r.split == "fit"]
+    places = tuple(k for k, r in enumerate(recordings) if r.split == "fit")
     wheels = [r for r in fitted if r.kind == "free_wheel"]
     model = Model(kind)
-    settings = FitSettings(
-        search=replace(_FRICTION_SEARCH, seed=seed), jobs=jobs, polish_steps=_STEPS, polish_precision=_PRECISION
-    )
-    start: FitResult | None = None
-    fixed = dict(known)
-    watch("base", 0, 2)
+    held = dict(known)
+    watch("base", 0, 3)
     if wheels:
-        names = {p.name for p in Model("friction").parameters}
-        start = fit("friction", wheels, settings=settings, known={k: x for k, x in known.items() if k in names})
         assumptions.append(f"friction starts from {len(wheels)} free wheels")
-    elif kind == "force":
-        start = fit("force", fitted, settings=replace(settings, objective="acceleration"), known=known)
+    elif kind != "friction":
         assumptions.append("no free wheels: friction comes from the driven recordings")
-    watch("base", 1, 2)
     masses = {r.added_mass for r in fitted}
-    if "mass" not in fixed and len(masses) < 2 and not (kind == "force" and "force_constant" in fixed):
-        fixed["mass"] = 1.0 if start is None else start.value("mass")
-        assumptions.append("no recording tells the mass: forces are those of the friction result, or per kilogram")
-    first, _ = first_values(model, fitted, fixed, start)
+    if "mass" not in held and len(masses) < 2 and not (kind == "force" and "force_constant" in held):
+        held["mass"] = 1.0
+        assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
+    starts = _starts(model, fitted, held)
     balance = Balance(model, recordings, jobs, seed, memory)
-    base = fit_base(balance, model, first, fixed, fitted, jobs)
-    watch("base", 2, 2)
-    return base, judge_of(balance, model, base.vector, seed)
+    judge = judge_of(balance, model, model.vector(starts[0]), held, starts[0], seed)
+    watch("base", 1, 3)
+    rows = judge.fits.rows_of(places)
+    settled = []
+    for start in starts:
+        rivals = _friction_rivals(start, fitted, held)
+        residuals = balance.residuals(model, np.array([model.vector(values) for values in rivals]))
+        levels = [judge.fits.level(residual, rows) for residual in residuals]
+        best = [rivals[k] for k in np.argsort(levels)[:_TRIED]]
+        settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
+    found = min(settled, key=lambda one: one.level)
+    watch("base", 2, 3)
+    # The noise that the inputs bring hangs on the model, and the criterion on the noise.
+    judge = judge_of(balance, model, found.vector, held, found.values, seed)
+    found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
+    watch("base", 3, 3)
+    return Base(found, judge, tuple(starts[1:]), held)
+
+
+def _starts(model: Model, fitted: Sequence[Recording], held: dict[str, float]) -> list[dict[str, float]]:
+    """First values: by regression, and for an axis with one input also by one beside a free periodic force."""
+    first, _ = first_values(model, fitted, held, None)
+    starts = [first]
+    driven = [r for r in fitted if r.kind != "free_wheel"]
+    if model.kind == "force" and driven:
+        constant, mass = held.get("force_constant"), held.get("mass")
+        starts = [{**first, **force_guess(driven, constant, mass, waves=waves)} for waves in (False, True)]
+    return [_with_friction({**start, **held}, model, fitted) for start in starts]
+
+
+def _with_friction(values: dict[str, float], model: Model, fitted: Sequence[Recording]) -> dict[str, float]:
+    """First values of all parameters, friction from a regression's Coulomb force."""
+    mass = values.get("mass", 1.0)
+    speed = float(np.quantile(np.abs(measure_motion(fitted).v), 0.99))
+    coulomb = max(values.get("coulomb_force", 0.0), _LEAST_FRICTION * mass * typical_acceleration(fitted))
+    out = {
+        **values, "coulomb_force": coulomb, "mass": mass, "stribeck_exponent": 2.0,
+        "viscous_friction": max(values.get("viscous_friction", 0.0), 1e-3 * coulomb / speed),
+    }  # fmt: skip
+    if "force_constant" in out:
+        out["force_constant"] = max(out["force_constant"], 1e-9 * coulomb)
+    own = {p.name for p in model.parameters}
+    rivals = _friction_rivals({k: x for k, x in out.items() if k in own}, fitted, values)
+    return rivals[len(rivals) // 2]
+
+
+def _friction_rivals(
+    values: dict[str, float], fitted: Sequence[Recording], held: dict[str, float]
+) -> list[dict[str, float]]:
+    """The values with breakaway, Stribeck velocity and presliding of several sizes; what is held stays."""
+    speed = float(np.quantile(np.abs(measure_motion(fitted).v), 0.99))
+    travel = travel_between_reversals(fitted)
+    out = []
+    for breakaway, stribeck, presliding in itertools.product(_BREAKAWAY, _STRIBECK, _PRESLIDING):
+        stiffness = values["coulomb_force"] / (presliding * travel)
+        friction = {
+            "static_force": breakaway * values["coulomb_force"], "stribeck_velocity": stribeck * speed,
+            "bristle_stiffness": stiffness, "bristle_damping": 2.0 * _RATIO * (stiffness * values["mass"]) ** 0.5,
+        }  # fmt: skip
+        out.append({**values, **friction, **{k: x for k, x in held.items() if k in friction}})
+    return out

@@ -48,8 +48,8 @@ class Effort:
 
 
 THOROUGH = Effort(40, 1e-5, 6)
-SETTLING = Effort(12, 1e-4, 2)
-QUICK = Effort(6, 5e-4, 1)
+SETTLING = Effort(12, 1e-4, 1)
+QUICK = Effort(8, 3e-4, 0)
 
 
 @dataclass(frozen=True)
@@ -284,6 +284,10 @@ class JointFit:
             self._slopes[fitted.key] = {c.name: row for c, row in zip(coordinates, rows, strict=True)}
         return self._slopes[fitted.key]
 
+    def unknowns(self, fitted: Fitted) -> tuple[Coordinate, ...]:
+        """What was searched in a fit."""
+        return self._searched(fitted)[0]
+
     def _searched(self, fitted: Fitted) -> tuple[tuple[Coordinate, ...], dict[str, float], Array]:
         held = fitted.held | fitted.structural
         coordinates = self.coordinates.of(fitted.model, held, fitted.values)
@@ -327,7 +331,7 @@ class JointFit:
             if c.name in known:
                 slopes[k] = known[c.name]
         slopes[missing] = self._differences(model, coordinates, held, x, residual, missing)
-        renewals, fresh = (0, True) if not known else (1, False)
+        renewals, fresh = 0, not known
         level = self.level(residual, rows)
         damping = _DAMPING
         count = float(np.count_nonzero(rows))
@@ -339,7 +343,7 @@ class JointFit:
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
             move, promised = _step(columns, aim, damping, room)
             if promised <= effort.precision * count:
-                if fresh or renewals > effort.renewals:
+                if fresh or renewals >= effort.renewals:
                     break
                 slopes = self._differences(model, coordinates, held, x, residual, range(x.size))
                 renewals, fresh = renewals + 1, True
@@ -360,7 +364,7 @@ class JointFit:
                 if size > 0.0:
                     slopes += np.outer(scaled * norms / size, missed)
                 fresh = False
-            elif not fresh and renewals <= effort.renewals:
+            elif not fresh and renewals < effort.renewals:
                 slopes = self._differences(model, coordinates, held, x, residual, range(x.size))
                 renewals, fresh = renewals + 1, True
             else:
@@ -380,8 +384,8 @@ def _step(columns: Array, aim: Array, damping: float, room: tuple[Array, Array])
     scaled = columns / norms
     normal = scaled.T @ scaled
     moment = scaled.T @ aim
-    lower, upper = room[0] * norms, room[1] * norms
-    lower, upper = np.nan_to_num(lower, nan=0.0), np.nan_to_num(upper, nan=0.0)
+    told = np.isfinite(norms)
+    lower, upper = (np.where(told, edge * np.where(told, norms, 0.0), 0.0) for edge in room)
     system = normal + (damping + _PRIOR) * np.eye(norms.size)
     move = np.linalg.solve(system, -moment)
     free = np.ones(norms.size, dtype=np.bool_)
@@ -395,7 +399,7 @@ def _step(columns: Array, aim: Array, damping: float, room: tuple[Array, Array])
             rest = -moment[free] - system[np.ix_(free, ~free)] @ move[~free]
             move[free] = np.linalg.solve(system[np.ix_(free, free)], rest)
     promised = -float(2.0 * moment @ move + move @ normal @ move)
-    return np.asarray(move / norms), promised
+    return np.asarray(np.where(told, move / norms, 0.0)), promised
 
 
 def _key(model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort) -> str:

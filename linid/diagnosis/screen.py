@@ -1,92 +1,280 @@
-"""Screening: how much of the base model's residual each effect could explain, by regression along the motion."""
+"""Screening: how much of a model's residual each effect could explain, by regression along the motion.
+
+Rows, weights and criterion are those of the joint fit, so that what is screened, fitted and judged is the same gap.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.alone import PER_RECORDING, Alone, best_disturbance, best_payload
-from linid.diagnosis.confirm import Fitted
+from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.side_by_side import Workers
-from linid.identification.effect_guess import EffectColumns, Regression, Trial, amplitude_sizes, best_trial
+from linid.identification.acceleration import Acceleration
+from linid.identification.effect_guess import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.outlook import look_out
-from linid.physics.effects.registry import EFFECTS
-from linid.recording.recording import Recording
+from linid.physics.effects.effect import Effect, Values
+from linid.physics.effects.registry import EFFECTS, find_effect
+from linid.physics.effects.shapes import MOST_MARKED
+from linid.physics.model import Model
+
+Array = NDArray[np.float64]
+
+_RIDGE = 1.0  # deviation, of its own scale, that a base parameter may take in a regression; forces are free
+_LIKE = 0.5  # of the largest amplitude: what a recording must show to be counted in
+_LEADERS = 3  # recordings that are tried as the one with the largest amplitude
+_CLEAR = 1e-3  # of a column's power: what the base must leave of it
+_PAUSE = 0.05  # s, between a push and another one
+# A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
+_OTHER_RECORDINGS, _OTHER_MOMENTS = 0.75, 0.9
 
 
 @dataclass(frozen=True)
 class Screened:
-    """An effect with the entry of its grid that explains most."""
+    """An effect with the entry of its grid that explains most, as first values of a joint fit."""
 
     name: str
     trial: Trial
 
 
-def to_fit(recordings: Sequence[Recording], effects: Iterable[str]) -> tuple[Recording, ...]:
-    """The fitted recordings; all, for effects that live in single recordings and may show in held-out ones only."""
-    if any(name in PER_RECORDING for name in effects):
-        return tuple(recordings)
-    return tuple(r for r in recordings if r.split == "fit")
+class StepRegression:
+    """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.
+
+    rows: (n,) of the balance; effects: columns at these rows. Behind the rows stand those of a prior, which keeps the linear steps of parameters that
+    are searched by their logarithm within reach (ridge regression). Public names as `effect_guess.Regression`.
+    """
+
+    def __init__(self, fits: JointFit, step: Fitted, rows: NDArray[np.bool_], effects: EffectColumns) -> None:
+        self.base = step
+        self.recordings = fits.balance.recordings
+        self.values = step.values
+        self.effects = effects
+        self.weights = fits.weights(step.residual, rows)[rows]
+        self.block = fits.balance.rows.block[rows]
+        self.part = copy(fits.balance.part(step.model))
+        self.part.rows, self.part.classes = self.part.rows[rows], self.part.classes[rows]
+        self.part.target = self.part.signal = self.part.target[rows]
+        slopes = fits.slopes(step)
+        coordinates = fits.unknowns(step)
+        self.p = len(coordinates)
+        columns = np.array([slopes[c.name][rows] for c in coordinates]).T * -self.weights[:, None]
+        ridge = np.diag([1.0 / (_RIDGE * c.scale) if c.log else 0.0 for c in coordinates])
+        stacked = np.vstack([columns, ridge])
+        norms = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
+        left, sizes, _ = np.linalg.svd(stacked / norms, full_matrices=False)
+        self._span = left[:, sizes > 1e-9 * sizes[0]]
+        residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
+        self._rest = residual - self._span @ (self._span.T @ residual)
+        power, floor, counts = fits.block_powers(step.residual, rows)
+        self._counts = counts
+        self._floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
+        self._before = self._level(self._rest)
+
+    def span(self) -> Array:
+        """Orthonormal columns (N + p, r) of what the model's own parameters can do."""
+        return self._span
+
+    def rest(self) -> Array:
+        """What of the weighted residual (N + p,) is left after they had their say."""
+        return self._rest
+
+    def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
+        """Derivatives by each amplitude at each entry of the grid, (N + p, entries * amplitudes), weighted."""
+        columns = self.effects.of(effect, entries, sizes) * self.weights[:, None]
+        return np.vstack([columns, np.zeros((self.p, columns.shape[1]))])
+
+    def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
+        """A trial for each entry of the grid; sizes: upper ends of the ranges of its amplitudes, by name."""
+        names = list(sizes)
+        out = []
+        columns = self.effect_columns(effect, grid, sizes)
+        columns -= self._span @ (self._span.T @ columns)
+        for k, entry in enumerate(grid):
+            solution, explained = self.explained(columns[:, k * len(names) : (k + 1) * len(names)])
+            out.append(Trial(dict(entry), dict(zip(names, solution.tolist(), strict=True)), explained))
+        return out
+
+    def explained(self, columns: Array) -> tuple[Array, float]:
+        """Amplitudes (a,) of projected columns (N + p, a), and the share of the geometric mean power they take away."""
+        norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        scaled = columns / norms
+        solution = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ self._rest, rcond=1e-9)[0]
+        left = self._rest - scaled @ solution
+        share = 1.0 - math.exp(self._level(left) - self._before)
+        return solution / norms, share if math.isfinite(share) else -1.0
+
+    def _level(self, rest: Array) -> float:
+        """Mean log of what is left, per block, beside the floor."""
+        power = np.bincount(self.block, rest[: self.block.size] ** 2, minlength=self._counts.size)
+        known = self._counts > 0
+        ratio = power[known] / self._counts[known] + self._floor[known]
+        return float(self._counts[known] @ np.log(ratio)) / float(self._counts.sum())
 
 
 class Screening:
     """All effects of the library tried on a campaign, at each step of the selection.
 
-    base: the model without effects, whose outlook and effect columns all steps share; recordings: both splits. Effects
-    that live in single recordings are tried on all, the others on the fitted ones; known: SI values that are given;
-    workers: who fits the candidates (None: threads here).
+    base: the model without effects, whose outlook and effect columns all steps share; workers: who fits the candidates
+    (None: threads here).
     """
 
-    def __init__(
-        self, base: Fitted, recordings: Sequence[Recording], known: dict[str, float], jobs: int,
-        workers: Workers | None = None,
-    ) -> None:  # fmt: skip
-        self.recordings = tuple(recordings)
-        self.known = known
+    def __init__(self, fits: JointFit, base: Fitted, jobs: int, workers: Workers | None = None) -> None:
+        self.fits = fits
         self.jobs = jobs
         self.workers = workers
-        self.fitted = [k for k, r in enumerate(recordings) if r.split == "fit"]
-        chosen = self.to_fit(())
-        self.columns = EffectColumns(base.model.kind, base.values, chosen, jobs)
-        self.outlook = look_out(base.model, chosen, base.values)
-        self.whole = look_out(base.model, recordings, base.values)
+        balance = fits.balance
+        self.recordings = balance.recordings
+        self.fitted = tuple(k for k, r in enumerate(self.recordings) if r.split == "fit")
+        fitted = tuple(self.recordings[k] for k in self.fitted)
+        part = balance.part(base.model)
+        some = Acceleration(base.model, fitted, jobs, half_widths=tuple(part.half_widths[k] for k in self.fitted))
+        self.effects = EffectColumns(base.model.kind, base.values, fitted, jobs, some)
+        self.effects_everywhere = EffectColumns(base.model.kind, base.values, self.recordings, jobs, part)
+        self.outlook = look_out(base.model, fitted, base.values)
+        self.whole = look_out(base.model, self.recordings, base.values)
+        self._pushes: dict[str, dict[int, tuple[list[Values], NDArray[np.float32]]]] = {}
 
-    def to_fit(self, effects: Iterable[str]) -> tuple[Recording, ...]:
-        """The recordings to which a model with these effects is fitted."""
-        return to_fit(self.recordings, effects)
+    def to_fit(self, step: Fitted | None, name: str = "", values: Values | None = None) -> tuple[int, ...]:
+        """Places of the recordings to which a model is fitted: the fitted ones, and those held out in which an effect
+        acts that no fitted recording shows."""
+        chosen = set(self.fitted)
+        effects = [(e, {**step.values, **step.structural}) for e in step.model.effects] if step is not None else []
+        effects += [(name, dict(values or {}))] if name else []
+        for effect_name, at in effects:
+            effect = find_effect(effect_name)
+            if not effect.per_recording:
+                continue
+            marked = [k for k, r in enumerate(self.recordings) if effect.acts_in(at, r.number)]
+            if effect.acts == "one":
+                chosen.update(marked)
+            elif not chosen.intersection(marked):
+                chosen.update(marked)
+        return tuple(sorted(chosen))
 
     def screen(
-        self, step: Fitted, scales: NDArray[np.float64], noise: NDArray[np.float64],
-        watch: Callable[[int, int], None] | None = None, *, only: Sequence[str] = (),
-    ) -> tuple[Screened, ...]:  # fmt: skip
+        self, step: Fitted, watch: Callable[[int, int], None] | None = None, *, only: Iterable[str] = ()
+    ) -> tuple[Screened, ...]:
         """All effects that make sense here and are not in `step` yet, those that explain most of its residual first.
 
-        scales: (R,) m/s^2 in which the recordings' residuals are counted; noise: (R,) m/s^2; only: names of effects
-        (empty: all).
+        only: names of effects (empty: all).
         """
-        jobs, whole = self.jobs, self.whole
-        regression = Regression(
-            step.space, step.genes, self.columns.recordings, jobs, scales[self.fitted], self.columns
-        )
-        everywhere = Regression(step.space, step.genes, self.recordings, jobs, scales)
-        alone = Alone(everywhere, jobs)
+        here = StepRegression(self.fits, step, self.fits.rows_of(self.fitted), self.effects)
+        whole = np.ones(self.fits.balance.rows.t.size, dtype=np.bool_)
+        everywhere = StepRegression(self.fits, step, whole, self.effects_everywhere)
+        wanted = tuple(only)
         out = []
         for number, effect in enumerate(EFFECTS, 1):
-            outlook = whole if effect.name in PER_RECORDING else self.outlook
-            wanted = effect.name in only if only else effect.name not in step.model.effects
-            if wanted and effect.applies(step.model.kind, outlook):
-                if effect.name == "external_disturbance":
-                    size = amplitude_sizes(everywhere, effect, whole)["disturbance_force"]
-                    trial = best_disturbance(alone, effect.grid(whole), size, (scales / noise) ** 2)
-                elif effect.name == "payload_change":
-                    trial = best_payload(alone, amplitude_sizes(everywhere, effect, whole)["payload_mass"])
-                else:
-                    sizes = amplitude_sizes(regression, effect, outlook)
-                    trial = best_trial(regression, effect, outlook, self.known, sizes)
-                out.append(Screened(effect.name, trial))
             if watch is not None:
                 watch(number, len(EFFECTS))
+            if (effect.name not in wanted) if wanted else False:
+                continue
+            present = effect.name in step.model.effects
+            if present and not (effect.parts > 1 and effect.free_part(step.structural)):
+                continue
+            if not effect.applies(step.model.kind, self.whole if effect.per_recording else self.outlook):
+                continue
+            if effect.acts == "one":
+                trial = self._best_moment(everywhere, effect, step)
+            elif effect.acts == "some":
+                trial = self._best_recordings(everywhere, effect)
+            else:
+                sizes = amplitude_sizes(here, effect, self.outlook)
+                trial = best_trial(here, effect, self.outlook, self.fits.held, sizes)
+            out.append(Screened(effect.name, trial))
         return tuple(sorted(out, key=lambda s: -s.trial.explained))
+
+    def _best_recordings(self, regression: StepRegression, effect: Effect) -> Trial:
+        """The set of recordings and the amplitude that explain most: those that each show half the largest one."""
+        (amplitude,) = effect.amplitudes
+        size = amplitude_sizes(regression, effect, self.whole)[amplitude]
+        able = [k for k, r in enumerate(self.recordings) if 1 <= r.number <= MOST_MARKED]
+        bits = {k: 2.0 ** (self.recordings[k].number - 1) for k in able}
+        entry = {effect.mark: float(sum(bits.values()))}
+        whole = regression.effect_columns(effect, [entry], {amplitude: size})[:, 0]
+        owner = np.concatenate([regression.part.classes, np.full(regression.p, -1)])
+        span, rest = regression.span(), regression.rest()
+        found: list[tuple[int, float, float]] = []  # recording, amplitude, gain
+        for k in able:
+            column = np.where(owner == k, whole, 0.0)
+            length = float(column @ column)
+            moment = float(column @ rest)
+            clear = length - float(np.sum((span.T @ column) ** 2))
+            if length > 0.0 and clear > 1e-9 * length:
+                found.append((k, moment / clear, moment**2 / clear))
+        found.sort(key=lambda item: -item[2])
+        best = Trial({effect.mark: 0.0}, {amplitude: 0.0}, -1.0)
+        lower = next(p.lower for p in effect.parameters if p.name == amplitude)
+        for leader in found[:_LEADERS]:
+            chosen = [item[0] for item in found if item[1] / leader[1] > _LIKE]
+            for group in ([leader[0]], chosen):
+                if len(group) == len(able):
+                    continue  # what all recordings have is the base's
+                column = np.where(np.isin(owner, group), whole, 0.0)
+                column -= span @ (span.T @ column)
+                (value,), explained = regression.explained(column[:, None])
+                if explained > best.explained:
+                    held = float(np.clip(value, max(lower, -size), size))
+                    mark = float(sum(bits[k] for k in group))
+                    best = Trial({effect.mark: mark}, {amplitude: held}, explained)
+        return best
+
+    def _best_moment(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
+        """The push that explains most, of all places and lengths in all recordings, and its lead over those elsewhere."""
+        (amplitude,) = effect.amplitudes_of_part(1)
+        size = amplitude_sizes(regression, effect, self.whole)[amplitude]
+        classes, weights = regression.part.classes, regression.weights
+        span, rest = regression.span(), regression.rest()
+        found: dict[int, tuple[Array, Array, list[Values], Array]] = {}  # gains, forces, entries, columns
+        for index, (entries, kept) in self._moments(effect, amplitude, size).items():
+            mine = np.flatnonzero(classes == index)
+            columns = kept * weights[mine, None]
+            whole = np.einsum("ij,ij->j", columns, columns)
+            clear = whole - np.sum((span[mine].T @ columns) ** 2, axis=0)
+            clear = np.where(clear > _CLEAR * whole, clear, np.inf)
+            moments = columns.T @ rest[mine]
+            found[index] = moments**2 / clear, moments / clear, entries, columns
+        if not found:
+            return Trial({}, {}, -1.0)
+        where = max(found, key=lambda index: float(np.max(found[index][0])))
+        gains, _, entries, columns = found[where]
+        best = int(np.argmax(gains))
+        elsewhere = [float(np.max(one[0])) for index, one in found.items() if index != where]
+        beside = [gain for gain, e in zip(gains.tolist(), entries, strict=True) if _apart(effect, entries[best], e)]
+        rival = max(
+            float(np.quantile(elsewhere, _OTHER_RECORDINGS)) if elsewhere else 0.0,
+            float(np.quantile(beside, _OTHER_MOMENTS)) if beside else 0.0,
+        )
+        column = np.zeros(rest.size)
+        column[np.flatnonzero(classes == where)] = columns[:, best]
+        column -= span @ (span.T @ column)
+        (value,), explained = regression.explained(column[:, None])
+        part = effect.free_part(step.structural) if effect.name in step.model.effects else 1
+        held = {amplitude: float(np.clip(value, -size, size))}
+        lead = float(gains[best]) / max(rival, 1e-300)
+        return Trial(effect.moved(entries[best], part), effect.moved(held, part), explained, lead)
+
+    def _moments(self, effect: Effect, amplitude: str, size: float) -> dict[int, tuple[list[Values], NDArray[np.float32]]]:
+        """Per recording (place): all moments of the effect's grid, and their columns (rows, entries)."""
+        if effect.name not in self._pushes:
+            kept = {}
+            grid = effect.grid(self.whole)
+            for index, recording in enumerate(self.recordings):
+                entries = [e for e in grid if e[effect.mark] == float(recording.number)]
+                if entries:
+                    half_width = self.fits.balance.part(Model(self.effects.kind)).half_widths[index]
+                    columns = self.effects.in_recording(effect, recording, half_width, entries, amplitude, size)
+                    kept[index] = entries, columns
+            self._pushes[effect.name] = kept
+        return self._pushes[effect.name]
+
+
+def _apart(effect: Effect, one: Values, other: Values) -> bool:
+    """Whether two pushes in the same recording leave time between them."""
+    start, length = (next(n for n in one if key in n) for key in ("start", "duration"))
+    first, second = sorted((one, other), key=lambda e: e[start])
+    return first[start] + first[length] + _PAUSE < second[start]

@@ -50,14 +50,18 @@ class EffectColumns:
     """Derivatives of the acceleration along the measured motion by the amplitudes of effects, at one set of values.
 
     They depend on the motion far more than on the other parameters, so they are computed once and kept.
-    kind: of the base model; values: SI values of its parameters by name.
+    kind: of the base model; values: SI values of its parameters by name; rows: where the columns are wanted (default:
+    every `_STRIDE`-th sample of the recordings).
     """
 
-    def __init__(self, kind: str, values: Values, recordings: Sequence[Recording], jobs: int) -> None:
+    def __init__(
+        self, kind: str, values: Values, recordings: Sequence[Recording], jobs: int, rows: Acceleration | None = None
+    ) -> None:
         self.kind = kind
         self.values = values
         self.recordings = tuple(recordings)
         self.jobs = jobs
+        self.rows = rows
         self._parts: dict[str, tuple[Acceleration, Array]] = {}
         self._kept: dict[tuple[object, ...], NDArray[np.float32]] = {}
 
@@ -71,7 +75,7 @@ class EffectColumns:
     def _computed(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> NDArray[np.float32]:
         model = Model(self.kind, (effect.name,))
         if effect.name not in self._parts:
-            part = Acceleration(model, self.recordings, self.jobs, stride=_STRIDE)
+            part = self._part(model)
             self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
         part, plain = self._parts[effect.name]
         steps = [(name, _SMALL * size) for name, size in sizes.items()]
@@ -83,6 +87,28 @@ class EffectColumns:
         else:
             rows = part.model_acceleration(vectors) - plain
         return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T, dtype=np.float32)
+
+    def in_recording(
+        self, effect: Effect, recording: Recording, half_width: int, entries: Sequence[Values], amplitude: str,
+        size: float,
+    ) -> NDArray[np.float32]:  # fmt: skip
+        """Columns (N, entries) of one recording, m/s^2 per unit of the amplitude; size: upper end of its range;
+        half_width: of the bump in samples."""
+        model = Model(self.kind, (effect.name,))
+        part = Acceleration(model, (recording,), self.jobs, half_widths=(half_width,))
+        plain = part.model_acceleration(model.vector(self.values)[None, :])
+        out = np.empty((plain.size, len(entries)), dtype=np.float32)
+        for first in range(0, len(entries), _CHUNK):
+            batch = entries[first : first + _CHUNK]
+            vectors = [model.vector(self.values | entry | {amplitude: _SMALL * size}) for entry in batch]
+            rows = part.model_acceleration(np.array(vectors)) - plain
+            out[:, first : first + len(batch)] = (rows / (_SMALL * size)).T
+        return out
+
+    def _part(self, model: Model) -> Acceleration:
+        if self.rows is not None:
+            return self.rows.with_model(model)
+        return Acceleration(model, self.recordings, self.jobs, stride=_STRIDE)
 
 
 class Regression:
@@ -258,7 +284,8 @@ def _likely_periods(regression: Regression, outlook: Outlook) -> tuple[float, ..
     longest = 0.2 * outlook.stroke
     # Shorter ones pass too fast for the sampling at any speed above a tenth of the highest.
     shortest = max(_SHORTEST_PERIOD, 0.2 * outlook.top_speed * outlook.period)
-    found = likely_periods(regression.part, regression.rest(), regression.weights, longest, shortest, _PERIODS)
+    rest = regression.rest()[: regression.part.rows.size]
+    found = likely_periods(regression.part, rest, regression.weights, longest, shortest, _PERIODS)
     return (*found, *(2.0 * period for period in found))
 
 

@@ -14,6 +14,7 @@ from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
+_MOST_WAVES = 120  # in a regression beside a periodic force
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,15 @@ class _Rows:
     y: Array
     inputs: Array
     added_mass: Array
+    recording: NDArray[np.int64]
 
 
 def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int = 3) -> _Rows:
     pieces: list[tuple[Array, Array, Array, Array, Array]] = []
+    owners: list[int] = []
     at = 0
     top = float(np.max(np.abs(motion.v))) if motion.v.size else 0.0
-    for recording in recordings:
+    for number, recording in enumerate(recordings):
         n = recording.y.size
         v = motion.v[at : at + n]
         y = motion.y[at : at + n]
@@ -61,15 +64,17 @@ def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int 
         rows = np.arange(width, n - width, decimate)
         rows = rows[np.abs(v[rows]) > 0.02 * top]
         pieces.append((a[rows], v[rows], y[rows], channels[:, rows], np.full(rows.size, recording.added_mass)))
+        owners += [number] * rows.size
     if not pieces:
         empty = np.zeros(0)
-        return _Rows(empty, empty, empty, np.zeros((3, 0)), empty)
+        return _Rows(empty, empty, empty, np.zeros((3, 0)), empty, np.zeros(0, dtype=np.int64))
     return _Rows(
         np.concatenate([p[0] for p in pieces]),
         np.concatenate([p[1] for p in pieces]),
         np.concatenate([p[2] for p in pieces]),
         np.concatenate([p[3] for p in pieces], axis=1),
         np.concatenate([p[4] for p in pieces]),
+        np.array(owners, dtype=np.int64),
     )
 
 
@@ -106,22 +111,43 @@ def free_wheel_guess(recordings: Sequence[Recording], mass: float | None) -> dic
     return {"mass": known, "coulomb_force": float(solution[0]), "viscous_friction": float(solution[1])}
 
 
-def force_guess(recordings: Sequence[Recording], constant: float | None, mass: float | None) -> dict[str, float]:
-    """Force constant or mass, friction and constant force of a driven axis with one input."""
-    rows = _moving_rows(recordings, measure_motion(recordings))
+def force_guess(
+    recordings: Sequence[Recording], constant: float | None, mass: float | None, *, waves: bool = False
+) -> dict[str, float]:
+    """Force constant or mass, friction and constant force of a driven axis with one input.
+
+    waves: beside a force that is periodic in position, as free as the rows allow. Where a loop's input cancels such a
+    force, a regression without it takes the input for something that pushes nowhere (closed-loop bias).
+    """
+    rows = _moving_rows(recordings, measure_motion(recordings), 1 if waves else 3)
     columns = np.column_stack([rows.inputs[0], _friction_columns(rows.v), np.ones(rows.v.size)])
-    gain, coulomb, viscous, offset = np.linalg.lstsq(columns, rows.a, rcond=None)[0]
-    gain = float(gain)
+    weights = np.ones(rows.v.size)
+    if waves:
+        columns = np.column_stack([columns, _waves(rows.y, recordings[0].axis)])
+        # Each recording has its own noise: one that shakes must not drown the others.
+        for recording in np.unique(rows.recording):
+            mine = rows.recording == recording
+            weights[mine] = 1.0 / max(float(np.std(rows.a[mine])), 1e-300)
+    solution = np.linalg.lstsq(columns * weights[:, None], rows.a * weights, rcond=1e-10)[0]
+    gain, coulomb, viscous, offset = (float(x) for x in solution[:4])
     if constant is not None:
         mass = constant / gain if mass is None and gain != 0.0 else mass
     known = mass if mass is not None else 1.0
     return {
         "force_constant": constant if constant is not None else gain * known,
         "mass": known,
-        "coulomb_force": float(coulomb) * known,
-        "viscous_friction": float(viscous) * known,
-        "constant_force": float(offset) * known,
+        "coulomb_force": coulomb * known,
+        "viscous_friction": viscous * known,
+        "constant_force": offset * known,
     }
+
+
+def _waves(y: Array, axis: str) -> Array:
+    """Sines and cosines (n, 2 k) of the position: whole waves per revolution, or per stroke of a linear axis."""
+    length = 2.0 * math.pi if axis == "rotary" else 1.25 * float(np.ptp(y))
+    most = min(_MOST_WAVES, y.size // (40 * 2))
+    angles = (2.0 * math.pi / length) * np.outer(y, np.arange(1, most + 1))
+    return np.concatenate([np.sin(angles), np.cos(angles)], axis=1)
 
 
 def _sequences(inputs: Array) -> tuple[Array, Array]:
@@ -206,4 +232,7 @@ def phase_guess(
 
 
 def _thin(rows: _Rows, every: int) -> _Rows:
-    return _Rows(rows.a[::every], rows.v[::every], rows.y[::every], rows.inputs[:, ::every], rows.added_mass[::every])
+    return _Rows(
+        rows.a[::every], rows.v[::every], rows.y[::every], rows.inputs[:, ::every], rows.added_mass[::every],
+        rows.recording[::every],
+    )  # fmt: skip

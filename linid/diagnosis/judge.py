@@ -1,0 +1,101 @@
+"""The judge: on which rows models are compared, what the noise floor is there, and what a comparison is worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.diagnosis.balance import Balance, scale_of
+from linid.diagnosis.joint import JointFit
+from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
+
+Array = NDArray[np.float64]
+Chosen = NDArray[np.bool_]
+
+# What nobody knows of the floor (in floors, and in its logarithm): the noise is estimated from the recordings.
+FLOOR_DOUBT = 0.02
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a model gains over a simpler one on the same rows.
+
+    gain: of the log power, per row (0.01: one per cent less power everywhere); certainty: the gain over its deviation
+    from block to block; closed: share of the log power above the floor that goes; power: what goes, in floors;
+    power_closed: share of the power above the floor that goes.
+    """
+
+    gain: float
+    certainty: float
+    closed: float
+    power: float
+    power_closed: float
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The rows on which models are compared, and the noise that no model can explain.
+
+    noise, scale: (R,) m/s^2 per recording; fits: whose criterion the judgement shares; seed: of the bootstrap.
+    """
+
+    balance: Balance
+    fits: JointFit
+    noise: Array
+    scale: Array
+    seed: int
+
+    def power(self, residual: Array) -> Array:
+        """Squared residuals (n,) in units of their recording's scale."""
+        return np.asarray((residual / self.scale[self.balance.rows.recording]) ** 2)
+
+    def floor(self, chosen: Chosen) -> float:
+        """What the noise gives in the mean of `power` over the chosen rows."""
+        return float(np.mean((self.noise / self.scale)[self.balance.rows.recording[chosen]] ** 2))
+
+    def excess(self, residual: Array, chosen: Chosen | None = None) -> float:
+        """What a residual (n,) has above the floor over the held-out (or the chosen) rows, in floors."""
+        rows = self.balance.split if chosen is None else chosen
+        return float(np.mean(self.power(residual)[rows])) / self.floor(rows) - 1.0
+
+    def rows(self, effects: Sequence[str], values: Mapping[str, float]) -> Chosen:
+        """Held-out rows, and those of recordings in which an effect acts that acts in single ones; values: SI."""
+        chosen = self.balance.split.copy()
+        for name in effects:
+            effect = find_effect(name)
+            if effect.per_recording:
+                hit = [effect.acts_in(dict(values), r.number) for r in self.balance.recordings]
+                chosen |= np.array(hit)[self.balance.rows.recording]
+        return chosen
+
+    def compare(self, before: Array, after: Array, chosen: Chosen) -> Evidence:
+        """The evidence for the model behind `after`; residuals (n,) m/s^2."""
+        first, floor, counts = self.fits.block_powers(before, chosen)
+        second, _, _ = self.fits.block_powers(after, chosen)
+        known = counts > 0
+        first, second, floor, counts = first[known], second[known], floor[known], counts[known]
+        gains = counts * np.log((first + floor) / (second + floor))
+        total = float(counts.sum())
+        deviation = math.sqrt(gains.size) * float(np.std(gains))
+        gain = float(gains.sum()) / total
+        left = max(float(counts @ np.log((second + floor) / (2.0 * floor))) / total, 0.0)
+        power = float((first - second).sum()) / float(floor.sum())
+        excess = max(float(second.sum()) / float(floor.sum()) - 1.0, 0.0)
+        return Evidence(
+            gain, float(gains.sum()) / max(deviation, 1e-300), max(gain, 0.0) / (max(gain, 0.0) + max(left, FLOOR_DOUBT)),
+            power, max(power, 0.0) / (max(power, 0.0) + max(excess, FLOOR_DOUBT)),
+        )  # fmt: skip
+
+
+def judge_of(
+    balance: Balance, model: Model, vector: Array, held: Mapping[str, float], values: Mapping[str, float], seed: int
+) -> Judge:
+    """A judge whose noise is that of the base model; held: what no fit identifies; values: SI values of the base."""
+    noise = balance.noise(model, vector)
+    scale = scale_of(noise)
+    return Judge(balance, JointFit(balance, scale, (noise / scale) ** 2, held, values), noise, scale, seed)
