@@ -66,10 +66,10 @@ def best_disturbance(alone: Alone, grid: Sequence[Values], size: float, excess: 
     found: list[tuple[float, float, int, Values]] = []  # taken away (in noise), force, index of recording, entry
     for index, recording in enumerate(alone.regression.recordings):
         number = float(recording.number)
-        entries = [e for e in grid if e["disturbance_recording"] == number]
+        entries = [e for e in grid if e["disturbance_recording_1"] == number]
         for first in range(0, len(entries), _CHUNK):
             batch = entries[first : first + _CHUNK]
-            columns = alone.columns(effect, index, batch, "disturbance_force", 0.02 * size)
+            columns = alone.columns(effect, index, batch, "disturbance_force_1", 0.02 * size)
             moments, lengths = alone.scores(columns, index)
             taken = moments**2 / lengths * float(excess[index])
             found += zip(taken.tolist(), (moments / lengths).tolist(), [index] * len(batch), batch, strict=True)
@@ -81,13 +81,13 @@ def best_disturbance(alone: Alone, grid: Sequence[Values], size: float, excess: 
     beside = max((x for x, _, there, e in found if there == where and _apart(entry, e)), default=0.0)
     lead = best / max(elsewhere, 0.5 * beside, 1e-300)
     explained = best / float(excess[where]) / max(alone.total, 1e-300)
-    return Trial(dict(entry), {"disturbance_force": float(np.clip(force, -size, size))}, explained, lead)
+    return Trial(dict(entry), {"disturbance_force_1": float(np.clip(force, -size, size))}, explained, lead)
 
 
 def _apart(one: Values, other: Values) -> bool:
     """Whether two pushes in the same recording leave time between them."""
-    first, second = sorted((one, other), key=lambda e: e["disturbance_start"])
-    return first["disturbance_start"] + first["disturbance_duration"] + _PAUSE < second["disturbance_start"]
+    first, second = sorted((one, other), key=lambda e: e["disturbance_start_1"])
+    return first["disturbance_start_1"] + first["disturbance_duration_1"] + _PAUSE < second["disturbance_start_1"]
 
 
 def best_payload(alone: Alone, size: float) -> Trial:

@@ -169,7 +169,7 @@ def fit_together(
     values, structural = dict(base.values), dict(base.structural)
     for name, trial in added:
         values |= trial.values | trial.amplitudes
-        structural |= {key: x for key, x in trial.values.items() if key in find_effect(name).structural}
+        structural |= find_effect(name).held(trial.values)
     model = Model(base.model.kind, base.model.effects + tuple(name for name, _ in added))
     found = _fit(balance, model, values, fixed, structural, recordings, jobs)
     if any(name == "payload_change" for name, _ in added):

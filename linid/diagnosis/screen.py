@@ -79,7 +79,7 @@ class Screening:
             wanted = effect.name in only if only else effect.name not in step.model.effects
             if wanted and effect.applies(step.model.kind, outlook):
                 if effect.name == "external_disturbance":
-                    size = amplitude_sizes(everywhere, effect, whole)["disturbance_force"]
+                    size = amplitude_sizes(everywhere, effect, whole)["disturbance_force_1"]
                     trial = best_disturbance(alone, effect.grid(whole), size, (scales / noise) ** 2)
                 elif effect.name == "payload_change":
                     trial = best_payload(alone, amplitude_sizes(everywhere, effect, whole)["payload_mass"])

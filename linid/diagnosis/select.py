@@ -181,7 +181,7 @@ def mends_its_recordings(judge: Judge, reference: Fitted, found: Fitted, name: s
     if name == "payload_change":
         most = float(np.sum(before - left)) >= MOST_OF_ITS_RECORDING * float(np.sum(before))
         return bool(mended or most) and float(np.max(before, initial=0.0)) >= LEAST_GAP
-    if not _is_a_moment(judge, found):
+    if name == "external_disturbance" and not _is_a_moment(judge, found):
         return False
     return bool(mended or np.all(before - left >= MOST_OF_ITS_RECORDING * before))
 
@@ -211,7 +211,7 @@ def _residual_without(balance: Balance, found: Fitted, name: str) -> Array:
 
 def _is_a_moment(judge: Judge, found: Fitted) -> bool:
     """Whether a push begins within its recording and passes: else the recording differs, but by no push."""
-    start, length = found.values["disturbance_start"], found.values["disturbance_duration"]
+    start, length = found.values["disturbance_start_1"], found.values["disturbance_duration_1"]
     for recording in judge.balance.recordings:
         if acts_in("external_disturbance", found.structural, recording):
             return start >= float(recording.t[0]) and length <= LONGEST_PUSH * recording.duration
