@@ -276,6 +276,10 @@ class JointFit:
         own_held = {k: found[k] for k in held if k not in structural}
         return Fitted(model, found, vector, residual, dict(structural), own_held, level, chosen, key)
 
+    def at(self, model: Model, values: Mapping[str, float], recordings: Iterable[int]) -> Fitted:
+        """A model without effects at given values, as if it had been fitted to some recordings (places)."""
+        return self.fit(model, values, {}, recordings, Effort(0, 0.0, 0))
+
     def slopes(self, fitted: Fitted) -> Columns:
         """d residual / d unknown (n,) of a fitted model, by name."""
         if fitted.key not in self._slopes:

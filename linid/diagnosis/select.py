@@ -74,25 +74,15 @@ def structural_of(model: Model, values: Mapping[str, float]) -> dict[str, float]
     return out
 
 
-def extended(
-    fits: JointFit, screening: Screening, starts: Sequence[Mapping[str, float]], item: tuple[Fitted, Screened], jobs: int,
-    effort: Effort = QUICK,
-) -> Fitted:  # fmt: skip
-    """A model with one effect more, fitted from its own values and from other first values of the base."""
+def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened], jobs: int) -> Fitted:
+    """A model with one effect more, identified together."""
     del jobs
     step, found = item
-    trial = found.trial
     model = with_effect(step.model, found.name)
-    best: Fitted | None = None
-    for k, other in enumerate([step.values, *starts]):
-        values = {**step.values, **other, **trial.values, **trial.amplitudes}
-        structural = structural_of(model, {**step.structural, **values})
-        recordings = screening.to_fit(step, found.name, {**step.structural, **values})
-        one = fits.fit(model, values, structural, recordings, effort, fits.slopes(step) if k == 0 else None)
-        if best is None or one.level < best.level:
-            best = one
-    assert best is not None
-    return best
+    values = {**step.values, **found.trial.values, **found.trial.amplitudes}
+    structural = structural_of(model, {**step.structural, **values})
+    recordings = screening.to_fit(step, found.name, {**step.structural, **values})
+    return fits.fit(model, values, structural, recordings, QUICK, fits.slopes(step))
 
 
 def without_effect(fits: JointFit, screening: Screening, full: Fitted, name: str, effort: Effort = SETTLING) -> Fitted:
@@ -115,40 +105,51 @@ def select(base: Base, screening: Screening, watch: Watch) -> Selection:
     """As many effects as pay, added to the base one at a time and tested together at the end."""
     judge, fits = base.judge, base.judge.fits
     step = base.fitted
+    # A base that is caught in a wrong place, as where a loop's input cancels what is missing, shows little of it: the
+    # first step also starts from where a regression beside a free periodic force puts the base.
+    steps = [step, *(fits.at(step.model, values, step.recordings) for values in base.rivals)]
     first: tuple[Screened, ...] = ()
     for number in range(LARGEST):
-        found = screening.screen(step, lambda done, total, n=number: watch(f"screen effect {n + 1}", done, total))
-        first = first or found
-        best = proposed(fits, screening, step, found, base.rivals if number == 0 else (), watch, number)
+        screened = [
+            screening.screen(one, lambda done, total, n=number: watch(f"screen effect {n + 1}", done, total))
+            for one in steps
+        ]
+        first = first or screened[0]
+        best = proposed(fits, screening, list(zip(steps, screened, strict=True)), watch, number)
         if best is None:
             break
+        steps = [best]
         step = best
     return backward(judge, screening, base.fitted, step, first)
 
 
 def proposed(
-    fits: JointFit, screening: Screening, step: Fitted, found: Sequence[Screened],
-    starts: Sequence[Mapping[str, float]], watch: Watch, number: int,
+    fits: JointFit, screening: Screening, screened: Sequence[tuple[Fitted, Sequence[Screened]]], watch: Watch,
+    number: int,
 ) -> Fitted | None:  # fmt: skip
-    """The model with the effect that lessens the criterion most, None if none does beyond doubt."""
+    """The first step's model with the effect that lessens the criterion most, None if none does beyond doubt.
+
+    screened: steps to start from, each with what was found there.
+    """
+    items = [(step, one) for step, found in screened for one in contenders(found)]
+    if not items:
+        return None
+    before = screened[0][0]
+    fitted: list[tuple[Evidence, Fitted]] = []
+    for _, one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
+        fitted.append((gained(fits, before, one), one))
+        watch(f"fit effect {number + 1}", len(fitted), len(items))
+    evidence, best = max(fitted, key=lambda f: f[0].gain)
+    return best if evidence.certainty >= PROPOSED_CERTAINTY and evidence.gain >= PROPOSED_GAIN else None
+
+
+def contenders(found: Sequence[Screened]) -> list[Screened]:
+    """The screened effects that are worth a fit: those that explain nearly as much as the best one."""
     able = [s for s in found if s.trial.explained > 0.5 * PROPOSED_GAIN and s.trial.lead >= LEAST_LEAD]
     if not able:
-        return None
-    best = able[0].trial.explained
-    limit = -CONTENDING * math.log(1.0 - min(best, 0.999))
-    chosen = [s for s in able if -math.log(1.0 - min(s.trial.explained, 0.999)) >= limit][:CONTENDERS]
-    if starts:  # a base caught in a wrong place says little about what would mend it
-        chosen = able[: 2 * CONTENDERS]
-    fitting = partial(extended, fits, screening, starts)
-    fitted = []
-    for (_, item), one in side_by_side(fitting, [(step, s) for s in chosen], screening.jobs, screening.workers):
-        evidence = gained(fits, step, one)
-        fitted.append((evidence, one, item))
-        watch(f"fit effect {number + 1}", len(fitted), len(chosen))
-    evidence, one, _ = max(fitted, key=lambda f: f[0].gain)
-    if evidence.certainty < PROPOSED_CERTAINTY or evidence.gain < PROPOSED_GAIN:
-        return None
-    return one
+        return []
+    sizes = [-math.log(1.0 - min(s.trial.explained, 0.999)) for s in able]
+    return [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]][:CONTENDERS]
 
 
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:

@@ -235,7 +235,7 @@ def effect_guess(
         best = best_trial(regression, effect, outlook, known, sizes)
         regression.add(effect, best, sizes)
         found |= best.values | best.amplitudes
-        structural |= {key: value for key, value in best.values.items() if key in effect.structural}
+        structural |= effect.held({**best.values, **known})
     model = Model(base.model.kind, tuple(effects))
     plain = {**first, **regression.values, **found, **known}
     without = {name: 0.0 for effect in effects for name in find_effect(effect).amplitudes}
@@ -314,11 +314,11 @@ def _orders_pursued(regression: Regression, effect: Effect, grid: Sequence[Value
 
 
 def amplitude_sizes(regression: Regression, effect: Effect, outlook: Outlook) -> Values:
-    """Upper ends of the ranges of the effect's amplitudes, by name."""
+    """Upper ends of the ranges of the effect's amplitudes, by name; of several parts those of the first."""
     values = regression.values
     force = force_scale(regression.recordings, values)
     return {
         p.name: amplitude_range(p, outlook, force, values["mass"])[1]
         for p in effect.parameters_of(regression.base.model.kind)
-        if p.name in effect.amplitudes
+        if p.name in effect.amplitudes_of_part(1)
     }

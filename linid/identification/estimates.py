@@ -33,7 +33,7 @@ def make_estimates(
     correlation = covariance / np.maximum(np.outer(deviations, deviations), 1e-300)
     gene_std = np.sqrt(np.maximum(np.diag(uncertainty.gene_covariance), 0.0))
     names = space.names
-    structural = {name for effect in space.model.effects for name in find_effect(effect).structural}
+    structural = {name for effect in space.model.effects for name in find_effect(effect).held(space.fixed)}
     estimates = []
     for parameter in space.model.parameters:
         value = float(vector[space.model.slot(parameter.name)])

@@ -35,7 +35,6 @@ def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, fl
         records=tuple(r.number for r in recordings),
         period=float(np.median([r.period for r in recordings])),
         campaign_duration=max(r.elapsed + float(r.t[-1]) for r in recordings),
-        revolving=recordings[0].axis == "rotary" and high - low > 2.0 * np.pi,
         axis=recordings[0].axis,
         visited=_visited(recordings, low, high),
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from linid.errors import UsageError
-from linid.identification.effect_guess import Regression, amplitude_sizes, best_trial
+from linid.identification.effect_guess import Regression, Trial, amplitude_sizes, best_trial
 from linid.identification.first_values import first_values, guess_effects, seed_candidates
 from linid.identification.fit import fit
 from linid.identification.genetic import SearchSettings
@@ -24,9 +24,9 @@ from tests.simulation.axis_with_effects import AXIS, NAMES, SAMPLES, campaign_wi
 
 QUICK = FitSettings(search=SearchSettings(population=16, generations=2), jobs=2, objective="acceleration")
 # The play hides the motion that the force balance and the start states of predictions are taken from: only whole free
-# runs, which need no motion but their start, tell it.
+# runs, which need no motion but their start, tell it. Gravity is for rotary axes, below.
 FREE_RUN = replace(QUICK, objective="free_run")
-SEEN_IN_THE_BALANCE = tuple(name for name in NAMES if name != "backlash")
+SEEN_IN_THE_BALANCE = tuple(name for name in NAMES if name not in ("backlash", "gravity"))
 # Breakaways pass within a few samples, which biases the weak form's `dwell_length` by a tenth; predictions do not.
 AHEAD = {"dwell_stiction": replace(QUICK, objective="auto")}
 # Equal gain errors of the outer phases look like another winding displacement while the currents sum to zero.
@@ -70,7 +70,7 @@ def test_regression_along_the_motion_explains_the_gap(name: str) -> None:
         assert trial.amplitudes[strongest] == pytest.approx(SAMPLES[name][strongest], rel=0.7)
 
 
-@pytest.mark.parametrize("name", ["force_saturation", "payload_change", "flexible_load"])
+@pytest.mark.parametrize("name", ["force_saturation", "payload_change", "flexible_load", "friction_level_change"])
 def test_fit_recovers_the_effect(name: str) -> None:
     result = fit("sine", campaign_with((name,)), settings=QUICK, effects=(name,), known=given(name))
     check(name, result)
@@ -134,17 +134,15 @@ def test_an_effect_without_sense_is_refused() -> None:
         fit("friction", recordings, settings=QUICK, effects=("current_offset",))
 
 
-def test_the_orders_of_unknown_poles_are_found() -> None:
-    """A turning axis with one input: three waves per revolution that nobody has told."""
-    values = {
-        "coulomb_force": 2.4e-3, "static_force": 3e-3, "stribeck_velocity": 0.5, "stribeck_exponent": 2.0,
-        "bristle_stiffness": 5.0, "bristle_damping": 5e-3, "viscous_friction": 4e-5, "mass": 6e-6,
-        "force_constant": 0.0318,
-    }  # fmt: skip
-    waves = {5.0: 2e-4, 7.0: 1.5e-4, 12.0: 1e-4}
-    hidden = {"cogging_wavenumber": 1.0, "cogging_sine_4": 0.0, "cogging_cosine_4": 0.0}
-    for k, (order, size) in enumerate(waves.items(), 1):
-        hidden |= {f"cogging_order_{k}": order, f"cogging_sine_{k}": size, f"cogging_cosine_{k}": -0.3 * size}
+TURNING = {
+    "coulomb_force": 2.4e-3, "static_force": 3e-3, "stribeck_velocity": 0.5, "stribeck_exponent": 2.0,
+    "bristle_stiffness": 5.0, "bristle_damping": 5e-3, "viscous_friction": 4e-5, "mass": 6e-6,
+    "force_constant": 0.0318,
+}  # fmt: skip
+
+
+def turns(effects: tuple[str, ...], values: dict[str, float]) -> list[Recording]:
+    """Three recordings of a rotary axis with one input, which turns many times both ways."""
     generator = np.random.default_rng(2)
     t = np.arange(0.0, 3.0, 1e-3)
     recordings = []
@@ -153,13 +151,44 @@ def test_the_orders_of_unknown_poles_are_found() -> None:
             f"turn_{k}", t, np.zeros_like(t), drive_input=level * (1.0 + 0.1 * np.sin(3.0 * t)), axis="rotary", number=k
         )
         start = (0.0, 190.0 * level, math.nan)
-        y = simulate(("cogging",), empty, start, 4, values=values | hidden, kind="force")
+        y = simulate(effects, empty, start, 4, values=TURNING | values, kind="force")
         recordings.append(replace(empty, y=y + 1e-6 * generator.standard_normal(y.size)))
-    base = build_space(Model("force"), recordings, values, {"force_constant": 0.0318}, {}, False)
-    regression = Regression(base, base.encode(values), recordings, 1)
-    outlook = look_out(Model("force"), recordings, values)
-    cogging = find_effect("cogging")
-    trial = best_trial(regression, cogging, outlook, {}, amplitude_sizes(regression, cogging, outlook))
+    return recordings
+
+
+def trial_on(recordings: list[Recording], name: str) -> Trial:
+    """The best trial of an effect on a rotary axis whose base model is known."""
+    base = build_space(Model("force"), recordings, TURNING, {"force_constant": 0.0318}, {}, False)
+    regression = Regression(base, base.encode(TURNING), recordings, 1)
+    outlook = look_out(Model("force"), recordings, TURNING)
+    effect = find_effect(name)
+    return best_trial(regression, effect, outlook, {}, amplitude_sizes(regression, effect, outlook))
+
+
+def test_gravity_is_the_first_wave_of_a_revolution() -> None:
+    """Its two amplitudes come back, and cogging, whose candidates begin with two waves, does not take its place."""
+    hidden = {"gravity_sine": 3e-4, "gravity_cosine": -2e-4}
+    recordings = turns(("gravity",), hidden)
+    trial = trial_on(recordings, "gravity")
+    assert trial.explained > 0.9
+    for name, value in hidden.items():
+        assert trial.amplitudes[name] == pytest.approx(value, rel=0.05)
+    other = trial_on(recordings, "cogging")
+    assert other.explained < 0.1 and min(other.values[f"cogging_order_{k}"] for k in range(1, 9)) >= 2.0
+    result = fit(
+        "force", recordings, settings=QUICK, effects=("gravity",), known={"force_constant": TURNING["force_constant"]}
+    )
+    for name, value in hidden.items():
+        assert result.value(name) == pytest.approx(value, rel=0.03)
+
+
+def test_the_orders_of_unknown_poles_are_found() -> None:
+    """A turning axis with one input: three waves per revolution that nobody has told."""
+    waves = {5.0: 2e-4, 7.0: 1.5e-4, 12.0: 1e-4}
+    hidden = {"cogging_wavenumber": 1.0, "cogging_sine_4": 0.0, "cogging_cosine_4": 0.0}
+    for k, (order, size) in enumerate(waves.items(), 1):
+        hidden |= {f"cogging_order_{k}": order, f"cogging_sine_{k}": size, f"cogging_cosine_{k}": -0.3 * size}
+    trial = trial_on(turns(("cogging",), hidden), "cogging")
     sizes = {
         trial.values[f"cogging_order_{k}"]: math.hypot(
             trial.amplitudes[f"cogging_sine_{k}"], trial.amplitudes[f"cogging_cosine_{k}"]

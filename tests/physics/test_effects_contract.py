@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -10,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from linid.physics.effects.effect import ALL_KINDS, TERM_ARGUMENTS, Effect, Outlook
-from linid.physics.effects.registry import EFFECTS
+from linid.physics.effects.effect import ALL_KINDS, TERM_ARGUMENTS, Effect, Outlook, Values
+from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.parameter import _ROTARY
 
 DESIGN = {
@@ -24,11 +25,17 @@ DESIGN = {
 }  # fmt: skip
 PHASES = Outlook(0.02, 0.42, 200.0, 1.5, 2.0, (4.0, 1.5, 2.0), (1, 2, 5), 1e-3, 12.0)
 ONE_INPUT = Outlook(-0.3, 12.0, None, 30.0, 5.0, (10.0,), (1,), 1e-3, 10.0)
+TURNING = replace(PHASES, axis="rotary")
 STATES = ((0.0, 0.0), (1.0, 0.2), (-1.0, -0.2))
 PLACES = (-0.4, 0.0, 0.07, 0.12, 0.19, 0.25, 0.31, 0.37, 0.45)
 POINTS = tuple(product((0.0, 1.3), PLACES, (-2.0, -1e-6, 0.0, 0.5)))  # t, y, v
 
 every_effect = pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
+
+
+def grid_of(effect: Effect) -> tuple[Values, ...]:
+    """The starting values on a linear axis, or where it has none on a rotary one."""
+    return effect.grid(PHASES) or effect.grid(TURNING)
 
 
 def corners(effect: Effect) -> list[list[float]]:
@@ -95,10 +102,11 @@ def test_absent_at_zero_amplitude(effect: Effect) -> None:
 @every_effect
 def test_amplitudes_act(effect: Effect) -> None:
     """Each amplitude alone changes some term at some point."""
-    start = {k: v for entry in effect.grid(PHASES)[:1] for k, v in entry.items()}
+    start = {k: v for entry in grid_of(effect)[:1] for k, v in entry.items()}
     base = {p.name: start.get(p.name, p.default) for p in effect.parameters}
     if effect.name == "external_disturbance":
-        base |= {"disturbance_start": 0.0, "disturbance_duration": 2.0, "disturbance_recording": 1.0}
+        for k in range(1, effect.parts + 1):
+            base |= {f"disturbance_start_{k}": 0.0, f"disturbance_duration_{k}": 2.0, f"disturbance_recording_{k}": 1.0}
     for amplitude in effect.amplitudes:
         changed = base | {amplitude: 0.1 * max(p.upper for p in effect.parameters if p.name == amplitude)}
         before = [np.atleast_1d(effect.terms[n](*x)) for n, x in cases(effect, [list(base.values())])]
@@ -109,16 +117,16 @@ def test_amplitudes_act(effect: Effect) -> None:
 @every_effect
 def test_grid_gives_every_parameter_but_the_amplitudes(effect: Effect) -> None:
     bounds = {p.name: (p.lower, p.upper) for p in effect.parameters}
-    for outlook, kind in ((PHASES, "sine"), (ONE_INPUT, "force")):
-        wanted = {p.name for p in effect.parameters_of(kind)} - set(effect.amplitudes)
+    for outlook, kind in ((PHASES, "sine"), (TURNING, "sine"), (ONE_INPUT, "force")):
+        wanted = {p.name for p in effect.parameters_of(kind) if p in effect.part(1)} - set(effect.amplitudes)
         if kind == "force":  # all orders but the first are chosen by what they explain
             wanted -= set(effect.orders[1:])
         for entry in effect.grid(outlook):
             assert set(entry) == wanted
             assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in entry.items()), entry
-    assert effect.grid(PHASES)
-    assert [kind for kind in effect.kinds if not effect.applies(kind, PHASES)] == []
-    assert [kind for kind in ALL_KINDS if kind not in effect.kinds and effect.applies(kind, PHASES)] == []
+    for kind in ALL_KINDS:
+        assert effect.applies(kind, TURNING) == (kind in effect.kinds)
+        assert effect.applies(kind, PHASES) == (kind in effect.kinds and effect.name != "gravity")
 
 
 @every_effect
@@ -140,7 +148,7 @@ def test_told_to_people(effect: Effect) -> None:
 )  # fmt: skip
 def test_hidden_states_advance_exactly(effect: Effect, v, current, a, split, h, s_1, s_2) -> None:
     """Two part steps under the same conditions are one whole step."""
-    start = effect.grid(PHASES)[0]
+    start = grid_of(effect)[0]
     parameters = [start.get(p.name, 1e-4 if p.name in effect.amplitudes else p.default) for p in effect.parameters]
     rest = (0.0, 0.1, v, a, current, -0.5 * current, -0.5 * current, 1.0, 0.0)
     once = effect.advance(h, *rest, s_1, s_2, *parameters)
@@ -148,6 +156,18 @@ def test_hidden_states_advance_exactly(effect: Effect, v, current, a, split, h, 
     twice = effect.advance((1.0 - split) * h, *rest, *half, *parameters)
     assert np.allclose(once, twice, rtol=1e-9, atol=1e-9)
     assert effect.advance(0.0, *rest, s_1, s_2, *parameters) == pytest.approx((s_1, s_2), abs=1e-15)
+
+
+def test_cogging_leaves_the_first_wave_of_a_revolution_to_gravity() -> None:
+    """Of rotary axes without known poles whole orders from two on; as fine as the stroke tells, from about one wave."""
+    for stroke, first, apart in ((60.0, 2, 1), (6.3, 2, 1), (3.2, 2, 1), (0.6, 10, 2), (0.05, 125, 31)):
+        outlook = replace(ONE_INPUT, axis="rotary", stroke_low=-0.5 * stroke, stroke_high=0.5 * stroke)
+        entries = find_effect("cogging").grid(outlook)
+        orders = [entry["cogging_order_1"] for entry in entries]
+        assert orders[0] == first and set(np.diff(orders)) == {apart} and max(orders) <= 2000.0
+        assert {entry["cogging_wavenumber"] for entry in entries} == {1.0}
+    linear = find_effect("cogging").grid(replace(ONE_INPUT, stroke_low=0.0, stroke_high=0.3))
+    assert linear[0]["cogging_order_1"] * linear[0]["cogging_wavenumber"] == pytest.approx(2.0 * math.pi / 0.3)
 
 
 def test_saturation_takes_the_space_vector() -> None:

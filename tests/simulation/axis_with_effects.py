@@ -58,8 +58,13 @@ SAMPLES: dict[str, dict[str, float]] = {
         "encoder_cosine_2": -1e-6,
     },
     "external_disturbance": {
-        "disturbance_force": 4.0, "disturbance_start": 0.31, "disturbance_duration": 0.14,
-        "disturbance_recording": 5.0,
+        "disturbance_force_1": 4.0, "disturbance_start_1": 0.31, "disturbance_duration_1": 0.14,
+        "disturbance_recording_1": 5.0,
+        **{
+            f"disturbance_{name}_{k}": value
+            for k in range(2, 7)
+            for name, value in (("force", 0.0), ("start", 0.0), ("duration", 0.2), ("recording", 0.0))
+        },
     },
     "friction_drift": {
         "drift_warm_up": -0.3, "drift_per_campaign": -0.1, "drift_time": 0.3, "drift_campaign_time": 10.0,
@@ -68,6 +73,8 @@ SAMPLES: dict[str, dict[str, float]] = {
     "backlash": {"backlash_gap": 2e-4},
     "eddy_current_drag": {"eddy_damping": 5.0, "eddy_speed": 0.2},
     "dwell_stiction": {"dwell_growth": 0.15, "dwell_length": 2e-4, "dwell_time": 0.05},
+    "gravity": {"gravity_sine": 4.0, "gravity_cosine": 1.5},
+    "friction_level_change": {"friction_change": 0.6, "friction_change_recordings": 16.0},
     "pole_pitch_error": {"pitch_error_2": 4e-4, "pitch_error_3": -3e-4, "pitch_low": -0.06, "pitch_high": 0.09},
 }  # fmt: skip
 NAMES = tuple(effect.name for effect in EFFECTS)

@@ -205,5 +205,34 @@ def test_records_and_running_time_reach_the_effects() -> None:
     assert rms(drift[0] - drift[1]) > 1e-7
 
 
+def test_several_pushes_add_up() -> None:
+    """Each acts in its own recording; those of one recording add their forces, whatever part holds them."""
+    one, two = (SAMPLES["external_disturbance"] | {"disturbance_start_1": start} for start in (0.31, 0.4))
+    push = find_effect("external_disturbance")
+    first = {k: v for k, v in one.items() if k.endswith("_1")}
+    second = {k: v for k, v in two.items() if k.endswith("_1")} | {"disturbance_force_1": -2.0}
+    arguments = (0.42, 0.1, 0.2, 0.0, 0.0, 0.0, 5.0, 1.0, 0.0, 0.0)
+
+    def force(values: dict[str, float], record: float = 5.0) -> float:
+        parameters = [values.get(p.name, p.default) for p in push.parameters]
+        return float(push.force(*arguments[:6], record, *arguments[7:], *parameters))
+
+    both = first | push.moved(second, 4)
+    assert push.free_part(first) == 2 and push.free_part(both) == 2 and push.free_part(both | push.moved(first, 2)) == 3
+    assert force(both) == pytest.approx(force(first) + force(second), rel=1e-12) and force(first) * force(second) < 0.0
+    elsewhere = first | push.moved(second | {"disturbance_recording_1": 6.0}, 2)
+    assert (force(elsewhere), force(elsewhere, 6.0), force(elsewhere, 7.0)) == (force(first), force(second), 0.0)
+    assert [n for n in range(9) if push.acts_in(elsewhere, n)] == [5, 6]
+    assert push.acts_in(elsewhere | {"disturbance_force_2": 0.0}, 5)
+    assert not push.acts_in(elsewhere | {"disturbance_force_2": 0.0}, 6)
+    held = push.held(elsewhere)
+    assert set(held) == {"disturbance_recording_1", "disturbance_recording_2"} | {
+        p.name for k in (3, 4, 5, 6) for p in push.part(k)
+    }
+    assert push.free_part({f"disturbance_recording_{k}": 1.0 for k in range(1, 7)}) == 0
+    reference, _ = simulate_reference("sine", AXIS | both, RUN, START, effects=(push.name,), rtol=1e-10, max_step=2e-3)
+    assert rms(simulate((push.name,), RUN, START, 16, values=both) - reference) < 5e-8
+
+
 def test_effects_are_listed_once() -> None:
     assert len({effect.name for effect in EFFECTS}) == len(EFFECTS)

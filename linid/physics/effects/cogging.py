@@ -33,10 +33,10 @@ def force(
 
 # With three phase currents: orders of the field's angle, which poles, teeth and ends cause.
 _FIELD_ORDERS = (1, 2, 4, 6)
-_MOST = 300  # candidate orders where nothing is known of the poles
+_MOST, _HIGHEST = 300, 2000  # candidate orders where nothing is known of the poles
 _ORDERS = tuple(
     Parameter(
-        f"cogging_order_{k}", f"n_{k}", "1", 0.0, 2000.0, float(order),
+        f"cogging_order_{k}", f"n_{k}", "1", 0.0, float(_HIGHEST), float(order),
         meaning=f"waves of part {k} per wave of wavenumber k_c",
     )
     for k, order in enumerate((*_FIELD_ORDERS, 3, 5, 8, 12), 1)
@@ -52,9 +52,13 @@ def grid(outlook: Outlook) -> tuple[Values, ...]:
     """The field's angle; without a phase motor every order of the first part that stroke or revolution tells apart."""
     if outlook.field_wavenumber is not None:
         return ({"cogging_wavenumber": outlook.field_wavenumber, **{p.name: p.default for p in _ORDERS[:4]}},)
-    step = 1.0 if outlook.revolving else 0.5 * math.pi / max(outlook.stroke, 1e-9)
-    first = 1 if outlook.revolving else 4
-    return tuple({"cogging_wavenumber": step, "cogging_order_1": float(first + k)} for k in range(_MOST))
+    step = 0.5 * math.pi / max(outlook.stroke, 1e-9)
+    if outlook.axis == "rotary":
+        # Whole waves per revolution, but one: that is gravity. At least about one wave in the stroke.
+        apart, first = max(int(step), 1), max(int(4.0 * step), 2)
+        orders = range(first, _HIGHEST + 1, apart)[:_MOST]
+        return tuple({"cogging_wavenumber": 1.0, "cogging_order_1": float(order)} for order in orders)
+    return tuple({"cogging_wavenumber": step, "cogging_order_1": float(4 + k)} for k in range(_MOST))
 
 
 EFFECT = Effect(

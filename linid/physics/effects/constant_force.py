@@ -1,4 +1,4 @@
-"""Constant force: tilt, gravity or cable preload pushes the same way everywhere."""
+"""Constant force: gravity on an inclined linear axis or cable preload pushes the same way everywhere."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, constant_force):
 EFFECT = Effect(
     name="constant_force",
     slot="FORCE",
-    physics="A force F_0 of constant size and direction acts on the axis: m v' = F_motor - R + F_0.",
+    physics="A force F_0 of constant size and direction acts, as gravity does on an inclined linear axis.",
     parameters=(Parameter("constant_force", "F_0", "N", -200.0, 200.0, 0.0, meaning="tilt, gravity or cable preload"),),
     amplitudes=("constant_force",),
     force=force,

@@ -54,9 +54,8 @@ class Outlook:
 
     stroke_low, stroke_high: m (rotary: rad); field_wavenumber: of the motor's field (pi / pole pitch) in rad/m, None
     without a phase motor; top_speed: m/s; top_current: A; durations: s and records: numbers, one per recording;
-    period: sampling period in s; campaign_duration: running time of the whole campaign in s; revolving: the axis turns
-    more than once, so that all repeats with every revolution; axis: linear or rotary; visited: edges (m) of equal
-    shares of all the places that the recordings visit, empty: of the stroke.
+    period: sampling period in s; campaign_duration: running time of the whole campaign in s; axis: linear or
+    rotary; visited: edges (m) of equal shares of all the places that the recordings visit, empty: of the stroke.
     """
 
     stroke_low: float
@@ -68,7 +67,6 @@ class Outlook:
     records: tuple[int, ...]
     period: float
     campaign_duration: float = 0.0
-    revolving: bool = False
     axis: str = "linear"
     visited: tuple[float, ...] = ()
 

@@ -26,6 +26,8 @@ from linid.physics.effects import (
     force_ripple,
     force_saturation,
     friction_drift,
+    friction_level_change,
+    gravity,
     input_delay,
     payload_change,
     phase_gain_imbalance,
@@ -63,6 +65,8 @@ BUILT_IN: tuple[Effect, ...] = (
     eddy_current_drag.EFFECT,
     dwell_stiction.EFFECT,
     pole_pitch_error.EFFECT,
+    gravity.EFFECT,
+    friction_level_change.EFFECT,
 )
 
 
