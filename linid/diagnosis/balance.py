@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.acceleration import Acceleration
-from linid.identification.motion import retaken
+from linid.identification.motion import retaken, with_input_noise
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -41,6 +41,28 @@ class Rows:
     a: Array
     current: Array
     standstill: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Mean squares (R,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per recording.
+
+    gain: force constant at which that of the inputs was found; it grows with the square of it. A fit that did not count
+    that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error Models).
+    """
+
+    encoder: Array
+    inputs: Array
+    gain: float
+
+    def power(self, gain: float) -> Array:
+        """Mean squares (R,) under a model with another force constant."""
+        return self.encoder + self.inputs * (gain / self.gain if self.gain else 0.0) ** 2
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations (R,) in m/s^2 under the model at which they were found."""
+        return np.asarray(np.sqrt(self.encoder + self.inputs))
 
 
 class Balance:
@@ -76,24 +98,28 @@ class Balance:
         """`residuals` of a single vector, (n,) m/s^2."""
         return np.asarray(self.residuals(model, vector[None, :])[0])
 
-    def noise(self, model: Model, vector: Array) -> Array:
-        """Standard deviation (R,) in m/s^2 that encoder and input noise alone give the residual.
+    def noise(self, model: Model, vector: Array) -> Noise:
+        """What encoder and input noise alone give the residual under a model.
 
         The smoothed motion measured anew: what the residual then differs from that of the smoothed motion itself.
         """
         generator = np.random.default_rng(self.seed)
         offsets = self._part.simulator.inputs.sample_offsets
         smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
-        pairs = list(zip(self.recordings, smooth, strict=True))
-        plain = self._remeasured(model, vector, [replace(r, y=y) for r, y in pairs])
-        power = np.zeros(len(pairs))
-        counts = np.maximum(np.bincount(self.rows.recording, minlength=power.size), 1)
+        still = [replace(r, y=y) for r, y in zip(self.recordings, smooth, strict=True)]
+        plain = self._remeasured(model, vector, still)
+        powers = np.zeros((2, len(still)))
+        counts = np.maximum(np.bincount(self.rows.recording, minlength=len(still)), 1)
         for _ in range(_DRAWS):
-            change = self._remeasured(model, vector, [retaken(r, y, generator) for r, y in pairs]) - plain
-            # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
-            change = np.clip(change, -6.0 * _spread(change), 6.0 * _spread(change))
-            power += np.bincount(self.rows.recording, change**2, minlength=power.size) / counts / _DRAWS
-        return np.sqrt(power)
+            encoder = [retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)]
+            inputs = [with_input_noise(r, generator) for r in still]
+            for power, anew in zip(powers, (encoder, inputs), strict=True):
+                change = self._remeasured(model, vector, anew) - plain
+                # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
+                change = np.clip(change, -6.0 * _spread(change), 6.0 * _spread(change))
+                power += np.bincount(self.rows.recording, change**2, minlength=power.size) / counts / _DRAWS
+        gain = float(vector[model.slot("force_constant")]) if model.kind != "friction" else 0.0
+        return Noise(powers[0], powers[1], gain)
 
     def _remeasured(self, model: Model, vector: Array, recordings: Sequence[Recording]) -> Array:
         """The residual (n,) at these rows of other measurements of the same motions."""

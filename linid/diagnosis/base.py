@@ -74,7 +74,8 @@ def fit_base_model(
     for start in starts:
         rivals = _friction_rivals(start, fitted, held)
         residuals = balance.residuals(model, np.array([model.vector(values) for values in rivals]))
-        levels = [judge.fits.level(residual, rows) for residual in residuals]
+        floors = [judge.fits.floor_of(model, model.vector(values)) for values in rivals]
+        levels = [judge.fits.level(*pair, rows) for pair in zip(residuals, floors, strict=True)]
         best = [rivals[k] for k in np.argsort(levels)[:_TRIED]]
         settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
     found = min(settled, key=lambda one: one.level)

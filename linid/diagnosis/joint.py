@@ -1,8 +1,8 @@
 """The joint fit: base model and effects identified together by the force balance, under one criterion.
 
-The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log(sum p + sum f) with p the
-squared residual and f the noise floor in it: what a fit lessens, a judgement weighs. A block that no model here can
-follow has its say once, however large its residual is, and one at the floor asks for nothing.
+The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)) with
+p the squared residual and f the noise in it under the same parameters: what a fit lessens, a judgement weighs. A block
+that no model here can follow has its say once, however large its residual is, and one at the floor asks for nothing.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.balance import Balance
+from linid.diagnosis.balance import Balance, Noise
 from linid.identification.genes import SearchSpace
 from linid.identification.motion import measure_motion
 from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
@@ -27,6 +27,7 @@ from linid.physics.parameter import Parameter
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
+Chosen = NDArray[np.bool_]
 
 _STEP = 1e-4  # of a parameter's own scale, for differences
 _DAMPING, _LEAST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e-9, 1e6
@@ -34,6 +35,7 @@ _LEAST_KEPT = 0.1  # of the promised decrease, for a step to be taken
 _LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 # Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
 _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
+_LEAST_NOISE = 1e-4  # of the scale's square: recordings without noise count no more than that
 _PRIOR = 1e-6  # of a block's weight: holds what no row tells where it is
 
 
@@ -56,7 +58,8 @@ QUICK = Effort(8, 3e-4, 0)
 class Fitted:
     """A model fitted by the force balance. values: SI by name; vector: (VECTOR_SIZE,) SI; residual: (n,) m/s^2 of all
     rows of the balance; structural: SI values that say where its effects act; held: SI values that were not
-    identified; level: criterion per fitted row; space, genes: as fits take it over."""
+    identified; level: criterion per fitted row; floor: (R,) mean squares of what noise gives its residuals, in the
+    fit's scale; recordings: places of those it is fitted to; key: under which the balance's memory keeps it."""
 
     model: Model
     values: dict[str, float]
@@ -65,6 +68,7 @@ class Fitted:
     structural: dict[str, float]
     held: dict[str, float]
     level: float
+    floor: Array = field(repr=False)
     recordings: tuple[int, ...] = field(repr=False)
     key: str
 
@@ -209,46 +213,66 @@ def vectors_of(
 class JointFit:
     """Fits of any set of effects beside one base model on the rows of a balance, all under the same criterion.
 
-    scale: (R,) m/s^2 in which residuals are counted; floor: (R,) what the noise gives in their squares; held: SI
-    values that no fit identifies; reference: SI values of the base, from which bounds and scales are taken.
+    scale: (R,) m/s^2 in which residuals are counted; noise: in them; held: SI values that no fit identifies;
+    reference: SI values of the base, from which bounds and scales are taken.
     """
 
     def __init__(
-        self, balance: Balance, scale: Array, floor: Array, held: Mapping[str, float], reference: Mapping[str, float]
+        self, balance: Balance, scale: Array, noise: Noise, held: Mapping[str, float], reference: Mapping[str, float]
     ) -> None:
         self.balance = balance
         self.held = dict(held)
+        self.scale = scale
+        self.noise = noise
         self.coordinates = Coordinates(balance, reference)
         rows = balance.rows
         self.inverse = 1.0 / scale[rows.recording]
-        self.floor = floor[rows.recording]
         self.blocks = int(rows.block.max(initial=-1)) + 1
         self._slopes: dict[str, Columns] = {}
 
-    def rows_of(self, recordings: Iterable[int]) -> NDArray[np.bool_]:
+    def rows_of(self, recordings: Iterable[int]) -> Chosen:
         """Rows (n,) that belong to recordings given by their places."""
         chosen = np.zeros(len(self.balance.recordings), dtype=np.bool_)
         chosen[list(recordings)] = True
         return np.asarray(chosen[self.balance.rows.recording])
 
-    def block_powers(self, residual: Array, rows: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-        """Per block: sum of the squared residuals, of the floor, and the number of rows, over the chosen rows."""
+    def floor_of(self, model: Model, vector: Array) -> Array:
+        """Mean squares (R,) in the fit's scale that the noise gives the residuals under a model."""
+        gain = float(vector[model.slot("force_constant")]) if model.kind != "friction" else 0.0
+        least = _LEAST_NOISE * self.scale**2
+        return np.asarray(np.maximum(self.noise.power(gain), least) / self.scale**2)
+
+    def block_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
+        """Per block: sum of the squared residuals, of the floor (R,), and the number of rows, over the chosen rows."""
         block = self.balance.rows.block[rows]
         power = np.bincount(block, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.blocks)
-        floor = np.bincount(block, self.floor[rows], minlength=self.blocks)
-        return power, floor, np.bincount(block, minlength=self.blocks).astype(np.float64)
+        noise = np.bincount(block, floor[self.balance.rows.recording[rows]], minlength=self.blocks)
+        return power, noise, np.bincount(block, minlength=self.blocks).astype(np.float64)
 
-    def level(self, residual: Array, rows: NDArray[np.bool_]) -> float:
+    def level(self, residual: Array, floor: Array, rows: Chosen) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
-        power, floor, counts = self.block_powers(residual, rows)
+        power, noise, counts = self.block_powers(residual, floor, rows)
         known = counts > 0
-        return float(counts[known] @ np.log((power + floor)[known] / (2.0 * floor[known]))) / float(counts.sum())
+        return float(counts[known] @ np.log((power + noise)[known] / (2.0 * noise[known]))) / float(counts.sum())
 
-    def weights(self, residual: Array, rows: NDArray[np.bool_]) -> Array:
+    def weights(self, residual: Array, floor: Array, rows: Chosen) -> Array:
         """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows."""
-        power, floor, counts = self.block_powers(residual, rows)
-        per_block = np.sqrt(counts / np.maximum(power + floor, 1e-300))
+        power, noise, counts = self.block_powers(residual, floor, rows)
+        per_block = np.sqrt(counts / np.maximum(power + noise, 1e-300))
         return np.asarray(np.where(rows, per_block[self.balance.rows.block] * self.inverse, 0.0))
+
+    def _pull(self, residual: Array, vector: Array, model: Model, rows: Chosen) -> float:
+        """Half the derivative of the criterion (times rows) by the force constant that the floor alone has."""
+        if model.kind == "friction" or self.noise.gain == 0.0:
+            return 0.0
+        gain = float(vector[model.slot("force_constant")])
+        power, noise, counts = self.block_powers(residual, self.floor_of(model, vector), rows)
+        inputs = self.noise.inputs / self.scale**2 * (gain / self.noise.gain) ** 2
+        slope = np.bincount(
+            self.balance.rows.block[rows], 2.0 * inputs[self.balance.rows.recording[rows]] / gain, minlength=self.blocks
+        )
+        known = counts > 0
+        return -0.5 * float(np.sum((counts * slope * power)[known] / (noise * (power + noise))[known]))
 
     def fit(
         self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
@@ -272,9 +296,10 @@ class JointFit:
             memory[key] = x.tolist()
         vector = vectors_of(coordinates, model, held, x)[0]
         found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
-        level = self.level(residual, self.rows_of(chosen))
+        floor = self.floor_of(model, vector)
+        level = self.level(residual, floor, self.rows_of(chosen))
         own_held = {k: found[k] for k in held if k not in structural}
-        return Fitted(model, found, vector, residual, dict(structural), own_held, level, chosen, key)
+        return Fitted(model, found, vector, residual, dict(structural), own_held, level, floor, chosen, key)
 
     def at(self, model: Model, values: Mapping[str, float], recordings: Iterable[int]) -> Fitted:
         """A model without effects at given values, as if it had been fitted to some recordings (places)."""
@@ -322,7 +347,7 @@ class JointFit:
 
     def _descend(
         self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array,
-        rows: NDArray[np.bool_], effort: Effort, known: Mapping[str, Array],
+        rows: Chosen, effort: Effort, known: Mapping[str, Array],
     ) -> tuple[Array, Array]:  # fmt: skip
         """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
         577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
@@ -336,16 +361,22 @@ class JointFit:
                 slopes[k] = known[c.name]
         slopes[missing] = self._differences(model, coordinates, held, x, residual, missing)
         renewals, fresh = 0, not known
-        level = self.level(residual, rows)
+        place = next((k for k, c in enumerate(coordinates) if c.name == "force_constant"), None)
+        vector = vectors_of(coordinates, model, held, x)[0]
+        floor = self.floor_of(model, vector)
+        level = self.level(residual, floor, rows)
         damping = _DAMPING
         count = float(np.count_nonzero(rows))
         used = 0
         while used < effort.steps:
-            weights = self.weights(residual, rows)[rows]
+            weights = self.weights(residual, floor, rows)[rows]
+            pull = np.zeros(x.size)
+            if place is not None:
+                pull[place] = self._pull(residual, vector, model, rows)
             columns = (slopes[:, rows] * weights).T
             aim = residual[rows] * weights
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
-            move, promised = _step(columns, aim, damping, room)
+            move, promised = _step(columns, aim, pull, damping, room)
             if promised <= effort.precision * count:
                 if fresh or renewals >= effort.renewals:
                     break
@@ -355,14 +386,16 @@ class JointFit:
             trial = np.clip(x + move, lower, upper)
             later = self._residuals(model, coordinates, held, trial[None, :])[0]
             used += 1
-            reached = self.level(later, rows)
+            there = vectors_of(coordinates, model, held, trial)[0]
+            floor_there = self.floor_of(model, there)
+            reached = self.level(later, floor_there, rows)
             kept = (level - reached) * count / promised
             change = later - residual
             scaled = (trial - x) * np.linalg.norm(columns, axis=0)
             size = float(scaled @ scaled)
             if kept > _LEAST_KEPT:
                 missed = change - (trial - x) @ slopes
-                x, residual, level = trial, later, reached
+                x, residual, level, vector, floor = trial, later, reached, there, floor_there
                 damping = max(damping * (0.1 if kept > 0.5 else 1.0), _LEAST_DAMPING)
                 norms = np.linalg.norm(columns, axis=0)
                 if size > 0.0:
@@ -378,16 +411,18 @@ class JointFit:
         return x, residual
 
 
-def _step(columns: Array, aim: Array, damping: float, room: tuple[Array, Array]) -> tuple[Array, float]:
+def _step(
+    columns: Array, aim: Array, pull: Array, damping: float, room: tuple[Array, Array]
+) -> tuple[Array, float]:
     """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
 
-    columns: (n, p) slopes of aim (n,), both weighted.
+    columns: (n, p) slopes of aim (n,), both weighted; pull: (p,) half the slope of what else is to be lessened.
     """
     norms = np.linalg.norm(columns, axis=0)
     norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf  # what no row tells stays
     scaled = columns / norms
     normal = scaled.T @ scaled
-    moment = scaled.T @ aim
+    moment = scaled.T @ aim + pull / norms
     told = np.isfinite(norms)
     lower, upper = (np.where(told, edge * np.where(told, norms, 0.0), 0.0) for edge in room)
     system = normal + (damping + _PRIOR) * np.eye(norms.size)

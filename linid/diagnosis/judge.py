@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.balance import Balance, scale_of
-from linid.diagnosis.joint import JointFit
+from linid.diagnosis.balance import Balance, Noise, scale_of
+from linid.diagnosis.joint import Fitted, JointFit
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
@@ -41,12 +41,12 @@ class Evidence:
 class Judge:
     """The rows on which models are compared, and the noise that no model can explain.
 
-    noise, scale: (R,) m/s^2 per recording; fits: whose criterion the judgement shares; seed: of the bootstrap.
+    noise: of the base model; scale: (R,) m/s^2 per recording; fits: whose criterion the judgement shares; seed: of the bootstrap.
     """
 
     balance: Balance
     fits: JointFit
-    noise: Array
+    noise: Noise
     scale: Array
     seed: int
 
@@ -56,7 +56,7 @@ class Judge:
 
     def floor(self, chosen: Chosen) -> float:
         """What the noise gives in the mean of `power` over the chosen rows."""
-        return float(np.mean((self.noise / self.scale)[self.balance.rows.recording[chosen]] ** 2))
+        return float(np.mean((self.noise.deviation / self.scale)[self.balance.rows.recording[chosen]] ** 2))
 
     def excess(self, residual: Array, chosen: Chosen | None = None) -> float:
         """What a residual (n,) has above the floor over the held-out (or the chosen) rows, in floors."""
@@ -73,17 +73,18 @@ class Judge:
                 chosen |= np.array(hit)[self.balance.rows.recording]
         return chosen
 
-    def compare(self, before: Array, after: Array, chosen: Chosen) -> Evidence:
-        """The evidence for the model behind `after`; residuals (n,) m/s^2."""
-        first, floor, counts = self.fits.block_powers(before, chosen)
-        second, _, _ = self.fits.block_powers(after, chosen)
+    def compare(self, before: Fitted, after: Fitted, chosen: Chosen) -> Evidence:
+        """The evidence for `after`, which has what `before` lacks."""
+        first, noise, counts = self.fits.block_powers(before.residual, before.floor, chosen)
+        second, floor, _ = self.fits.block_powers(after.residual, after.floor, chosen)
         known = counts > 0
-        first, second, floor, counts = first[known], second[known], floor[known], counts[known]
-        gains = counts * np.log((first + floor) / (second + floor))
+        first, second, noise, floor, counts = first[known], second[known], noise[known], floor[known], counts[known]
+        levels = counts * np.log((second + floor) / (2.0 * floor))
+        gains = counts * np.log((first + noise) / (2.0 * noise)) - levels
         total = float(counts.sum())
         deviation = math.sqrt(gains.size) * float(np.std(gains))
         gain = float(gains.sum()) / total
-        left = max(float(counts @ np.log((second + floor) / (2.0 * floor))) / total, 0.0)
+        left = max(float(levels.sum()) / total, 0.0)
         power = float((first - second).sum()) / float(floor.sum())
         excess = max(float(second.sum()) / float(floor.sum()) - 1.0, 0.0)
         return Evidence(
@@ -97,5 +98,5 @@ def judge_of(
 ) -> Judge:
     """A judge whose noise is that of the base model; held: what no fit identifies; values: SI values of the base."""
     noise = balance.noise(model, vector)
-    scale = scale_of(noise)
-    return Judge(balance, JointFit(balance, scale, (noise / scale) ** 2, held, values), noise, scale, seed)
+    scale = scale_of(noise.deviation)
+    return Judge(balance, JointFit(balance, scale, noise, held, values), noise, scale, seed)

@@ -54,7 +54,7 @@ class StepRegression:
         self.recordings = fits.balance.recordings
         self.values = step.values
         self.effects = effects
-        self.weights = fits.weights(step.residual, rows)[rows]
+        self.weights = fits.weights(step.residual, step.floor, rows)[rows]
         self.block = fits.balance.rows.block[rows]
         self.part = copy(fits.balance.part(step.model))
         self.part.rows, self.part.classes = self.part.rows[rows], self.part.classes[rows]
@@ -70,7 +70,7 @@ class StepRegression:
         self._span = left[:, sizes > 1e-9 * sizes[0]]
         residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
         self._rest = residual - self._span @ (self._span.T @ residual)
-        power, floor, counts = fits.block_powers(step.residual, rows)
+        power, floor, counts = fits.block_powers(step.residual, step.floor, rows)
         self._counts = counts
         self._floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
         self._before = self._level(self._rest)
@@ -150,9 +150,7 @@ class Screening:
             if not effect.per_recording:
                 continue
             marked = [k for k, r in enumerate(self.recordings) if effect.acts_in(at, r.number)]
-            if effect.acts == "one":
-                chosen.update(marked)
-            elif not chosen.intersection(marked):
+            if effect.acts == "one" or not chosen.intersection(marked):
                 chosen.update(marked)
         return tuple(sorted(chosen))
 

@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-
-import numpy as np
 
 from linid.diagnosis.base import Base
 from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.side_by_side import side_by_side
-from linid.identification.effect_guess import Trial
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
@@ -154,8 +151,8 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
 
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
     """What a model gains over the step before, on the rows that it is fitted to."""
-    judge = Judge(fits.balance, fits, np.zeros(0), np.zeros(0), 0)
-    return judge.compare(step.residual, one.residual, fits.rows_of(one.recordings))
+    judge = Judge(fits.balance, fits, fits.noise, fits.scale, 0)
+    return judge.compare(step, one, fits.rows_of(one.recordings))
 
 
 def backward(
@@ -183,7 +180,7 @@ def _part(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int
     del jobs
     without = without_effect(judge.fits, screening, full, name)
     rows = judge.rows(full.model.effects, {**full.values, **full.structural})
-    return Part(name, judge.compare(without.residual, full.residual, rows), without)
+    return Part(name, judge.compare(without, full, rows), without)
 
 
 def stands(part: Part) -> bool:

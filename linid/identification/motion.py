@@ -51,8 +51,7 @@ def resolution(samples: Array) -> float:
 def retaken(recording: Recording, smooth: Array, generator: np.random.Generator) -> Recording:
     """Another measurement of the same motion: its position noise and its encoder's steps fall anew.
 
-    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white; the inputs get their own white
-    noise once more.
+    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white.
     """
     quantum = resolution(recording.y)
     white = float(np.sqrt(max(noise_level(recording.y) ** 2 - quantum**2 / 12.0, 0.0)))
