@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.recording.local_polynomial import local_derivative, local_weights
+from linid.recording.noise import noise_level as noise_level
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -17,20 +18,6 @@ Array = NDArray[np.float64]
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 _ORDER = 3
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
-
-
-def noise_level(samples: Array) -> float:
-    """Standard deviation of white noise in samples (n,), from fourth differences (robust, unit of the samples).
-
-    Smooth motion vanishes in fourth differences; their variance is 70 times that of white noise.
-    """
-    if samples.size < 8:
-        return 0.0
-    differences = np.diff(samples, 4)
-    spread = float(np.median(np.abs(differences))) / 0.6745
-    rms = float(np.sqrt(np.mean(differences**2)))
-    # Quantised standstill has a zero median: then the mean square counts, which motion may inflate.
-    return float((spread if spread > 0.0 else rms) / np.sqrt(70.0))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from linid.recording.recording import Array, Axis, Campaign, Kind, Recording, Split, in_order
+from linid.recording.recording import Array, Axis, Campaign, Kind, Reading, Recording, Split, in_order
 
 if TYPE_CHECKING:
     from linid.recording.campaign import is_campaign, read_campaign
@@ -33,6 +33,7 @@ __all__ = [
     "CoastDown",
     "Inspection",
     "Kind",
+    "Reading",
     "Recording",
     "Split",
     "check_long_enough",
