@@ -248,18 +248,19 @@ def _stopped(c: RecordingChecks) -> Said:
 def compared(all_checks: Sequence[RecordingChecks]) -> tuple[Finding, ...]:
     """Recordings that differ from nearly all others of the campaign, in what should be one axis and one drive."""
     found: list[Finding] = []
-    found += _odd(all_checks, "period", lambda c: c.period, 0.1, "sampled every {} s, the others every {} s")
+    found += _odd(all_checks, "period", "note", lambda c: c.period, 0.1, "sampled every {} s, the others every {} s")
     found += _odd(
-        all_checks, "resolution", lambda c: c.resolution.step or math.nan, 0.5, "resolved to {}, the others to {}"
-    )
+        all_checks, "resolution", "note", lambda c: c.resolution.step or math.nan, 0.5,
+        "its position is resolved to {}, the others' to {}: the same encoder and unit?",
+    )  # fmt: skip
     found += _odd(
-        all_checks, "field", lambda c: c.commutation.wavenumber * c.commutation.sense, 0.01,
+        all_checks, "field", "warning", lambda c: c.commutation.wavenumber * c.commutation.sense, 0.01,
         "its currents turn by {} rad per unit of position, the others' by {}: other unit, sign or order of phases?",
     )  # fmt: skip
     signs = [c for c in all_checks if not c.phased and c.coherence.judged and abs(c.coherence.correlation) > -_OPPOSITE]
     signs = [c for c in signs if c.coherence.value > FOLLOWS]
     found += _odd(
-        signs, "sign", lambda c: math.copysign(1.0, c.coherence.correlation), 0.01,
+        signs, "sign", "warning", lambda c: math.copysign(1.0, c.coherence.correlation), 0.01,
         "input and acceleration go together with the sign {}, in the others with {}: another sign of one channel?",
     )  # fmt: skip
     judged = sorted((c for c in all_checks if c.coherence.judged), key=lambda c: c.coherence.value)
@@ -278,8 +279,8 @@ def compared(all_checks: Sequence[RecordingChecks]) -> tuple[Finding, ...]:
 
 
 def _odd(
-    all_checks: Sequence[RecordingChecks], check: str, value: Callable[[RecordingChecks], float], apart: float,
-    text: str,
+    all_checks: Sequence[RecordingChecks], check: str, level: Level, value: Callable[[RecordingChecks], float],
+    apart: float, text: str,
 ) -> list[Finding]:  # fmt: skip
     """Findings on those whose value is `apart` (as a share) from the one that two thirds or more have."""
     known = [(c, value(c)) for c in all_checks if math.isfinite(value(c))]
@@ -293,4 +294,4 @@ def _odd(
     odd = [(c, x) for c, x in known if not like(x, usual)]
     if len(odd) > (1.0 - _MAJORITY) * len(known):
         return []
-    return [Finding(c.name, check, "warning", text.format(f"{x:.4g}", f"{usual:.4g}")) for c, x in odd]
+    return [Finding(c.name, check, level, text.format(f"{x:.4g}", f"{usual:.4g}")) for c, x in odd]

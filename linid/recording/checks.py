@@ -16,8 +16,7 @@ from linid.recording.recording import Array, Reading, Recording
 from linid.recording.timebase import gaps, jitter
 
 HEADER = (
-    "Recording", "Follows", "Band Hz", "Late ms", "Jitter %", "Missing", "At limit %", "Step", "Noise", "Accel.",
-    "Floor", "Field 1/m",
+    "Recording", "Follows", "Band Hz", "Late ms", "Jitter %", "Missing", "At limit %", "Step", "Noise", "Floor %", "Field",
 )  # fmt: skip
 
 
@@ -113,7 +112,8 @@ def _row(c: RecordingChecks) -> tuple[str, ...]:
     limit = max(c.saturation.share, c.saturation.rate_share)
     return (
         c.name, follows, band, late, _short(100.0 * c.reading.jitter, 1e-3), str(c.reading.missing) if c.reading.missing
-        else "-", _short(100.0 * limit, 1e-3), _short(r.step), _short(r.noise), _short(r.acceleration), _short(r.floor),
+        else "-", _short(100.0 * limit, 1e-3), _short(r.step), _short(r.noise),
+        _short(100.0 * r.floor / r.acceleration if r.acceleration > 0.0 else math.nan),
         "-" if math.isnan(c.commutation.wavenumber) else f"{c.commutation.wavenumber:.4g}",
     )  # fmt: skip
 

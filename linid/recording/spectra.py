@@ -61,7 +61,8 @@ def cross_spectra(u: Array, a: Array, dt: float, length: int) -> CrossSpectra:
         parts = parts - np.outer(parts @ x / (x @ x), x)
         return np.asarray(np.fft.rfft(parts * window, axis=1))
 
-    return CrossSpectra(np.asarray(np.fft.rfftfreq(length, dt), dtype=np.float64), transformed(u), transformed(a), length, dt)
+    frequency = np.asarray(np.fft.rfftfreq(length, dt), dtype=np.float64)
+    return CrossSpectra(frequency, transformed(u), transformed(a), length, dt)
 
 
 def segment_lengths(samples: int, dt: float, longest: float) -> tuple[int, ...]:
