@@ -16,7 +16,8 @@ from linid.recording.recording import Array, Reading, Recording
 from linid.recording.timebase import gaps, jitter
 
 HEADER = (
-    "Recording", "Follows", "Band Hz", "Late ms", "Jitter %", "Missing", "At limit %", "Step", "Noise", "Floor %", "Field",
+    "Recording", "Follows", "Band Hz", "Late ms", "Jitter %", "Missing", "At limit %", "Step", "Noise", "Floor %",
+    "Field",
 )  # fmt: skip
 
 
