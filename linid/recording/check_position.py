@@ -13,7 +13,7 @@ from linid.recording.recording import Array, Recording
 
 _SMOOTH = 0.015  # s over which speeds and the floor of the acceleration are taken
 _JUMP = 20.0  # times the steps before and after: no axis moves so
-_SAME = 0.05  # of their size by which the jumps of one wrap differ, since the axis moves on meanwhile
+_SAME = 0.02  # of their size by which the jumps of one wrap may differ
 _REST = 0.05  # s at the end of the stroke that make a stop
 _PUSH = 1.0  # times the median input while moving, with which a stop is pushed
 _FEWEST = 30  # samples
@@ -89,7 +89,10 @@ def angle(recording: Recording, step: float) -> Angle:
     beside = np.maximum(np.concatenate((steps[1:], [0.0])), np.concatenate(([0.0], steps[:-1])))
     usual = np.maximum(beside, max(2.0 * step, 6.0 * noise_level(y), 1e-9 * float(np.ptp(y))))
     jumping = steps > _JUMP * usual
-    found = steps[jumping]
+    # Less what the axis moves meanwhile, the mean of the steps before and after.
+    signed = np.diff(y)
+    moved = 0.5 * (np.concatenate((signed[1:], [0.0])) + np.concatenate(([0.0], signed[:-1])))
+    found = np.abs(signed - moved)[jumping]
     size = float(np.median(found)) if found.size else 0.0
     equal = bool(found.size and np.all(np.abs(found - size) < _SAME * size))
     whole = bool(np.ptp(y) > 10.0 and np.all(y == np.rint(y)))
