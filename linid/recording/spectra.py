@@ -149,4 +149,4 @@ def _refined(total: Complex, f: Array, weight: Array, start: float, sign: int) -
     columns = np.column_stack([-2.0 * math.pi * f, 1.0 / f]) * np.sqrt(weight)[:, None]
     found = np.linalg.lstsq(columns, phase * np.sqrt(weight), rcond=None)[0]
     left = phase * np.sqrt(weight) - columns @ found
-    return start + float(found[0]), math.sqrt(float(left @ left) / float(weight.sum()))
+    return float(start + found[0]), math.sqrt(float(left @ left) / float(weight.sum()))
