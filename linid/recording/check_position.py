@@ -87,7 +87,8 @@ def angle(recording: Recording, step: float) -> Angle:
     y, dt = recording.y, recording.duration / max(recording.y.size - 1, 1)
     steps = np.abs(np.diff(y))
     beside = np.maximum(np.concatenate((steps[1:], [0.0])), np.concatenate(([0.0], steps[:-1])))
-    usual = np.maximum(beside, max(2.0 * step, 6.0 * noise_level(y), 1e-9 * float(np.ptp(y))))
+    noise = min(6.0 * noise_level(y), float(np.quantile(steps, 0.95)))  # jumps themselves may count as noise
+    usual = np.maximum(beside, max(2.0 * step, noise, 1e-9 * float(np.ptp(y))))
     jumping = steps > _JUMP * usual
     # Less what the axis moves meanwhile, the mean of the steps before and after.
     signed = np.diff(y)

@@ -312,8 +312,8 @@ TWO_MASS = {
 @pytest.mark.parametrize("file", ["A", "B"])
 def test_the_two_mass_bench_follows_its_input(file: str) -> None:
     """Both multisines: at the frequencies that they hold, all motion follows the current; resonance and
-    antiresonance do not disturb that. File A holds every hertz, file B every fourth: between its lines there is no input
-    to follow, and a coherence averaged over all frequencies says 0.5 of it."""
+    antiresonance do not disturb that. File A holds every hertz, file B every fourth: between its lines there is no
+    input to follow, and a coherence averaged over all frequencies says 0.5 of it."""
     path = shared("real", "two_mass", f"MultisineType{file}.mat")
     checks = one(read_recording(path, channels=ChannelMapping.model_validate(TWO_MASS), axis="rotary"))
     assert checks.coherence.judged and checks.coherence.value > 0.995
