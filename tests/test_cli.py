@@ -74,6 +74,22 @@ def test_inspect_of_a_campaign_lists_its_recordings(tmp_path: Path) -> None:
     assert result.exit_code == 0 and "freewheel_4" in result.output and "held_out" in result.output
 
 
+def test_inspect_prints_the_checks_and_their_findings(tmp_path: Path) -> None:
+    result = linid("inspect", campaign(tmp_path))
+    assert "Follows" in result.output and "Nothing to object to." in result.output
+    body = json.loads(linid("inspect", campaign(tmp_path), "--json").stdout)
+    assert {"coherence", "delay", "resolution", "reading"} <= set(body["checks"]["recordings"][0])
+    assert body["checks"]["findings"] == []
+    # Degrees that the header calls radians, 14 per sample, of which a gear leaves 10 to be wrapped.
+    rows = "\n".join(f"{k},{10 * k % 360 + 4 * k}" for k in range(200))
+    path = tmp_path / "turns.csv"
+    path.write_text(f"Time (ms),Position (rad)\n{rows}\n", encoding="utf-8")
+    result = linid("inspect", path)
+    assert result.exit_code == 0 and "WARNING turns: the position jumps 5 times by about 360 rad" in result.output
+    (jumps, *_) = json.loads(linid("inspect", path, "--json").stdout)["checks"]["findings"]
+    assert (jumps["check"], jumps["level"], jumps["recording"]) == ("jumps", "warning", "turns")
+
+
 def test_effects() -> None:
     assert "constant_force" in linid("effects").output
     assert "F_0" in linid("effects", "constant_force").output

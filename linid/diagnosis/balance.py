@@ -20,7 +20,8 @@ Integers = NDArray[np.int64]
 Memory = MutableMapping[str, Any]
 
 BLOCK = 0.25  # s; rows of one block have one weight in a fit, one word in a judgement, and are resampled together
-_DRAWS = 3
+_DRAWS = 4
+_BURST = 6.0  # deviations
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
 
 
@@ -45,7 +46,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Noise:
-    """Mean squares (R,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per recording.
+    """Mean squares (B,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per block.
 
     gain: force constant at which that of the inputs was found; it grows with the square of it. A fit that did not count
     that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error Models).
@@ -56,13 +57,14 @@ class Noise:
     gain: float
 
     def power(self, gain: float) -> Array:
-        """Mean squares (R,) under a model with another force constant."""
+        """Mean squares (B,) under a model with another force constant."""
         return self.encoder + self.inputs * (gain / self.gain if self.gain else 0.0) ** 2
 
-    @property
-    def deviation(self) -> Array:
-        """Standard deviations (R,) in m/s^2 under the model at which they were found."""
-        return np.asarray(np.sqrt(self.encoder + self.inputs))
+    def deviation(self, rows: Rows) -> Array:
+        """Standard deviations (R,) in m/s^2 per recording under the model at which they were found."""
+        power = (self.encoder + self.inputs)[rows.block]
+        counts = np.maximum(np.bincount(rows.recording), 1)
+        return np.asarray(np.sqrt(np.bincount(rows.recording, power) / counts))
 
 
 class Balance:
@@ -108,18 +110,18 @@ class Balance:
         smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
         still = [replace(r, y=y) for r, y in zip(self.recordings, smooth, strict=True)]
         plain = self._remeasured(model, vector, still)
-        powers = np.zeros((2, len(still)))
-        counts = np.maximum(np.bincount(self.rows.recording, minlength=len(still)), 1)
+        rows = self.rows
+        found: list[list[Array]] = [[], []]
         for _ in range(_DRAWS):
             encoder = [retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)]
             inputs = [with_input_noise(r, generator) for r in still]
-            for power, anew in zip(powers, (encoder, inputs), strict=True):
+            for squares, anew in zip(found, (encoder, inputs), strict=True):
                 change = self._remeasured(model, vector, anew) - plain
                 # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
-                change = np.clip(change, -6.0 * _spread(change), 6.0 * _spread(change))
-                power += np.bincount(self.rows.recording, change**2, minlength=power.size) / counts / _DRAWS
+                limit = _BURST * _spread_of(change, rows.recording)[rows.recording]
+                squares.append(np.clip(change, -limit, limit) ** 2)
         gain = float(vector[model.slot("force_constant")]) if model.kind != "friction" else 0.0
-        return Noise(powers[0], powers[1], gain)
+        return Noise(*(_per_block(np.array(squares), rows) for squares in found), gain)
 
     def _remeasured(self, model: Model, vector: Array, recordings: Sequence[Recording]) -> Array:
         """The residual (n,) at these rows of other measurements of the same motions."""
@@ -139,8 +141,30 @@ def scale_of(noise: Array) -> Array:
     return np.asarray(np.maximum(noise, max(_LEAST_FLOOR * float(np.median(noise)), 1e-12)))
 
 
-def _spread(x: Array) -> float:
-    return float(np.median(np.abs(x))) / 0.6745 + 1e-300
+def _spread_of(x: Array, owner: Integers) -> Array:
+    """Robust standard deviation (R,) of x (n,) per recording."""
+    out = [float(np.median(np.abs(x[owner == k]))) / 0.6745 + 1e-300 for k in range(int(owner.max(initial=-1)) + 1)]
+    return np.array(out)
+
+
+def _per_block(squares: Array, rows: Rows) -> Array:
+    """Mean squares (B,) per block of draws (D, n), drawn to the mean of their recording by as much as they scatter by
+    chance (empirical Bayes: Efron and Morris 1973, J. Am. Stat. Assoc. 68, 117)."""
+    counts = np.maximum(np.bincount(rows.block), 1)
+    draws = np.array([np.bincount(rows.block, one) / counts for one in squares])
+    means = draws.mean(axis=0)
+    chance = draws.var(axis=0, ddof=1) / draws.shape[0]
+    owner = np.zeros(counts.size, dtype=np.int64)
+    owner[rows.block] = rows.recording
+    out = np.empty(counts.size)
+    for index in np.unique(owner):
+        mine = owner == index
+        middle = float(np.average(means[mine], weights=counts[mine]))
+        by_chance = float(np.mean(chance[mine]))
+        between = max(float(np.var(means[mine])) - by_chance, 0.0)
+        kept = between / max(between + by_chance, 1e-300)
+        out[mine] = middle + kept * (means[mine] - middle)
+    return out
 
 
 def thrust_current(recording: Recording) -> Array:

@@ -1,8 +1,8 @@
 """The joint fit: base model and effects identified together by the force balance, under one criterion.
 
-The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)) with
-p the squared residual and f the noise in it under the same parameters: what a fit lessens, a judgement weighs. A block
-that no model here can follow has its say once, however large its residual is, and one at the floor asks for nothing.
+The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)),
+with p the squared residual and f the noise in it under the same parameters: what a fit lessens, a judgement weighs. A
+block that no model here can follow has its say once, however large its residual is; one at the floor asks for nothing.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.motors import fundamental_force_constant
 from linid.physics.parameter import Parameter
+from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
@@ -58,7 +59,7 @@ QUICK = Effort(8, 3e-4, 0)
 class Fitted:
     """A model fitted by the force balance. values: SI by name; vector: (VECTOR_SIZE,) SI; residual: (n,) m/s^2 of all
     rows of the balance; structural: SI values that say where its effects act; held: SI values that were not
-    identified; level: criterion per fitted row; floor: (R,) mean squares of what noise gives its residuals, in the
+    identified; level: criterion per fitted row; floor: (B,) mean squares of what noise gives its residuals, in the
     fit's scale; recordings: places of those it is fitted to; key: under which the balance's memory keeps it."""
 
     model: Model
@@ -228,6 +229,8 @@ class JointFit:
         rows = balance.rows
         self.inverse = 1.0 / scale[rows.recording]
         self.blocks = int(rows.block.max(initial=-1)) + 1
+        self.squared = np.zeros(self.blocks)
+        self.squared[rows.block] = self.inverse**2
         self._slopes: dict[str, Columns] = {}
 
     def rows_of(self, recordings: Iterable[int]) -> Chosen:
@@ -237,17 +240,16 @@ class JointFit:
         return np.asarray(chosen[self.balance.rows.recording])
 
     def floor_of(self, model: Model, vector: Array) -> Array:
-        """Mean squares (R,) in the fit's scale that the noise gives the residuals under a model."""
+        """Mean squares (B,) in the fit's scale that the noise gives the residuals of each block under a model."""
         gain = float(vector[model.slot("force_constant")]) if model.kind != "friction" else 0.0
-        least = _LEAST_NOISE * self.scale**2
-        return np.asarray(np.maximum(self.noise.power(gain), least) / self.scale**2)
+        return np.asarray(np.maximum(self.noise.power(gain) * self.squared, _LEAST_NOISE))
 
     def block_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
-        """Per block: sum of the squared residuals, of the floor (R,), and the number of rows, over the chosen rows."""
+        """Per block: sum of the squared residuals, of the floor (B,), and the number of rows, over the chosen rows."""
         block = self.balance.rows.block[rows]
         power = np.bincount(block, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.blocks)
-        noise = np.bincount(block, floor[self.balance.rows.recording[rows]], minlength=self.blocks)
-        return power, noise, np.bincount(block, minlength=self.blocks).astype(np.float64)
+        counts = np.bincount(block, minlength=self.blocks).astype(np.float64)
+        return power, floor * counts, counts
 
     def level(self, residual: Array, floor: Array, rows: Chosen) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
@@ -267,10 +269,7 @@ class JointFit:
             return 0.0
         gain = float(vector[model.slot("force_constant")])
         power, noise, counts = self.block_powers(residual, self.floor_of(model, vector), rows)
-        inputs = self.noise.inputs / self.scale**2 * (gain / self.noise.gain) ** 2
-        slope = np.bincount(
-            self.balance.rows.block[rows], 2.0 * inputs[self.balance.rows.recording[rows]] / gain, minlength=self.blocks
-        )
+        slope = counts * 2.0 * self.noise.inputs * self.squared * gain / self.noise.gain**2
         known = counts > 0
         return -0.5 * float(np.sum((counts * slope * power)[known] / (noise * (power + noise))[known]))
 

@@ -41,7 +41,8 @@ class Evidence:
 class Judge:
     """The rows on which models are compared, and the noise that no model can explain.
 
-    noise: of the base model; scale: (R,) m/s^2 per recording; fits: whose criterion the judgement shares; seed: of the bootstrap.
+    noise: of the base model; scale: (R,) m/s^2 per recording; fits: whose criterion the judgement shares; seed: of the
+    bootstrap.
     """
 
     balance: Balance
@@ -56,7 +57,9 @@ class Judge:
 
     def floor(self, chosen: Chosen) -> float:
         """What the noise gives in the mean of `power` over the chosen rows."""
-        return float(np.mean((self.noise.deviation / self.scale)[self.balance.rows.recording[chosen]] ** 2))
+        rows = self.balance.rows
+        noise = (self.noise.encoder + self.noise.inputs)[rows.block[chosen]]
+        return float(np.mean(noise / self.scale[rows.recording[chosen]] ** 2))
 
     def excess(self, residual: Array, chosen: Chosen | None = None) -> float:
         """What a residual (n,) has above the floor over the held-out (or the chosen) rows, in floors."""
@@ -87,10 +90,14 @@ class Judge:
         left = max(float(levels.sum()) / total, 0.0)
         power = float((first - second).sum()) / float(floor.sum())
         excess = max(float(second.sum()) / float(floor.sum()) - 1.0, 0.0)
+        positive, went = max(gain, 0.0), max(power, 0.0)
         return Evidence(
-            gain, float(gains.sum()) / max(deviation, 1e-300), max(gain, 0.0) / (max(gain, 0.0) + max(left, FLOOR_DOUBT)),
-            power, max(power, 0.0) / (max(power, 0.0) + max(excess, FLOOR_DOUBT)),
-        )  # fmt: skip
+            gain=gain,
+            certainty=float(gains.sum()) / max(deviation, 1e-300),
+            closed=positive / (positive + max(left, FLOOR_DOUBT)),
+            power=power,
+            power_closed=went / (went + max(excess, FLOOR_DOUBT)),
+        )
 
 
 def judge_of(
@@ -98,5 +105,5 @@ def judge_of(
 ) -> Judge:
     """A judge whose noise is that of the base model; held: what no fit identifies; values: SI values of the base."""
     noise = balance.noise(model, vector)
-    scale = scale_of(noise.deviation)
+    scale = scale_of(noise.deviation(balance.rows))
     return Judge(balance, JointFit(balance, scale, noise, held, values), noise, scale, seed)

@@ -9,16 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.balance import Balance
+from linid.diagnosis.balance import Balance, Rows
 from linid.diagnosis.report_data import Share
+from linid.diagnosis.roll_null import Draws, p_value, slot_sums, with_rolled
+from linid.recording.check_field import space_vector
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _BINS = 24
-_LEAST_ROWS = 8  # in a bin, to have a say
-_PERMUTATIONS = 99
+LEAST_ROWS = 8  # in a bin, to have a say
+_COMMUTATED = 0.5  # of the currents' power that turns with the field; less, and what pushes is not known
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,10 @@ class Coordinate:
 
 
 def coordinates(balance: Balance, axis: str, field_wavenumber: float | None) -> tuple[Coordinate, ...]:
-    """The coordinates of DESIGN's section 6 that the recordings have; field_wavenumber: rad/m of the motor's field."""
+    """The coordinates of DESIGN's section 6 that the recordings have; field_wavenumber: rad/m of the motor's field.
+
+    Not among them: the measured acceleration. It is a part of the residual, and its noise would explain itself.
+    """
     rows = balance.rows
     length = "rad" if axis == "rotary" else "m"
     moving = ~rows.standstill
@@ -45,16 +50,40 @@ def coordinates(balance: Balance, axis: str, field_wavenumber: float | None) -> 
         Coordinate("position", "position", length, rows.y),
         Coordinate("velocity", "velocity", f"{length}/s", np.where(moving, rows.v, np.nan)),
         Coordinate("direction", "direction of motion", "sign", np.where(moving, np.sign(rows.v), np.nan)),
-        Coordinate("acceleration", "acceleration", f"{length}/s^2", rows.a),
         Coordinate("regime", "rest (0), creeping (1), sliding (2)", "1", regime),
     ]
     if np.any(rows.current != 0.0):
-        driven = np.where(rows.current != 0.0, rows.current * np.where(rows.a < 0.0, -1.0, 1.0), np.nan)
-        found.append(Coordinate("current", "current, signed by the acceleration", "A", driven))
+        signed = pushing_input(rows, balance.recordings, field_wavenumber)
+        driven = np.where(rows.current != 0.0, signed, np.nan)
+        label = "size of the current" if np.all(signed >= 0.0) else "input, with the sign of its push"
+        found.append(Coordinate("current", label, "A", driven))
     if field_wavenumber is not None:
         phase = np.mod(field_wavenumber * rows.y, 2.0 * math.pi)
         found.append(Coordinate("pole_phase", "position within two pole pitches", "rad", phase, periodic=True))
     return tuple(found)
+
+
+def pushing_input(rows: Rows, recordings: Sequence[Recording], field_wavenumber: float | None) -> Array:
+    """Signed input (n,) at the rows: q-current or command as it is, of phase currents the part along the field.
+
+    The direction that turns with the field is the one for which the squared currents of all recordings add up most, so
+    that its sign is the same in all. Where the currents do not turn with the position, their size.
+    """
+    vector = np.zeros(rows.t.size, dtype=np.complex128)
+    for index, recording in enumerate(recordings):
+        mine = np.flatnonzero(rows.recording == index)
+        if recording.phase_currents is not None and recording.kind != "free_wheel" and mine.size:
+            samples = np.clip(np.searchsorted(recording.t, rows.t[mine] - 1e-9), 0, recording.t.size - 1)
+            vector[mine] = space_vector(recording.phase_currents[:, samples])
+    power = float(np.sum(np.abs(vector) ** 2))
+    if field_wavenumber is None or power == 0.0:
+        return rows.current
+    turns = [np.exp(-1j * sense * field_wavenumber * rows.y) for sense in (1.0, -1.0)]
+    sums = [complex(np.sum((vector * turn) ** 2)) for turn in turns]
+    best = int(np.argmax(np.abs(sums)))
+    if abs(sums[best]) < _COMMUTATED * power:
+        return rows.current
+    return np.asarray(np.real(vector * turns[best] * np.exp(-0.5j * np.angle(sums[best]))))
 
 
 def locate(
@@ -67,107 +96,107 @@ def locate(
     scale: (R,) m/s^2 in which a recording's residuals are counted; masses: (R,) kg, to show forces.
     """
     rows = balance.rows
-    weighted = residual / scale[rows.recording]
     force = residual * masses[rows.recording]
-    generator = np.random.default_rng(seed)
-    shifted = [_shifted(weighted, rows.recording, generator) for _ in range(_PERMUTATIONS)]
+    draws = with_rolled(residual / scale[rows.recording], rows.recording, seed)
     shares = []
     for coordinate in coordinates:
-        bins = _bins(coordinate)
-        share = _cross_validated(weighted, bins, rows.block)
-        null = np.array([_cross_validated(other, bins, rows.block) for other in shifted])
-        p_value = (1.0 + float(np.sum(null >= share))) / (1.0 + null.size)
+        bins = bins_of(coordinate, _BINS)
+        found = _cross_validated(draws, bins, rows.block)
         x, mean, spread = _means(coordinate, bins, force, rows.block)
         shares.append(
-            Share(coordinate.name, coordinate.label, coordinate.unit, max(share, 0.0), p_value, x, mean, spread)
-        )
+            Share(
+                coordinate.name, coordinate.label, coordinate.unit, max(float(found[0]), 0.0),
+                p_value(float(found[0]), found[1:]), x, mean, spread,
+            )
+        )  # fmt: skip
     return tuple(sorted(shares, key=lambda s: -s.share))
 
 
-def _bins(coordinate: Coordinate) -> Integers:
-    """Bin of each row, -1 for rows without a value; bins of equal numbers of rows."""
-    values = coordinate.values
-    known = np.isfinite(values)
-    out = np.full(values.size, -1, dtype=np.int64)
-    different = np.unique(values[known])
-    if different.size <= _BINS:
-        out[known] = np.searchsorted(different, values[known])
-    elif coordinate.periodic:
-        out[known] = np.minimum((values[known] / (2.0 * math.pi) * _BINS).astype(np.int64), _BINS - 1)
-    else:
-        edges = np.quantile(values[known], np.linspace(0.0, 1.0, _BINS + 1)[1:-1])
-        out[known] = np.searchsorted(edges, values[known], side="right")
+def bins_of(coordinate: Coordinate, most: int) -> Integers:
+    """Bin of each row, -1 for rows without a value; at most `most` bins, of equal numbers of rows."""
+    known = np.isfinite(coordinate.values)
+    out = np.full(coordinate.values.size, -1, dtype=np.int64)
+    inner = bin_edges(coordinate, most)[1:-1]
+    out[known] = np.searchsorted(inner, coordinate.values[known], side="right")
     return out
 
 
-def _cross_validated(x: Array, bins: Integers, block: Integers) -> float:
-    """Share of the power of x (n,) that bin means predict across the two halves of the blocks."""
-    size = int(bins.max()) + 2
-    half = (block % 2).astype(np.int64)
-    slots = (bins + 1) + half * size
-    counts = np.bincount(slots, minlength=2 * size).reshape(2, size)
-    sums = np.bincount(slots, x, minlength=2 * size).reshape(2, size)
-    means = np.where(counts >= _LEAST_ROWS, sums / np.maximum(counts, 1), 0.0)
-    means[:, 0] = 0.0
-    other = means[::-1]
+def bin_edges(coordinate: Coordinate, most: int) -> Array:
+    """Edges (b + 1,) of the bins in the coordinate's unit: between few different values, of a period, or quantiles."""
+    if coordinate.periodic:
+        return np.linspace(0.0, 2.0 * math.pi, most + 1)
+    values = coordinate.values[np.isfinite(coordinate.values)]
+    different = np.unique(values)
+    if not different.size:
+        return np.array([0.0, 1.0])
+    if different.size <= most:
+        inner = 0.5 * (different[1:] + different[:-1])
+        half = 0.5 * float(np.min(np.diff(different), initial=1.0))
+        return np.concatenate(([different[0] - half], inner, [different[-1] + half]))
+    return np.unique(np.quantile(values, np.linspace(0.0, 1.0, most + 1)))
+
+
+def _cross_validated(draws: Draws, bins: Integers, block: Integers) -> Array:
+    """Share (p,) of the power of each draw (n, p) that bin means predict across the two halves of the blocks."""
+    size = int(bins.max(initial=0)) + 1
+    slots = np.where(bins >= 0, bins + (block % 2) * size, -1)
+    counts = np.bincount(slots[slots >= 0], minlength=2 * size).reshape(2, size, 1)
+    sums = slot_sums(slots, 2 * size, draws).reshape(2, size, -1)
+    other = np.where(counts >= LEAST_ROWS, sums / np.maximum(counts, 1), 0.0)[::-1]
     # sum (x - m)^2 = sum x^2 - 2 m sum x + n m^2, with m from the other half
-    gain = float(np.sum(2.0 * other * sums - counts * other**2))
-    return gain / max(float(x @ x), 1e-300)
-
-
-def _shifted(x: Array, recording: Integers, generator: np.random.Generator) -> Array:
-    out = np.empty_like(x)
-    order = generator.permutation(int(recording.max()) + 1)
-    for index in range(order.size):
-        mine = recording == index
-        if np.any(mine):
-            turned = np.roll(x[mine], int(generator.integers(1, max(int(mine.sum()), 2))))
-            out[mine] = turned if generator.random() < 0.5 else -turned
-    return out
+    gain = np.sum(2.0 * other * sums - counts * other**2, axis=(0, 1))
+    return np.asarray(gain / max(float(draws[:, 0] @ draws[:, 0]), 1e-30))  # rolled draws have the same power
 
 
 def _means(coordinate: Coordinate, bins: Integers, force: Array, block: Integers) -> tuple[Array, Array, Array]:
     """Bin centres, mean residual force and its standard error from the scatter of block means."""
-    centres, means, errors = [], [], []
-    for number in range(int(bins.max()) + 1):
-        mine = bins == number
-        if int(mine.sum()) < _LEAST_ROWS:
-            continue
-        blocks, place = np.unique(block[mine], return_inverse=True)
-        per_block = np.bincount(place, force[mine]) / np.bincount(place)
-        centres.append(float(np.mean(coordinate.values[mine])))
-        means.append(float(np.mean(force[mine])))
-        errors.append(float(np.std(per_block)) / math.sqrt(max(blocks.size - 1, 1)))
-    return np.array(centres), np.array(means), np.array(errors)
+    known = np.flatnonzero(bins >= 0)
+    size = int(bins.max(initial=0)) + 1
+    counts = np.bincount(bins[known], minlength=size)
+    # Mean of each bin's rows in each block: bins and blocks that meet, in order of the bins.
+    meet, place = np.unique(bins[known] * (int(block.max()) + 1) + block[known], return_inverse=True)
+    per_block = np.bincount(place, force[known]) / np.bincount(place)
+    of_bin = meet // (int(block.max()) + 1)
+    blocks = np.maximum(np.bincount(of_bin, minlength=size), 1)
+    middle = np.bincount(of_bin, per_block, size) / blocks
+    variance = np.bincount(of_bin, (per_block - middle[of_bin]) ** 2, size) / blocks
+    some = counts >= LEAST_ROWS
+    centres = np.bincount(bins[known], coordinate.values[known], size)[some] / counts[some]
+    means = np.bincount(bins[known], force[known], size)[some] / counts[some]
+    return centres, means, np.sqrt(variance[some] / np.maximum(blocks[some] - 1, 1))
 
 
 def ceiling(balance: Balance, residual: Array, scale: Array, coordinates: Sequence[Coordinate], noise: Array) -> float:
-    """Largest share of the excess over the noise that a smooth function of pairs of coordinates could explain.
+    """Share of the excess over the noise that smooth functions of pairs of these coordinates reach.
 
-    Bin means over pairs of coordinates are boosted, estimated on every second block and judged on the others.
+    Bin means over pairs of coordinates are boosted, estimated on every second block and judged on the others. No upper
+    bound, whatever its name: waves finer than a bin, memory (hysteresis, heat, a swinging load), errors of the reading
+    and what comes and goes with the campaign explain more than any function of the present state.
     """
     rows = balance.rows
     x = residual / scale[rows.recording]
     floor = float(np.sum((noise / scale)[rows.recording] ** 2))
     smooth = [c for c in coordinates if c.name not in ("recording", "regime")]
-    grids = [_bins(c) for c in smooth]
+    grids = [bins_of(c, _BINS) for c in smooth]
+    slots = [(grids[a] + 1) * (_BINS + 2) + grids[b] + 1 for a in range(len(grids)) for b in range(a + 1)]
+    size = (_BINS + 2) ** 2
     left = 0.0
     for half in (0, 1):
         train, test = block_halves(rows.block, half)
         fitted, other = x[train].copy(), x[test].copy()
         best = float(other @ other)
+        inside = [slot[train] for slot in slots]
+        counts = [np.bincount(slot, minlength=size) for slot in inside]
         for _ in range(12):
             gains = []
-            for a in range(len(grids)):
-                for b in range(a + 1):
-                    slots = (grids[a] + 1) * (_BINS + 2) + (grids[b] + 1)
-                    counts = np.bincount(slots[train], minlength=(_BINS + 2) ** 2)
-                    sums = np.bincount(slots[train], fitted, minlength=(_BINS + 2) ** 2)
-                    means = 0.5 * sums / (counts + 8.0)
-                    gains.append((float(np.sum((fitted - means[slots[train]]) ** 2)), means, slots))
-            _, means, slots = min(gains, key=lambda g: g[0])
-            fitted = fitted - means[slots[train]]
-            other = other - means[slots[test]]
+            for slot, count in zip(inside, counts, strict=True):
+                sums = np.bincount(slot, fitted, size)
+                means = 0.5 * sums / (count + 8.0)
+                gains.append((float(2.0 * means @ sums - count @ means**2), means))
+            chosen = int(np.argmax([gain for gain, _ in gains]))
+            means = gains[chosen][1]
+            fitted = fitted - means[inside[chosen]]
+            other = other - means[slots[chosen][test]]
             best = min(best, float(other @ other))
         left += best
     before = float(x @ x)

@@ -10,56 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.recording.local_polynomial import local_derivative, local_weights
+from linid.recording.noise import noise_level, noise_profile, quantum, smallest_step
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 _ORDER = 3
-# An encoder is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
-# lower nine tenths have this share of the mean.
-_COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
-
-
-def noise_level(samples: Array) -> float:
-    """Standard deviation of white noise in samples (n,), from fourth differences (robust, unit of the samples).
-
-    Smooth motion vanishes in fourth differences; their variance is 70 times that of white noise.
-    """
-    if samples.size < 8:
-        return 0.0
-    differences = np.diff(samples, 4)
-    spread = float(np.median(np.abs(differences))) / 0.6745
-    step = resolution(samples)
-    if spread < _COARSE * step:
-        # A median of few different values jumps: the mean square of all but the largest tenth does not.
-        squares = np.sort(differences**2)
-        kept = squares[: max(int(_KEPT * squares.size), 1)]
-        spread = float(np.sqrt(np.mean(kept) / _KEPT_POWER)) or float(np.sqrt(np.mean(squares)))
-    return float(spread / np.sqrt(70.0))
-
-
-def resolution(samples: Array) -> float:
-    """The smallest step between different samples (n,), 0 where all are equal: an encoder's quantum, if it has one."""
-    steps = np.diff(np.unique(samples))
-    size = float(np.max(np.abs(samples), initial=0.0))
-    steps = steps[steps > 1e-12 * size]  # what is less is rounding
-    return float(np.min(steps)) if steps.size else 0.0
 
 
 def retaken(recording: Recording, smooth: Array, generator: np.random.Generator) -> Recording:
     """Another measurement of the same motion: its position noise and its encoder's steps fall anew.
 
-    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white.
+    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white, as strong as it is there.
     """
-    quantum = resolution(recording.y)
-    white = float(np.sqrt(max(noise_level(recording.y) ** 2 - quantum**2 / 12.0, 0.0)))
-    shift = quantum * generator.uniform(-0.5, 0.5)
-    y = smooth + white * generator.standard_normal(smooth.size)
-    if quantum > 0.0:
-        y = np.round((y + shift) / quantum) * quantum - shift
-    return with_input_noise(replace(recording, y=y), generator)
+    step, level = _noise_of(_Track(recording.y, recording.duration / (recording.y.size - 1)))
+    shift = step * generator.uniform(-0.5, 0.5)
+    y = smooth + level * generator.standard_normal(smooth.size)
+    if step > 0.0:
+        y = np.round((y + shift) / step) * step - shift
+    return replace(recording, y=y)
 
 
 @dataclass(frozen=True)
@@ -111,7 +82,7 @@ def _rests(y: Array, noise: float, reach: int) -> NDArray[np.bool_]:
 
     width = 2 * reach + 1
     span = maximum_filter1d(y, width) - minimum_filter1d(y, width)
-    return np.asarray(span <= max(6.0 * noise, 2.001 * resolution(y)))
+    return np.asarray(span <= max(6.0 * noise, 2.001 * smallest_step(y)))
 
 
 def measure_motion(recordings: Sequence[Recording]) -> Motion:
@@ -152,6 +123,14 @@ def _motion_of(track: _Track) -> tuple[Array, Array, NDArray[np.bool_], float, f
     rests = _rests(y, noise, max(2, round(0.01 / dt)))
     speed[rests] = 0.0
     return smooth, speed, rests, noise, speed_noise
+
+
+@lru_cache(maxsize=128)
+def _noise_of(track: _Track) -> tuple[float, Array]:
+    """Quantum of a track's positions (0: none), and the standard deviation (n,) of their white noise beyond it."""
+    step = quantum(track.y)
+    level = noise_profile(track.y)
+    return step, np.sqrt(np.maximum(level**2 - step**2 / 12.0, 0.0))
 
 
 def input_jumps(recording: Recording) -> NDArray[np.bool_]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from linid.recording.recording import Array, Axis, Campaign, Kind, Recording, Split, in_order
+from linid.recording.recording import Array, Axis, Campaign, Kind, Reading, Recording, Split, in_order
 
 if TYPE_CHECKING:
     from linid.recording.campaign import is_campaign, read_campaign
+    from linid.recording.check_findings import Finding, RecordingChecks
+    from linid.recording.checks import all_findings, checks_data, checks_of, checks_table, joined_findings
     from linid.recording.coastdown import CoastDown, find_coast_down
     from linid.recording.inspection import Inspection, inspect_file, starter_mapping
     from linid.recording.mapping import ChannelMapping, ChannelSpec
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
 
 _WHERE = {
     "is_campaign": "campaign", "read_campaign": "campaign",
+    "Finding": "check_findings", "RecordingChecks": "check_findings",
+    "all_findings": "checks", "checks_data": "checks", "checks_of": "checks", "checks_table": "checks",
+    "joined_findings": "checks",
     "CoastDown": "coastdown", "find_coast_down": "coastdown",
     "Inspection": "inspection", "inspect_file": "inspection", "starter_mapping": "inspection",
     "ChannelMapping": "mapping", "ChannelSpec": "mapping",
@@ -31,16 +36,24 @@ __all__ = [
     "ChannelMapping",
     "ChannelSpec",
     "CoastDown",
+    "Finding",
     "Inspection",
     "Kind",
+    "Reading",
     "Recording",
+    "RecordingChecks",
     "Split",
+    "all_findings",
     "check_long_enough",
+    "checks_data",
+    "checks_of",
+    "checks_table",
     "cubic_spline_coefficients",
     "find_coast_down",
     "in_order",
     "inspect_file",
     "is_campaign",
+    "joined_findings",
     "read_campaign",
     "read_recording",
     "starter_mapping",

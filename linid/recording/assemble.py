@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from linid.errors import DataError
-from linid.recording.mapping import Role
-from linid.recording.recording import Array
+from linid.recording.mapping import INPUTS, Role
+from linid.recording.noise import quantum
+from linid.recording.recording import Array, Reading
 from linid.recording.repair import bad_cell_error, fill, unwrap
 from linid.recording.resolve import Channel, Channels
 from linid.recording.table import Table
-from linid.recording.timebase import clean_clock, gap_notes, onto
+from linid.recording.timebase import Clock, clean_clock, gap_notes, gaps, onto
 
 _MARGIN = 10  # samples of a slower group kept beside the window, for its spline
 
 
 @dataclass(frozen=True)
 class Signals:
-    """SI arrays of equal length by channel (`time` always present), and notes."""
+    """SI arrays of equal length by channel (`time` always present), notes, and what was done in numbers."""
 
     values: dict[Role, Array]
     notes: tuple[str, ...]
+    reading: Reading
 
 
 def assemble(
@@ -35,7 +38,9 @@ def assemble(
     place = str(table.path)
     position = channels.by_role["position"]
     base = position.column.group
-    t, rows, notes = _clock(table, channels, base, period, place)
+    clock = _clock(table, channels, base, period, place)
+    t, rows, notes = clock.t, clock.rows, list(clock.notes)
+    reading = Reading(jitter=clock.jitter, stamp_step=clock.stamp_step, left_out=clock.left_out)
     if window is not None:
         part = _inside(t, window, place)
         notes.append(f"window [{window[0]:g}, {window[1]:g}] s: {part.stop - part.start} of {len(t)} samples used")
@@ -49,18 +54,22 @@ def assemble(
         if channel.column.group == base:
             raw, t_here, rows_here = _take(channel, rows, place), t, rows
         else:
-            t_here, rows_here, group_notes = _clock(table, channels, channel.column.group, period, place)
-            notes += [n for n in group_notes if n not in notes]
+            own = _clock(table, channels, channel.column.group, period, place)
+            t_here, rows_here = own.t, own.rows
+            notes += [n for n in own.notes if n not in notes]
             low, high = np.searchsorted(t_here, [t[0], t[-1]])
             around = slice(max(0, int(low) - _MARGIN), int(high) + _MARGIN)
             t_here, rows_here = t_here[around], rows_here[around]
             raw = _take(channel, rows_here, place)
         raw, t_used, rows_used = _without_bad_edges(raw, t_here, rows_here, channel, place)
+        reading = _with_channel(reading, role, channel, raw)
         raw, note = fill(t_used, raw, rows_used, channel, place)
         notes += [note] if note else []
         if role == "position":
+            wrapped = raw
             raw, note = unwrap(raw, channel, place, channel.column.lines[rows_used])
             notes += [note] if note else []
+            reading = _with_wraps(reading, channel, raw - wrapped)
         x = channel.to_si(raw)
         if len(t_used) != len(t) or not np.array_equal(t_used, t):
             x = onto(t, t_used, x, place) if channel.column.group != base else _placed(t, t_used, x)
@@ -71,7 +80,28 @@ def assemble(
     if resampled:
         notes.append(f"{', '.join(resampled)}: another time group, put on the position's times by cubic spline")
     values["time"] = t
-    return _common_part(values, keep, notes, place)
+    return _common_part(values, keep, notes, place, reading)
+
+
+def _with_channel(reading: Reading, role: Role, channel: Channel, raw: Array) -> Reading:
+    """The facts with those of one channel's raw values: unreadable cells and resolution (of all inputs the finest)."""
+    reading = replace(reading, filled=reading.filled + int((~np.isfinite(raw)).sum()))
+    if role != "position" and role not in INPUTS:
+        return reading
+    step = quantum(raw) * abs(channel.scale * channel.factor)
+    if role == "position":
+        return replace(reading, position_step=step)
+    known = [one for one in (reading.input_step, step) if one > 0.0]
+    return replace(reading, input_step=min(known, default=0.0))
+
+
+def _with_wraps(reading: Reading, channel: Channel, turned: Array) -> Reading:
+    """The facts with the wraps, from what unwrapping added to the raw position (n,)."""
+    jumps = np.abs(np.diff(turned))
+    largest = float(jumps.max(initial=0.0))
+    # Between the wraps the difference of two sums is not always zero to the last bit.
+    count = int(np.count_nonzero(jumps > 0.5 * largest)) if largest > 0.0 else 0
+    return replace(reading, wraps=count, wrap=largest * abs(channel.scale * channel.factor))
 
 
 def _inside(t: Array, window: tuple[float, float], place: str) -> slice:
@@ -88,8 +118,9 @@ def _inside(t: Array, window: tuple[float, float], place: str) -> slice:
 
 
 def _common_part(
-    values: dict[Role, Array], keep: np.ndarray[tuple[int], np.dtype[np.bool_]], notes: list[str], place: str
-) -> Signals:
+    values: dict[Role, Array], keep: np.ndarray[tuple[int], np.dtype[np.bool_]], notes: list[str], place: str,
+    reading: Reading,
+) -> Signals:  # fmt: skip
     """The time range in which every channel has values."""
     covered = np.flatnonzero(keep)
     if len(covered) < 4:
@@ -101,13 +132,16 @@ def _common_part(
         notes.append(f"{lost} sample{'s' * (lost > 1)} at the ends left out: not every channel has values there")
     part = slice(int(covered[0]), int(covered[-1]) + 1)
     notes += gap_notes(values["time"][part])
+    count, missing, longest, _ = gaps(values["time"][part])
+    cut = len(keep) - (part.stop - part.start)
+    reading = replace(reading, gaps=count, missing=missing, longest_gap=longest, cut=cut)
     whole = len(covered) == len(keep)
-    return Signals({role: x if whole else x[part].copy() for role, x in values.items()}, tuple(notes))
+    return Signals({role: x if whole else x[part].copy() for role, x in values.items()}, tuple(notes), reading)
 
 
 def _clock(
     table: Table, channels: Channels, group: int, period: float | None, place: str
-) -> tuple[Array, np.ndarray[tuple[int], np.dtype[np.int64]], list[str]]:
+) -> Clock:
     """Times in s and rows of one time group."""
     time = channels.by_role.get("time")
     used = [c.column for role, c in channels.by_role.items() if role != "time" and c.column.group == group]
@@ -121,7 +155,7 @@ def _clock(
                 "but one sampling period is given",
                 "Leave `period:` out so that the time columns are used.",
             )
-        return np.arange(n, dtype=np.float64) * period, np.arange(n, dtype=np.int64), []
+        return Clock(np.arange(n, dtype=np.float64) * period, np.arange(n, dtype=np.int64), (), math.nan, 0.0, 0)
     assert time is not None  # resolve() refuses a table with neither time nor period
     column = time.column
     if column.group != group:
@@ -135,8 +169,7 @@ def _clock(
             f"found {len(column.values)} time stamps but {', '.join(str(len(c.values)) for c in used)} samples",
             "Save vectors of equal length.",
         )
-    clock = clean_clock(time.to_si(column.values), [c.values for c in used], column.lines, place)
-    return clock.t, clock.rows, list(clock.notes)
+    return clean_clock(time.to_si(column.values), [c.values for c in used], column.lines, place)
 
 
 def _take(channel: Channel, rows: np.ndarray[tuple[int], np.dtype[np.int64]], place: str) -> Array:

@@ -14,8 +14,8 @@ from linid.recording.mapping import INPUTS, ROLES, ChannelMapping, Role
 from linid.recording.names import candidates
 from linid.recording.recording import Axis
 from linid.recording.resolve import Channel, resolve
-from linid.recording.splines import jitter
 from linid.recording.table import Column, Table
+from linid.recording.timebase import jitter
 from linid.recording.units import find_unit
 
 

@@ -85,7 +85,7 @@ def _recording(
     return Recording(
         name=path.stem, t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases,
         phase_voltages=voltages, drive_input=drive, input_unit=unit, axis=axis, kind=decided, split=split,
-        added_mass=added_mass, source=path, sha256=sha256, notes=tuple(notes),
+        added_mass=added_mass, source=path, sha256=sha256, notes=tuple(notes), reading=signals.reading,
     )  # fmt: skip
 
 

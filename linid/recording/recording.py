@@ -16,6 +16,35 @@ Split = Literal["fit", "held_out"]
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Reading:
+    """What a file's numbers were before they were put in order on a regular clock.
+
+    jitter: RMS deviation of the time steps from their median, as a share of it, gaps left out (nan: no time stamps);
+    stamp_step: resolution of the time stamps in s where that is why they were uneven, else 0;
+    gaps, missing, longest_gap: steps above 1.5 periods, the samples that they lack, the longest in s;
+    left_out: rows with a repeated or unreadable time stamp; filled: unreadable cells interpolated; cut: samples lost
+    at the ends or beyond a long gap; resampled: put on a regular grid by a spline;
+    wraps, wrap: jumps of a wrapped position that were made continuous, and the size of one in m (rotary: rad);
+    position_step, input_step: resolution of the position in m (rotary: rad) and of the inputs in their unit, 0 where
+    the values lie on no lattice.
+    """
+
+    jitter: float
+    stamp_step: float = 0.0
+    gaps: int = 0
+    missing: int = 0
+    longest_gap: float = 0.0
+    left_out: int = 0
+    filled: int = 0
+    cut: int = 0
+    resampled: bool = False
+    wraps: int = 0
+    wrap: float = 0.0
+    position_step: float = 0.0
+    input_step: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One scope export: SI units, equal lengths, finite, t increasing.
@@ -27,7 +56,8 @@ class Recording:
     added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
     elapsed: running time of the campaign in s when this recording's clock shows 0; repeat_of: name of the first
     recording of the same command.
-    notes: what the reader corrected or noticed. Two recordings are equal only if they are the same object.
+    notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file).
+    Two recordings are equal only if they are the same object.
     """
 
     name: str
@@ -48,6 +78,7 @@ class Recording:
     source: Path | None = None
     sha256: str = ""
     notes: tuple[str, ...] = field(default=())
+    reading: Reading | None = None
 
     def __post_init__(self) -> None:
         for array in (self.t, self.y, self.v, self.phase_currents, self.phase_voltages, self.drive_input):

@@ -8,6 +8,7 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.recording.recording import Array, Recording
+from linid.recording.timebase import GAP, jitter
 
 _JITTER = 0.01
 _LONGEST_GAP = 10.5  # periods; a spline across more than that invents motion
@@ -28,14 +29,6 @@ def cubic_spline_coefficients(dt: float, samples: Array) -> Array:
         )
     spline = CubicSpline(np.arange(samples.shape[1]) * dt, samples, axis=1)
     return np.ascontiguousarray(np.transpose(spline.c[::-1], (2, 1, 0)), dtype=np.float64)
-
-
-def jitter(t: Array) -> float:
-    """RMS deviation of the sampling steps from their median, as a share of it (gaps of missing samples excluded)."""
-    step = np.diff(t)
-    period = float(np.median(step))
-    near = step[step < 1.5 * period]
-    return float(np.sqrt(np.mean((near / period - 1.0) ** 2)))
 
 
 def to_uniform(recording: Recording) -> Recording:
@@ -71,10 +64,11 @@ def to_uniform(recording: Recording) -> Recording:
             "choose another by `window:`)"
         )
         recording = _sliced(recording, part)
+        recording = _read(recording, cut=len(t) - kept)
         t = recording.t
         period = float(np.median(np.diff(t)))
     irregular = jitter(t)
-    if irregular <= _JITTER and float(np.diff(t).max()) < 1.5 * period:
+    if irregular <= _JITTER and float(np.diff(t).max()) < GAP * period:
         return replace(recording, notes=(*recording.notes, *notes)) if notes else recording
     n = int(np.floor((t[-1] - t[0]) / period + 1e-9)) + 1
     grid = t[0] + period * np.arange(n)
@@ -87,7 +81,15 @@ def to_uniform(recording: Recording) -> Recording:
             f"late, set `period: {period:.6g}`"
         )
     notes.append(note)
-    return _resampled(recording, grid, tuple(notes))
+    return _read(_resampled(recording, grid, tuple(notes)), resampled=True)
+
+
+def _read(recording: Recording, cut: int = 0, resampled: bool = False) -> Recording:
+    """The recording with what was done to it added to the facts of its reading."""
+    facts = recording.reading
+    if facts is None:
+        return recording
+    return replace(recording, reading=replace(facts, cut=facts.cut + cut, resampled=facts.resampled or resampled))
 
 
 def trim(recording: Recording, t0: float, t1: float) -> Recording:

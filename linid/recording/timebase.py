@@ -11,15 +11,23 @@ from linid.errors import DataError
 from linid.recording.recording import Array
 
 _FEW = 0.01
+GAP = 1.5  # periods; a longer step lacks a sample
 
 
 @dataclass(frozen=True)
 class Clock:
-    """Cleaned times in s, the rows they come from, and notes."""
+    """Cleaned times in s, the rows they come from, and notes.
+
+    jitter: RMS deviation of the stamped steps from their median, as a share of it; stamp_step: s to which the stamps of
+    a regular clock were rounded, else 0; left_out: rows not taken.
+    """
 
     t: Array
     rows: np.ndarray[tuple[int], np.dtype[np.int64]]
     notes: tuple[str, ...]
+    jitter: float
+    stamp_step: float
+    left_out: int
 
 
 def clean_clock(
@@ -52,8 +60,16 @@ def clean_clock(
             "Split the file there (two recordings in one file?), or give `period:` if the counter restarted.",
         )
     rows = _without_duplicates(t, rows, step, others, lines, place, notes)
-    times, note = rounded_to_regular(t[rows])
-    return Clock(times, rows, (*notes, *note))
+    times, note, stamp_step = rounded_to_regular(t[rows])
+    return Clock(times, rows, (*notes, *note), jitter(t[rows]), stamp_step, len(t) - len(rows))
+
+
+def jitter(t: Array) -> float:
+    """RMS deviation of the sampling steps from their median, as a share of it (gaps of missing samples excluded)."""
+    step = np.diff(t)
+    period = float(np.median(step))
+    near = step[step < GAP * period]
+    return float(np.sqrt(np.mean((near / period - 1.0) ** 2)))
 
 
 def _without_duplicates(
@@ -82,43 +98,51 @@ def _without_duplicates(
     return rows[keep]
 
 
-def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...]]:
-    """Times that are a regular grid rounded to the printed digits -> that grid (with a note), else unchanged."""
+def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...], float]:
+    """Times that are a regular grid rounded to the printed digits -> that grid, a note and the last digit in s.
+
+    Others stay as they are, without a note and with 0.
+    """
     n = len(t)
     if n < 10:
-        return t, ()
+        return t, (), 0.0
     grid: Array = np.arange(n, dtype=np.float64) - 0.5 * (n - 1)
     slope = float((grid * (t - t.mean())).sum() / (grid**2).sum())
     grid *= slope
     grid += t.mean()
     spread = float(np.abs(t - grid).max())
     if spread < 1e-6 * slope or spread > 0.6 * slope:
-        return t, ()
+        return t, (), 0.0
     for digits in range(0, 12):
         quantum = 10.0**-digits
         units = t / quantum
         if np.abs(units - np.rint(units)).max() < 1e-3:
             break
     else:
-        return t, ()
+        return t, (), 0.0
     if spread > 0.55 * quantum or quantum > 0.5 * slope:
-        return t, ()
-    return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",)
+        return t, (), 0.0
+    return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",), quantum
+
+
+def gaps(t: Array) -> tuple[int, int, float, float]:
+    """Gaps in time: how many, samples missing in them, the longest in s and where the first begins (0 without)."""
+    step = np.diff(t)
+    period = float(np.median(step))
+    found = np.flatnonzero(step > GAP * period)
+    if not len(found):
+        return 0, 0, 0.0, 0.0
+    missing = int(np.rint(step[found] / period - 1).sum())
+    return len(found), missing, float(step[found].max()), float(t[found[0]])
 
 
 def gap_notes(t: Array) -> tuple[str, ...]:
     """A note on missing samples (steps above 1.5 periods)."""
-    step = np.diff(t)
-    period = float(np.median(step))
-    gaps = np.flatnonzero(step > 1.5 * period)
-    if not len(gaps):
+    count, missing, longest, first = gaps(t)
+    if not count:
         return ()
-    missing = int(np.rint(step[gaps] / period - 1).sum())
-    longest = float(step[gaps].max())
-    s = "s" * (len(gaps) > 1)
-    return (
-        f"{len(gaps)} gap{s} in time ({missing} samples missing, longest {longest:.4g} s, first at {t[gaps[0]]:.6g} s)",
-    )
+    s = "s" * (count > 1)
+    return (f"{count} gap{s} in time ({missing} samples missing, longest {longest:.4g} s, first at {first:.6g} s)",)
 
 
 def onto(t: Array, t_group: Array, x: Array, place: str) -> Array:

@@ -12,9 +12,15 @@ from linid.workflow.results import finite
 from linid.workflow.run_folder import write_text
 
 if TYPE_CHECKING:
-    from linid.recording import Axis, Campaign, Inspection, Recording
+    from collections.abc import Sequence
+
+    from linid.recording import Axis, Campaign, Inspection, Recording, RecordingChecks
 
 COMMAND = "inspect"
+LEGEND = """\
+Follows: share of the acceleration's power in the band that follows the input; in brackets where it proves nothing.
+Late: acceleration after input. At limit: of the time. Step, noise: of the position, SI. Floor: acceleration that the
+position's noise feigns in 15 ms. Field: electrical angle per position, 1/m or pole pairs."""
 
 
 def inspect_path(
@@ -25,11 +31,20 @@ def inspect_path(
     mapping: Path | None = None,
     overwrite: bool = False,
 ) -> Outcome:
-    """Show layout, rate, columns, units and notes of a file, and a starter mapping (written where `mapping` says).
+    """Show layout, rate, columns, units and notes of a file, a starter mapping (written where `mapping` says) and the
+    checks of what it holds; of a campaign its recordings and their checks.
 
     Exit code 4 when the file cannot be fitted as it is. Raises DataError when no table of numbers can be read.
     """
-    from linid.recording import ChannelMapping, inspect_file, is_campaign, read_campaign, starter_mapping
+    from linid.recording import (
+        ChannelMapping,
+        checks_of,
+        inspect_file,
+        is_campaign,
+        read_campaign,
+        read_recording,
+        starter_mapping,
+    )
     from linid.workflow.settings import read_mapping
 
     if is_campaign(file):
@@ -43,10 +58,43 @@ def inspect_path(
         write_text(mapping, starter)
     summary = {name: _plain(value) for name, value in asdict(found).items()}
     summary |= {"command": COMMAND, "starter_mapping": starter, "exit_code": 0 if found.problem is None else 4}
+    checks = checks_of([read_recording(file, channels=given, axis=_axis(found))]) if found.problem is None else ()
+    summary["checks"] = _checks_summary(checks)
     written = f"Starter mapping written to {mapping}; check it, then give it by --channels." if mapping else starter
     return Outcome(
-        COMMAND, None, DONE if found.problem is None else 4, "", (_facts(found), _columns(found), written), summary
-    )
+        COMMAND, None, DONE if found.problem is None else 4, "",
+        (_facts(found), _columns(found), written, *_checks(checks)), summary,
+    )  # fmt: skip
+
+
+def _axis(found: Inspection) -> Axis:
+    """The axis as the inspection took it, from the position's unit in SI."""
+    return "rotary" if any(c.channel == "position" and c.si == "rad" for c in found.columns) else "linear"
+
+
+def _checks_summary(checks: Sequence[RecordingChecks]) -> dict[str, Any]:
+    """The checks for `--json`: numbers by recording, and all findings, warnings first."""
+    from linid.recording import all_findings, checks_data
+
+    return {"recordings": checks_data(checks), "findings": [asdict(f) for f in all_findings(checks)]}
+
+
+def _checks(checks: Sequence[RecordingChecks]) -> tuple[Any, ...]:
+    """What is printed of the checks: a table, a line on how to read it, and the findings."""
+    from linid.recording import checks_table, joined_findings
+
+    if not checks:
+        return ()
+    header, rows = checks_table(checks)
+    told = [k for k in range(len(header)) if any(row[k] != "-" for row in rows)]
+    table = _table()
+    for k in told:
+        first = k == 0
+        table.add_column(header[k], overflow="fold", justify="left" if first else "right", min_width=17 if first else 5)
+    for row in rows:
+        table.add_row(*(row[k] for k in told))
+    said = [f"{level.upper()} {where}: {text}." for level, where, text in joined_findings(checks)]
+    return (table, LEGEND, *(said or ["Nothing to object to."]))
 
 
 def _plain(value: Any) -> Any:
@@ -109,6 +157,9 @@ def _inputs(r: Recording) -> str:
 
 
 def _campaign(campaign: Campaign) -> Outcome:
+    from linid.recording import checks_of
+
+    checks = checks_of(campaign.recordings)
     table = _table()
     for title in ("Recording", "Kind", "Split", "Samples", "Hz", "Seconds", "Added kg", "Inputs"):
         table.add_column(title, overflow="fold", min_width=17 if title == "Recording" else None)
@@ -145,9 +196,10 @@ def _campaign(campaign: Campaign) -> Outcome:
         "axis": campaign.axis,
         "known": campaign.known,
         "recordings": rows,
+        "checks": _checks_summary(checks),
         "exit_code": DONE,
     }
-    return Outcome(COMMAND, None, DONE, "", (table,), summary)
+    return Outcome(COMMAND, None, DONE, "", (table, *_checks(checks)), summary)
 
 
 def _table(header: bool = True) -> Any:

@@ -1,0 +1,85 @@
+"""How finely a channel is resolved, and how noisy it is: both from its samples alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from linid.recording.recording import Array
+
+_MEDIAN, _GAIN = 0.6745, 70.0  # of a Gaussian's absolute values; of fourth differences' variance
+# A channel is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
+# lower nine tenths have this share of the mean.
+_COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
+_AROUND = 101  # samples over which noise is taken to be the same
+_MOST_SAMPLES = 20_000  # a resolution shows in that many, taken evenly; more cost time and memory
+_LATTICE = 0.2  # RMS distance from a lattice, in quanta: 0.29 is what chance gives, 0.13 printing 314 as 300 or 400
+_FEWEST_STEPS = 12  # fewer may lie on a lattice by chance
+_REACH = (3, 10, 30, 100, 300, 1000)  # quanta; longer steps once shorter ones have refined the quantum
+_PARTS = (1, 2, 3, 4)  # the smallest step seen may be so many quanta
+
+
+def noise_level(samples: Array) -> float:
+    """Standard deviation of white noise in samples (n,), from fourth differences (robust, unit of the samples).
+
+    Smooth motion vanishes in fourth differences; their variance is 70 times that of white noise.
+    """
+    if samples.size < 8:
+        return 0.0
+    differences = np.diff(samples, 4)
+    spread = float(np.median(np.abs(differences))) / _MEDIAN
+    if spread < _COARSE * smallest_step(samples):
+        # A median of few different values jumps: the mean square of all but the largest tenth does not.
+        squares = np.sort(differences**2)
+        kept = squares[: max(int(_KEPT * squares.size), 1)]
+        spread = float(np.sqrt(np.mean(kept) / _KEPT_POWER)) or float(np.sqrt(np.mean(squares)))
+    return float(spread / np.sqrt(_GAIN))
+
+
+def noise_profile(samples: Array) -> Array:
+    """Standard deviation (n,) of white noise around each of the samples (n,): an interpolating encoder, or time stamps
+    that jitter, are noisier in motion than at rest. Of a channel with coarse steps the mean over all."""
+    from scipy.ndimage import median_filter
+
+    level = noise_level(samples)
+    if samples.size < 2 * _AROUND or level * np.sqrt(_GAIN) < _COARSE * smallest_step(samples):
+        return np.full(samples.size, level)
+    spread = median_filter(np.abs(np.diff(samples, 4)), _AROUND, mode="nearest") / _MEDIAN / np.sqrt(_GAIN)
+    return np.asarray(np.pad(spread, 2, mode="edge"))
+
+
+def smallest_step(samples: Array) -> float:
+    """The smallest difference between two values of samples (n,) that is more than rounding; 0 where all are equal."""
+    steps = np.diff(np.unique(samples))
+    steps = steps[steps > 1e-12 * float(np.max(np.abs(samples), initial=0.0))]
+    return float(np.min(steps)) if steps.size else 0.0
+
+
+def quantum(samples: Array) -> float:
+    """Smallest step of a channel (n,) in its unit: the lattice that all its values lie on; 0 where there is none.
+
+    Neighbouring values of the sorted samples differ by whole multiples of the resolution; without a lattice (finer
+    digits than the noise, resampled or computed values) their differences are of any size.
+    """
+    some = samples[:: -(-samples.size // _MOST_SAMPLES) or 1]
+    values = np.unique(some[np.isfinite(some)])
+    if values.size <= _FEWEST_STEPS:
+        return 0.0
+    # Equal numbers come out of arithmetic with different last bits.
+    steps = np.diff(values)
+    steps = np.sort(steps[steps > 1e-12 * max(abs(values[0]), abs(values[-1]))])
+    if steps.size < _FEWEST_STEPS:
+        return 0.0
+    smallest = float(np.median(steps[steps < 1.5 * steps[0]]))
+    return next((step for part in _PARTS if (step := _lattice(steps, smallest / part)) > 0.0), 0.0)
+
+
+def _lattice(steps: Array, step: float) -> float:
+    """The quantum near `step` of which all steps (n,), sorted, are multiples; 0 if they are not."""
+    for reach in _REACH:
+        near = steps[steps < (reach + 0.5) * step]
+        if near.size:
+            counts = np.maximum(np.rint(near / step), 1.0)
+            step = float(near @ counts) / float(counts @ counts)
+    distance = near / step - np.rint(near / step)
+    fits = near.size >= _FEWEST_STEPS and float(np.sqrt(np.mean(distance**2))) < _LATTICE
+    return step if fits else 0.0
