@@ -17,6 +17,7 @@ from linid.physics.effects import (
     cogging,
     constant_force,
     current_offset,
+    drive_train_backlash,
     dwell_stiction,
     eddy_current_drag,
     encoder_periodic_error,
@@ -67,6 +68,7 @@ BUILT_IN: tuple[Effect, ...] = (
     pole_pitch_error.EFFECT,
     gravity.EFFECT,
     friction_level_change.EFFECT,
+    drive_train_backlash.EFFECT,
 )
 
 
