@@ -83,7 +83,7 @@ def test_zero_amplitude_is_the_base_model(name: str) -> None:
     base, coarse = simulate((), RUN, START, 8), simulate((), RUN, START, 4)
     gap = np.max(np.abs(simulate((name,), RUN, START, 8, values=zero) - base))
     terms = find_effect(name).terms
-    followed = bool({"friction", "level", "advance"} & set(terms))
+    followed = bool({"friction", "level", "load", "advance"} & set(terms))
     assert gap < (np.max(np.abs(coarse - base)) if followed else 1e-12)
 
 

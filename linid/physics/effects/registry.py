@@ -30,6 +30,7 @@ from linid.physics.effects import (
     friction_level_change,
     gravity,
     input_delay,
+    load_dependent_friction,
     payload_change,
     phase_gain_imbalance,
     pole_pitch_error,
@@ -69,6 +70,7 @@ BUILT_IN: tuple[Effect, ...] = (
     gravity.EFFECT,
     friction_level_change.EFFECT,
     drive_train_backlash.EFFECT,
+    load_dependent_friction.EFFECT,
 )
 
 
