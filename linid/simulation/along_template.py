@@ -67,11 +67,12 @@ def along_one(
         wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
     i_1 = i_2 = i_3 = 0.0
     factor = level = 1.0
+    load = 0.0  # friction by the motor's force, N
     last = before_last = mean = late = force = 0.0
     want_a = a_out.size > 0
     unknown = False
     # Where nothing but the motion acts on the bristle, it has forgotten all that lies this far back (22: 3e-10).
-    skipping = wanted.size > 0 and not want_a and not on & (LEVELS | STATES | SENSORS)
+    skipping = wanted.size > 0 and not want_a and not on & (LEVELS | LOADS | STATES | SENSORS)
     memory = 22.0 * max(static, coulomb) / sigma_0
     goal = -1  # the next wanted sample
     # Where position and inputs alone decide the motor's force, it is computed for all samples at once.
@@ -128,9 +129,13 @@ def along_one(
             factor = friction_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
         if on & LEVELS:
             level = level_factor(on, t, y[k], v[k], i_1, i_2, i_3, p)
+        if on & LOADS:
+            load = friction_load(
+                motor, on, powered, t, y[k], v[k], i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+            )
         if k == 0 and unknown and not standstill[0] and count > START_SAMPLES:
             # An axis that has just set off need not slide yet: its bristle holds what the acceleration leaves.
-            breakaway = level * static / sigma_0
+            breakaway = level * (static + load) / sigma_0
             if abs(v[0]) * SETTLING_TIME < SETTLING * breakaway:
                 balance = travelled = 0.0
                 for n in range(START_SAMPLES):
@@ -159,7 +164,8 @@ def along_one(
                 held = (balance / (factor * sigma_0) - travelled) / START_SAMPLES
                 w = min(max(held, -breakaway), breakaway)
         if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
-            held = min(max(force / factor, -level * static), level * static) / sigma_0
+            most = level * (static + load)
+            held = min(max(force / factor, -most), most) / sigma_0
             w += min(1.0, dt / REST_AVERAGE) * (held - w)
         w_out[k] = w
         # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
@@ -187,6 +193,10 @@ def along_one(
                     i_1, i_2, i_3 = late_inputs(coefficients, dt, (k + 0.5) * dt - lag)
                 if on & LEVELS:
                     level = level_factor(on, middle, y_mid, speed, i_1, i_2, i_3, p)
+                if on & LOADS:
+                    load = friction_load(
+                        motor, on, powered, middle, y_mid, speed, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+                    )
                 if on & STATES:
                     advance_states(on, dt, middle, y_mid, speed, (v[k + 1] - v[k]) / dt, i_1, i_2, i_3, p)
                     keep_states(p)
@@ -204,7 +214,7 @@ def along_one(
                     reached += dt * s * (1.0 - s) * ((1.0 - s) * v[k] - s * v[k + 1])
                 part = reached - done
                 done = reached
-                rest = level * stribeck(part * pieces / dt, coulomb, static, v_s, alpha) / sigma_0
+                rest = level * (stribeck(part * pieces / dt, coulomb, static, v_s, alpha) + load) / sigma_0
                 if part < 0.0:
                     rest = -rest
                 started = w - rest

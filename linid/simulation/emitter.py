@@ -65,6 +65,7 @@ def _statement(effect: Effect, name: str, call: str) -> str:
         "force": "force += {}",
         "friction": "factor *= {}",
         "level": "factor *= {}",
+        "load": "load += {}",
         "mass": "mass += {}",
         "sensor": "error += {}",
     }[name]
@@ -108,10 +109,12 @@ def _constants(model: Model | None) -> list[str]:
         )
         for name in TERM_ARGUMENTS
     }
-    values = {f"{name.upper()}S": bits[name] for name in ("delay", "drive", "field", "thrust", "friction", "level")}
+    values = {
+        f"{name.upper()}S": bits[name] for name in ("delay", "drive", "field", "thrust", "friction", "level", "load")
+    }
     values |= {"MASSES": bits["mass"], "SENSORS": bits["sensor"], "STATES": bits["advance"]}
     values["PUSHES"] = bits["drive"] | bits["field"] | bits["thrust"] | bits["force"]
-    values["MOVING"] = bits["level"] | bits["advance"]
+    values["MOVING"] = bits["level"] | bits["load"] | bits["advance"]
     values |= {"WINDING": WINDING_START}
     values |= {"RECORD": RECORD, "ELAPSED": ELAPSED, "STATE_START": STATE_START, "STATE_SIZE": STATE_SIZE}
     values["WORK_SIZE"] = STATE_START + 2 * STATE_SIZE

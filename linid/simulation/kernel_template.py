@@ -67,7 +67,7 @@ def simulate_one(
     # change with anything but speed.
     fast, slowest = v_s * FAST ** (1.0 / alpha), v_s * SLOWEST ** (1.0 / alpha)
     alone = not powered and not on & (PUSHES | STATES)
-    if on & (FRICTIONS | LEVELS | STATES):
+    if on & (FRICTIONS | LEVELS | LOADS | STATES):
         fast = math.inf
     followed = False  # the bristle, where fast sliding turned out to end
     glide, glide_h = (1.0, 0.5, 1.0 / 6.0), 0.0  # how fast sliding decays over a step of that length
@@ -88,6 +88,7 @@ def simulate_one(
         v_out[0] = v
     steps = 0
     level = 0
+    added = 0.0  # to sliding and breakaway friction by the motor's force, N
     ticks_per_interval = substeps << FINEST
     tick = dt / ticks_per_interval
     force = external_force(motor, on, powered, t_k, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
@@ -139,6 +140,24 @@ def simulate_one(
                 v_mid = v + half * (force - drag - sigma_2 * v) / mass
             else:
                 rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, v_s, alpha)
+                if on & LOADS:
+                    added = friction_load(
+                        motor,
+                        on,
+                        powered,
+                        t_k + done * tick,
+                        y,
+                        v,
+                        i_1,
+                        i_2,
+                        i_3,
+                        p,
+                        table,
+                        harmonics,
+                        wavenumber,
+                        phase,
+                    )
+                    rate = sigma_0 * abs(v) / (stribeck(v, coulomb, static, v_s, alpha) + added)
                 if on & LEVELS:
                     rate /= level_factor(on, t_k + done * tick, y, v, i_1, i_2, i_3, p)
                 # <voltage step>
@@ -152,6 +171,8 @@ def simulate_one(
                     v_mid = (mass * v + half * force - pull * w) / (mass + half * (damping + sigma_2 + pull))
                     w_mid = (w + half * v_mid) * relax
                     level_mid, fall = stribeck_fall(v_mid, coulomb, static, v_s, alpha)
+                    if on & LOADS:
+                        level_mid += added
                     if on & LEVELS:
                         factor = level_factor(
                             on, t_k + done * tick + half, y + 0.5 * half * (v + v_mid), v_mid, i_1, i_2, i_3, p
@@ -203,6 +224,14 @@ def simulate_one(
                     motor, on, powered, t_mid, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
                 )
             # <end by current>
+            if on & LOADS:  # of the motor's force at mid-step
+                level_mid, fall = stribeck_fall(v_mid, coulomb, static, v_s, alpha)
+                level_mid += friction_load(
+                    motor, on, powered, t_mid, y_mid, v_mid, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase
+                )
+                if on & LEVELS:
+                    factor = level_factor(on, t_mid, y_mid, v_mid, i_1, i_2, i_3, p)
+                    level_mid, fall = factor * level_mid, factor * fall
             if on & FRICTIONS:
                 factor = friction_factor(on, t_mid, y_mid, v_mid, i_1, i_2, i_3, p)
                 stiffness, damping = factor * sigma_0, factor * sigma_1

@@ -54,13 +54,15 @@ class _Terms:
     record: float
     elapsed: float
 
-    def values(self, name: str, arguments: tuple[float, ...], states: Array) -> list[float]:
-        """Values of one term of all effects that have it; arguments: t, y, v, i_1, i_2, i_3."""
+    def values(
+        self, name: str, arguments: tuple[float, ...], states: Array, before: tuple[float, ...] = ()
+    ) -> list[float]:
+        """Values of one term of all effects that have it; arguments: t, y, v, i_1, i_2, i_3, after those `before`."""
         out = []
         for index, (effect, parameters) in enumerate(self.active):
             function = effect.terms.get(name)
             if function is not None:
-                out.append(function.py_func(*self._all(arguments, states, index), *parameters))
+                out.append(function.py_func(*before, *self._all(arguments, states, index), *parameters))
         return out
 
     def chain(self, name: str, arguments: tuple[float, ...], states: Array) -> tuple[float, ...]:
@@ -142,11 +144,6 @@ def simulate_reference(
         y, v, w = (float(x) for x in state[:3])
         hidden = state[3:]
         arguments = arguments_at(time, y, v)
-        level = coulomb + (static - coulomb) * math.exp(-(abs(v / v_s) ** alpha))
-        level *= math.prod(terms.values("level", arguments, hidden))
-        w_rate = v - sigma_0 * abs(v) * w / level
-        grip = math.prod(terms.values("friction", arguments, hidden))
-        resistance = grip * (sigma_0 * w + sigma_1 * w_rate) + sigma_2 * v
         driven = arguments
         force = 0.0
         if spline is not None:
@@ -154,6 +151,12 @@ def simulate_reference(
             seen = terms.chain("field", driven, hidden)[1]
             force = motor_force(kind, values, seen, np.array(driven[3:]))
             force *= math.prod(terms.values("thrust", driven, hidden))
+        level = coulomb + (static - coulomb) * math.exp(-(abs(v / v_s) ** alpha))
+        level += sum(terms.values("load", arguments, hidden, (force,)))
+        level *= math.prod(terms.values("level", arguments, hidden))
+        w_rate = v - sigma_0 * abs(v) * w / level
+        grip = math.prod(terms.values("friction", arguments, hidden))
+        resistance = grip * (sigma_0 * w + sigma_1 * w_rate) + sigma_2 * v
         force += sum(terms.values("force", driven, hidden))
         a = (force - resistance) / mass
         return np.concatenate([[v, a, w_rate], terms.rates(arguments, a, hidden)])

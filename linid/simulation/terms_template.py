@@ -172,6 +172,29 @@ def pushed_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics
 
 
 @njit(cache=True, error_model="numpy")
+def friction_load(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
+    """Sliding and breakaway friction in N that the motor's force adds."""
+    record, elapsed = p[RECORD], p[ELAPSED] + t
+    push = 0.0
+    j_1, j_2, j_3 = i_1, i_2, i_3
+    if powered:
+        if on & DRIVES:
+            # <drive>
+            pass
+        field = y
+        if on & FIELDS:
+            # <field>
+            pass
+        push = motor_force_at(motor, field, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
+        if on & THRUSTS:
+            push *= thrust_factor(on, t, y, v, i_1, i_2, i_3, p)
+    i_1, i_2, i_3 = j_1, j_2, j_3
+    load = 0.0
+    # <load>
+    return load
+
+
+@njit(cache=True, error_model="numpy")
 def emf_constants(motor, on, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase):
     """Thrust per phase current (N/A) and thus back-EMF per speed (V s/m) of the three windings."""
     record, elapsed = 0.0, t
@@ -211,12 +234,15 @@ def external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmoni
 @njit(cache=True, error_model="numpy")
 def steady_bristle(p, motor, on, powered, i_1, i_2, i_3, t, y, v, table, harmonics, wavenumber, phase):
     """Bristle deflection in m of steady sliding, or of a resting axis (v = 0) under the outer forces at time t."""
-    level = 1.0
+    level, load = 1.0, 0.0
+    if on & LOADS:
+        load = friction_load(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
     if on & LEVELS:
         level = level_factor(on, t, y, v, i_1, i_2, i_3, p)
     if v != 0.0:
-        return math.copysign(level * stribeck(v, p[0], p[1], p[2], p[3]), v) / p[4]
+        return math.copysign(level * (stribeck(v, p[0], p[1], p[2], p[3]) + load), v) / p[4]
     force = external_force(motor, on, powered, t, y, v, i_1, i_2, i_3, p, table, harmonics, wavenumber, phase)
     if on & FRICTIONS:
         force /= friction_factor(on, t, y, v, i_1, i_2, i_3, p)
-    return min(max(force, -level * p[1]), level * p[1]) / p[4]
+    breakaway = level * (p[1] + load)
+    return min(max(force, -breakaway), breakaway) / p[4]

@@ -50,7 +50,7 @@ def corners(effect: Effect) -> list[list[float]]:
 def arguments(name: str, point: tuple[float, float, float], states: tuple[float, float]) -> list[float]:
     known = dict(
         t=point[0], y=point[1], v=point[2], i_1=0.7, i_2=-0.4, i_3=-0.3, record=1.0, elapsed=5.0, s_1=states[0],
-        s_2=states[1], h=1e-3, a=3.0,
+        s_2=states[1], h=1e-3, a=3.0, push=-40.0,
     )  # fmt: skip
     return [known[argument] for argument in TERM_ARGUMENTS[name]]
 

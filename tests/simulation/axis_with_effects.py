@@ -75,6 +75,11 @@ SAMPLES: dict[str, dict[str, float]] = {
     "dwell_stiction": {"dwell_growth": 0.15, "dwell_length": 2e-4, "dwell_time": 0.05},
     "gravity": {"gravity_sine": 4.0, "gravity_cosine": 1.5},
     "friction_level_change": {"friction_change": 0.6, "friction_change_recordings": 16.0},
+    "drive_train_backlash": {
+        "backlash_load_mass": 0.2, "backlash_load_gap": 2e-4, "backlash_load_frequency": 40.0,
+        "backlash_load_damping": 0.3,
+    },
+    "load_dependent_friction": {"load_friction": 0.15},
     "pole_pitch_error": {"pitch_error_2": 4e-4, "pitch_error_3": -3e-4, "pitch_low": -0.06, "pitch_high": 0.09},
 }  # fmt: skip
 NAMES = tuple(effect.name for effect in EFFECTS)

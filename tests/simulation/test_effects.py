@@ -28,8 +28,9 @@ from tests.simulation.axis_with_effects import (
 
 RUN = synchronous_run()
 START = start_of_run()
-# A play jumps; the others are smooth as far as the base model is.
-SMOOTH = tuple(name for name in NAMES if name != "backlash")
+# A play jumps, and what has play hits its ends; the others are smooth as far as the base model is.
+HITTING = "drive_train_backlash"
+SMOOTH = tuple(name for name in NAMES if name not in ("backlash", HITTING))
 every_effect = pytest.mark.parametrize("name", NAMES)
 
 
@@ -51,8 +52,9 @@ def test_against_the_reference(name: str) -> None:
     )
     effect = rms(reference - simulate((), RUN, START, 16))
     error = rms(simulate((name,), RUN, START, 16) - reference)
-    assert error < 5e-8 and error < 1e-3 * effect, (error, effect)
-    assert rms(simulate((name,), RUN, START, 2) - reference) < 2e-6
+    fine, coarse = (1e-6, 2e-5) if name == HITTING else (5e-8, 2e-6)
+    assert error < fine and error < 1e-3 * effect, (error, effect)
+    assert rms(simulate((name,), RUN, START, 2) - reference) < coarse
 
 
 def test_all_effects_together_against_the_reference() -> None:
@@ -61,7 +63,7 @@ def test_all_effects_together_against_the_reference() -> None:
         values |= sample
     short = synchronous_run(0.4)
     reference, _ = simulate_reference("sine", values, short, START, effects=NAMES, rtol=1e-9)
-    assert rms(simulate(NAMES, short, START, 16) - reference) < 2e-7
+    assert rms(simulate(NAMES, short, START, 16) - reference) < 1e-6
 
 
 @pytest.mark.parametrize("name", SMOOTH)
@@ -81,7 +83,7 @@ def test_zero_amplitude_is_the_base_model(name: str) -> None:
     base, coarse = simulate((), RUN, START, 8), simulate((), RUN, START, 4)
     gap = np.max(np.abs(simulate((name,), RUN, START, 8, values=zero) - base))
     terms = find_effect(name).terms
-    followed = bool({"friction", "level", "advance"} & set(terms))
+    followed = bool({"friction", "level", "load", "advance"} & set(terms))
     assert gap < (np.max(np.abs(coarse - base)) if followed else 1e-12)
 
 

@@ -8,6 +8,7 @@ t: time of the recording in s; y: position in m; v: speed in m/s; i_1, i_2, i_3:
 only i_1, and 0); record: number of the recording in its campaign (float, from 1; 0: none); elapsed: running time of
 the campaign in s; s_1, s_2: the effect's own hidden states; parameters: in the order of `Effect.parameters`, SI.
 Inputs are the logged ones (after `delay`); `field`, `thrust` and `force` get what the `drive` terms made of them.
+`load` takes the motor's force first, in N, with all that `drive`, `field` and `thrust` do to it.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "force": COMMON_ARGUMENTS,
     "friction": COMMON_ARGUMENTS,
     "level": COMMON_ARGUMENTS,
+    "load": ("push", *COMMON_ARGUMENTS),
     "mass": ("record",),
     "sensor": COMMON_ARGUMENTS,
     "initial": COMMON_ARGUMENTS,
@@ -94,9 +96,9 @@ class Effect:
 
     delay(*parameters) -> s by which the inputs act late; drive -> (i_1, i_2, i_3) that the motor really gets; field ->
     position in m that the motor's field sees; thrust -> factor on the motor force; friction -> factor on the whole
-    bristle force, stiffness included; level -> factor on the sliding and breakaway friction alone; force -> N on the
-    mass; mass(record, *parameters) -> kg added to the moving mass; sensor -> reading error in m; initial -> (s_1, s_2)
-    at the start (default 0, 0);
+    bristle force, stiffness included; level -> factor on the sliding and breakaway friction alone; load(push, ...) -> N
+    added to these two before that factor; force -> N on the mass; mass(record, *parameters) -> kg added to the moving
+    mass; sensor -> reading error in m; initial -> (s_1, s_2) at the start (default 0, 0);
     advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, *parameters) -> (s_1, s_2) after h seconds, where
     t, y, v, i are those of the middle of the step and a (m/s^2) is its mean acceleration.
 
@@ -138,6 +140,7 @@ class Effect:
     force: Any = None
     friction: Any = None
     level: Any = None
+    load: Any = None
     mass: Any = None
     sensor: Any = None
     initial: Any = None

@@ -17,6 +17,7 @@ from linid.physics.effects import (
     cogging,
     constant_force,
     current_offset,
+    drive_train_backlash,
     dwell_stiction,
     eddy_current_drag,
     encoder_periodic_error,
@@ -29,6 +30,7 @@ from linid.physics.effects import (
     friction_level_change,
     gravity,
     input_delay,
+    load_dependent_friction,
     payload_change,
     phase_gain_imbalance,
     pole_pitch_error,
@@ -67,6 +69,8 @@ BUILT_IN: tuple[Effect, ...] = (
     pole_pitch_error.EFFECT,
     gravity.EFFECT,
     friction_level_change.EFFECT,
+    drive_train_backlash.EFFECT,
+    load_dependent_friction.EFFECT,
 )
 
 
