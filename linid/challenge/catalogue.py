@@ -241,17 +241,17 @@ LISTED: dict[str, Entry] = {
     ),
     "friction_drift": Entry(kernel.DRIFT, "all", _constant(0.15), _constant(0.85), _drift, (-1, -1, 1)),
     "payload_change": Entry(None, "chosen", lambda s: 0.05 * s.mass, lambda s: 2 * s.mass, _nothing),
-    "backlash": Entry(kernel.PLAY, "all", _constant(1e-5), _constant(5e-4), _nothing),
+    "backlash": Entry(kernel.PLAY, "all", _constant(1e-5), _constant(5e-4), _nothing, most=0.5),
     "eddy_current_drag": Entry(kernel.EDDY, "all", lambda s: 0.2 * s.coulomb, lambda s: 8 * s.coulomb, _eddy),
-    "dwell_stiction": Entry(kernel.DWELL, "all", _constant(0.2), _constant(4.0), _dwell),
-    "pole_pitch_error": Entry(kernel.PITCH, "driven", _constant(1e-3), _constant(1e-2), _pitch, axes=PHASE),
+    "dwell_stiction": Entry(kernel.DWELL, "all", _constant(0.2), _constant(4.0), _dwell, most=0.25),
+    "pole_pitch_error": Entry(kernel.PITCH, "driven", _constant(1e-3), _constant(5e-3), _pitch, axes=PHASE),
     "gravity": Entry(
         kernel.GRAVITY, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _gravity, BOTH,
         axes=("q_rotary",),
     ),
     "load_dependent_friction": Entry(kernel.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
-    "drive_train_backlash": Entry(kernel.GEAR_PLAY, "all", _constant(0.05), _constant(0.6), _gear),
-    "friction_level_change": Entry(kernel.LEVEL, "chosen", _constant(0.1), _constant(0.8), _nothing, BOTH),
+    "drive_train_backlash": Entry(kernel.GEAR_PLAY, "all", _constant(0.05), _constant(0.6), _gear, most=0.35),
+    "friction_level_change": Entry(kernel.LEVEL, "chosen", _constant(0.1), _constant(0.6), _nothing, BOTH),
 }  # fmt: skip
 # Those that single effects and pairs are drawn from unless others are asked for: campaigns of older seeds stay.
 FIRST = tuple(LISTED)[:18]
