@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from linid.challenge.catalogue import Scales
+from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
 from linid.physics.described import Friction
 from linid.stand.description import AxisDescription, Drive, Measurement, SineMotor, Stroke, ThetaMotor
 from linid.stand.mode_descriptions import (
@@ -54,7 +55,7 @@ def _round(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def draw_axis(name: str, random: Random) -> AxisDescription:
+def draw_axis(name: str, random: Random) -> HiddenAxis:
     """A base axis: mass 0.3 to 3 kg, pole pitch 8 to 30 mm, sine or theta motor, LuGre friction, drive and sensors.
 
     Its campaign is that of `draw_modes`.
@@ -76,7 +77,7 @@ def draw_axis(name: str, random: Random) -> AxisDescription:
     )
     stroke = Stroke(lower_m=0.0, upper_m=_even(random, 0.6, 1.1, 2))
     place = FreeWheel(name="place", mode="free_wheel", duration_s=1.0, start_position_m=0.0, speed_m_per_s=0.0)
-    bare = AxisDescription(
+    bare = HiddenAxis(
         name=name, mass_kg=mass, friction=friction, motor=motor, stroke=stroke, drive=drive, measurement=measurement,
         campaign=(place,),
     )  # fmt: skip
@@ -115,25 +116,14 @@ def _draw_motor(random: Random, thrust: float) -> SineMotor | ThetaMotor:
     )  # fmt: skip
 
 
-def thrust_per_ampere(description: AxisDescription) -> float:
-    """Mean thrust in N per ampere of q-current: half the fundamental's, times 1 + 2 cos(winding spread - 120 deg)."""
-    motor = description.motor
-    if motor.kind == "sine":
-        fundamental, spread = motor.force_constant_n_per_a, motor.winding_displacement_rad
-    else:
-        fundamental = 8 * motor.force_constant_n_per_a * motor.nome * math.sin(2 * motor.winding_length_rad)
-        spread = 2 * motor.winding_displacement_rad
-    return 0.5 * abs(fundamental) * (1 + 2 * math.cos(spread - 2 * math.pi / 3))
-
-
-def scales(description: AxisDescription) -> Scales:
+def scales(description: HiddenAxis) -> Scales:
     """Round numbers of an axis."""
     thrust = thrust_per_ampere(description)
     stroke = description.stroke.upper_m
     return Scales(
         mass=description.mass_kg, coulomb=description.friction.coulomb_force_n, thrust=thrust,
         current=3 * description.friction.static_force_n / thrust, limit=description.drive.current_limit_a,
-        stroke=stroke, reach=TRAVEL * stroke,
+        stroke=stroke, reach=TRAVEL * stroke, radius=description.radius_m,
     )  # fmt: skip
 
 

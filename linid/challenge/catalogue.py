@@ -1,11 +1,11 @@
 """The hidden effects: what each is called, where it acts, how large it may get, and how its shape is drawn.
 
-The first eighteen carry the effect library's names. The `OUTSIDE` ones are in no library; a diagnosis that is honest
-calls them unknown. No listed effect has their dependence: a force periodic in time, a reading error that beats with
-the clock and grows with speed, friction that walks at random, thrust that falls with speed, friction that grows with
-thrust or with acceleration, cogging whose phase turns with speed, a force that goes with the square of the current.
-(A resonance of the machine base is not among them: seen from the forcer it is the transfer function of a flexible
-load.)
+The listed ones carry the effect library's names. The `OUTSIDE` ones are in no library; a diagnosis that is honest
+calls them unknown. No listed effect has their dependence: a force periodic in time or one that wanders at random, a
+reading error that beats with the clock and grows with speed, friction that walks at random, thrust that falls with
+speed, friction that grows with acceleration, cogging whose phase turns with speed, a force that goes with the square
+of the current. (A resonance of the machine base is not among them: seen from the forcer it is the transfer function
+of a flexible load.)
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from linid.challenge import kernel
+from linid.challenge.hidden_axis import AXES, AxisKind
 
 Scope = Literal["all", "driven", "chosen"]
 Random = np.random.Generator
@@ -27,7 +28,8 @@ TURN = 2 * math.pi
 @dataclass(frozen=True)
 class Scales:
     """Round numbers of an axis from which shapes and first amplitudes are drawn, SI: mass, coulomb force, thrust per
-    ampere of q-current, typical and limiting q-current, stroke, reach (half the travel of driven recordings)."""
+    ampere of q-current, typical and limiting q-current, stroke, reach (half the travel of driven recordings), radius
+    of rotary axes."""
 
     mass: float
     coulomb: float
@@ -36,24 +38,28 @@ class Scales:
     limit: float
     stroke: float
     reach: float
+    radius: float = 1.0
 
 
 @dataclass(frozen=True)
 class HiddenEffect:
     """One withheld effect. amplitude: what strength scales; shape: its other numbers, SI; recordings: names of those
-    it acts in where it acts in chosen ones only (else empty)."""
+    it acts in where it acts in chosen ones only (else empty); pushes: where there are several, (recording, size in
+    amplitudes, start in s, length in s)."""
 
     name: str
     amplitude: float
     shape: dict[str, float] = field(default_factory=dict)
     recordings: tuple[str, ...] = ()
+    pushes: tuple[tuple[str, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)
 class Entry:
     """row: its row in the kernel's table, None where it changes masses, field or sensors only; scope: in which
     recordings it acts; first: a small amplitude to start from; limit: largest magnitude that stays plausible; signs:
-    signs its amplitude may have; shape: draws the other numbers, in the kernel's order."""
+    signs its amplitude may have; most: greatest strength that may be asked of it; axes: on which it can be; shape:
+    draws the other numbers, in the kernel's order."""
 
     row: int | None
     scope: Scope
@@ -61,6 +67,8 @@ class Entry:
     limit: Callable[[Scales], float]
     shape: Callable[[Random, Scales], dict[str, float]]
     signs: tuple[int, ...] = (1,)
+    most: float = math.inf
+    axes: tuple[AxisKind, ...] = AXES
 
 
 def _log(random: Random, low: float, high: float) -> float:
@@ -176,16 +184,41 @@ def _beat(r: Random, s: Scales) -> dict[str, float]:
     return {"frequency": _log(r, 8, 25), "phase": _phase(r)}
 
 
+def _eddy(r: Random, s: Scales) -> dict[str, float]:
+    return {"critical_speed": _log(r, 0.15, 0.6)}
+
+
+def _dwell(r: Random, s: Scales) -> dict[str, float]:
+    return {"growth_time": _log(r, 0.1, 0.6), "wear_length": _log(r, 2e-4, 1e-3)}
+
+
+def _pitch(r: Random, s: Scales) -> dict[str, float]:
+    return {"length": s.stroke * _even(r, 0.7, 1.3), "phase": _phase(r)}
+
+
+def _gear(r: Random, s: Scales) -> dict[str, float]:
+    return {"half_play": _log(r, 3e-5, 2e-4), "contact_frequency": _log(r, 60, 140), "damping": _even(r, 0.1, 0.3)}
+
+
+def _gravity(r: Random, s: Scales) -> dict[str, float]:
+    return {
+        "turns_per_metre": 1 / s.radius, "phase": _phase(r), "second": _even(r, 0.0, 0.1), "second_phase": _phase(r),
+    }  # fmt: skip
+
+
 def _constant(value: float) -> Callable[[Scales], float]:
     return lambda s: value
 
 
 BOTH = (1, -1)
+PHASE: tuple[AxisKind, ...] = ("phase",)
 LISTED: dict[str, Entry] = {
     "cogging": Entry(kernel.COGGING, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _cogging),
     "force_ripple": Entry(None, "driven", _constant(0.03), _constant(0.5), _ripple),
-    "phase_gain_imbalance": Entry(None, "driven", _constant(0.05), _constant(0.5), _gains),
-    "current_offset": Entry(None, "driven", lambda s: 0.1 * s.coulomb / s.thrust, lambda s: s.limit, _offsets),
+    "phase_gain_imbalance": Entry(None, "driven", _constant(0.05), _constant(0.5), _gains, axes=PHASE),
+    "current_offset": Entry(
+        None, "driven", lambda s: 0.1 * s.coulomb / s.thrust, lambda s: s.limit, _offsets, axes=PHASE
+    ),
     "asymmetric_friction": Entry(kernel.ASYMMETRY, "all", _constant(0.1), _constant(0.7), _asymmetry, BOTH),
     "constant_force": Entry(
         kernel.CONSTANT, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _nothing, BOTH
@@ -208,7 +241,20 @@ LISTED: dict[str, Entry] = {
     ),
     "friction_drift": Entry(kernel.DRIFT, "all", _constant(0.15), _constant(0.85), _drift, (-1, -1, 1)),
     "payload_change": Entry(None, "chosen", lambda s: 0.05 * s.mass, lambda s: 2 * s.mass, _nothing),
-}
+    "backlash": Entry(kernel.PLAY, "all", _constant(1e-5), _constant(5e-4), _nothing, most=0.5),
+    "eddy_current_drag": Entry(kernel.EDDY, "all", lambda s: 0.2 * s.coulomb, lambda s: 8 * s.coulomb, _eddy),
+    "dwell_stiction": Entry(kernel.DWELL, "all", _constant(0.2), _constant(4.0), _dwell, most=0.25),
+    "pole_pitch_error": Entry(kernel.PITCH, "driven", _constant(1e-3), _constant(5e-3), _pitch, axes=PHASE),
+    "gravity": Entry(
+        kernel.GRAVITY, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _gravity, BOTH,
+        axes=("q_rotary",),
+    ),
+    "load_dependent_friction": Entry(kernel.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
+    "drive_train_backlash": Entry(kernel.GEAR_PLAY, "all", _constant(0.05), _constant(0.6), _gear, most=0.35),
+    "friction_level_change": Entry(kernel.LEVEL, "chosen", _constant(0.1), _constant(0.6), _nothing, BOTH),
+}  # fmt: skip
+# Those that single effects and pairs are drawn from unless others are asked for: campaigns of older seeds stay.
+FIRST = tuple(LISTED)[:18]
 OUTSIDE: dict[str, Entry] = {
     "floor_vibration": Entry(
         kernel.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration
@@ -216,7 +262,7 @@ OUTSIDE: dict[str, Entry] = {
     "clock_beat": Entry(None, "all", _constant(5e-5), _constant(3e-3), _beat),
     "walking_friction": Entry(kernel.WALK, "all", _constant(0.1), _constant(0.8), _walk),
     "speed_derating": Entry(kernel.SPEED_DERATING, "driven", _constant(0.1), _constant(3.0), _nothing),
-    "thrust_dependent_friction": Entry(kernel.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
+    "wandering_force": Entry(kernel.WANDER, "all", lambda s: 0.1 * s.coulomb, lambda s: 2 * s.coulomb, _walk),
     "acceleration_dependent_friction": Entry(
         kernel.ACCELERATION_FRICTION, "all", _constant(0.2), _constant(6.0), _felt
     ),
@@ -232,24 +278,52 @@ ENTRIES = LISTED | OUTSIDE
 
 
 def draw_effect(
-    name: str, random: Random, scales: Scales, recordings: tuple[tuple[str, str, str], ...]
+    name: str, random: Random, scales: Scales, recordings: tuple[tuple[str, str, str], ...], *, several: bool = False
 ) -> HiddenEffect:
     """An effect with its first, small amplitude and a drawn shape.
 
     recordings: (name, kind, split) of the campaign; an unlogged payload sits on two fitted recordings and a held-out
-    one, a push meets one driven recording.
+    one, another level of friction rules three fitted and two held-out ones, a push meets one driven recording;
+    several: two to five pushes meet up to three driven recordings of both splits instead.
     """
     entry = ENTRIES[name]
     sign = int(random.choice(entry.signs))
     shape = entry.shape(random, scales)
     chosen: tuple[str, ...] = ()
+    pushes: tuple[tuple[str, float, float, float], ...] = ()
     if entry.scope == "chosen":
         driven = [(n, split) for n, kind, split in recordings if kind == "motor"]
         if name == "payload_change":
-            fit = [n for n, split in driven if split == "fit"]
-            held_out = [n for n, split in driven if split == "held_out"]
-            names = {*random.choice(fit, 2, replace=False), random.choice(held_out)}
+            names = _some(driven, 2, 1, random)
+        elif name == "friction_level_change":
+            driven = [(n, split) for n, _, split in recordings]
+            names = _some(driven, 3, 2, random)
+        elif several:
+            names = _some(driven, int(random.integers(1, 3)), 1, random)
+            pushes = _pushes(sorted(names), random, scales)
+            shape = {}
         else:
             names = {random.choice([n for n, _ in driven])}
         chosen = tuple(n for n, _ in driven if n in names)
-    return HiddenEffect(name, sign * entry.first(scales), shape, chosen)
+    return HiddenEffect(name, sign * entry.first(scales), shape, chosen, pushes)
+
+
+def _some(recordings: list[tuple[str, str]], fit: int, held_out: int, random: Random) -> set[str]:
+    """Names of so many recordings of each split."""
+    fitted = [n for n, split in recordings if split == "fit"]
+    judged = [n for n, split in recordings if split == "held_out"]
+    if held_out == 1:
+        return {*random.choice(fitted, fit, replace=False), random.choice(judged)}
+    return {*random.choice(fitted, fit, replace=False), *random.choice(judged, held_out, replace=False)}
+
+
+def _pushes(names: list[str], random: Random, scales: Scales) -> tuple[tuple[str, float, float, float], ...]:
+    """At least one push in each recording, five at most, either way and of different sizes."""
+    count = int(random.integers(max(2, len(names)), 6))
+    where = names + [str(random.choice(names)) for _ in range(count - len(names))]
+    out = []
+    for name in where:
+        drawn = _push(random, scales)
+        size = float(random.choice(BOTH)) * _even(random, 0.5, 1.0)
+        out.append((str(name), size, drawn["start"], drawn["length"]))
+    return tuple(sorted(out, key=lambda push: (push[0], push[2])))

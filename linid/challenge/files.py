@@ -9,17 +9,16 @@ DIR/results/axis_0001/diagnosis.json        what a diagnosis said
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from linid.challenge.hidden_axis import HiddenAxis, truth
 from linid.challenge.make import HiddenCampaign, Measured
 from linid.challenge.strength import VISIBLE
 from linid.errors import ConfigError, DataError
-from linid.stand.description import AxisDescription
-from linid.stand.generate import true_parameters
 from linid.stand.layouts import Table, write_table
 from linid.stand.mode_descriptions import FreeWheel
 
@@ -34,8 +33,10 @@ _SCHEMA = 1
 
 @dataclass(frozen=True)
 class Key:
-    """What is hidden in one campaign. strength: effect -> strength; parameters: effect -> its numbers; base: the true
-    parameters (canonical name -> SI value)."""
+    """What is hidden in one campaign. strength: effect -> strength; parameters: effect -> its numbers (in the plant's
+    metres also on rotary axes); base: the true parameters (canonical name -> SI value); shares: effect -> its share of
+    the gap; unexplained: the share that no listed effect has; gap: held-out, in floors (`linid.challenge.truth`);
+    axis, law, rate (Hz), encoder (m): see `linid.challenge.hidden_axis`."""
 
     kind: str
     effects: tuple[str, ...]
@@ -43,6 +44,13 @@ class Key:
     parameters: dict[str, dict[str, Any]]
     motor: str
     base: dict[str, float]
+    shares: dict[str, float] = field(default_factory=dict)
+    unexplained: float = 0.0
+    gap: float | None = None
+    axis: str = "phase"
+    law: str = "lugre"
+    rate: float = 1000.0
+    encoder: float = 1e-7
 
     @property
     def weakest(self) -> float | None:
@@ -56,12 +64,16 @@ def key_of(campaign: HiddenCampaign) -> Key:
         effect.name: {
             "amplitude": effect.amplitude, **effect.shape,
             **({"recordings": list(effect.recordings)} if effect.recordings else {}),
+            **({"pushes": [list(push) for push in effect.pushes]} if effect.pushes else {}),
         }
         for effect in campaign.effects
     }  # fmt: skip
+    axis = campaign.description
     return Key(
         campaign.kind, tuple(e.name for e in campaign.effects), dict(campaign.strength), parameters,
-        campaign.description.motor.kind, true_parameters(campaign.description),
+        axis.motor.kind if axis.kind == "phase" else "force", truth(axis), dict(campaign.truth.shares),
+        campaign.truth.unexplained, campaign.truth.gap, axis.kind, axis.law,
+        1 / axis.measurement.sample_period_s, axis.measurement.position_resolution_m,
     )  # fmt: skip
 
 
@@ -73,30 +85,46 @@ def write_hidden_campaign(campaign: HiddenCampaign, folder: Path) -> None:
 
 def _write(campaign: HiddenCampaign, recordings: Sequence[Measured], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    lines = [NOTICE + f"name: {campaign.name}", "recordings:"]
+    axis = campaign.description
+    rotary = axis.kind == "q_rotary"
+    lines = [NOTICE + f"name: {campaign.name}", *(["axis: rotary"] if rotary else []), "recordings:"]
+    key, factor = ("added_inertia_kg_m2", axis.radius_m**2) if rotary else ("added_mass_kg", 1.0)
     for recording in recordings:
         mode = recording.mode
         kind = "free_wheel" if isinstance(mode, FreeWheel) else "motor"
         lines.append(
-            f"  - {{file: {mode.name}.csv, kind: {kind}, split: {mode.split}, added_mass_kg: {mode.added_mass_kg:g}}}"
+            f"  - {{file: {mode.name}.csv, kind: {kind}, split: {mode.split}, {key}: {mode.added_mass_kg * factor:g}}}"
         )
-        text = write_table(_table(recording, campaign.description), "generic", ".")
+        phases = axis.kind == "phase"
+        text = write_table(_table(recording, axis), "generic", ".") if phases else _single(recording, axis)
         (folder / f"{mode.name}.csv").write_text(text, encoding="utf-8", newline="\n")
     (folder / CAMPAIGN_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
-def _table(recording: Measured, description: AxisDescription) -> Table:
-    """0.1 um and 1 mA, as the measurement of a drawn axis always resolves."""
-    period = 1e3 * description.measurement.sample_period_s
+def _table(recording: Measured, axis: HiddenAxis) -> Table:
+    """0.1 um (finer encoders and drawn ones: their digits) and 1 mA, as the measurement of a drawn axis resolves."""
+    period = 1e3 * axis.measurement.sample_period_s
     return Table(
         recording.mode.name,
         period,
         period * np.arange(recording.y.size, dtype=np.float64),
         1e3 * recording.y,
         recording.currents,
-        4,
+        4 if axis.measurement.position_resolution_m == 1e-7 else 6,
         3,
     )
+
+
+def _single(recording: Measured, axis: HiddenAxis) -> str:
+    """Time, position and q-current of a drive that logs no phases; rotary axes in rad."""
+    period = 1e3 * axis.measurement.sample_period_s
+    unit, factor, digits = ("rad", 1 / axis.radius_m, 8) if axis.kind == "q_rotary" else ("mm", 1e3, 6)
+    lines = [f"Time (ms),Actual Position ({unit}),Q-Current (A)"]
+    lines += [
+        f"{period * k:.2f},{factor * y:.{digits}f},{current:.3f}"
+        for k, (y, current) in enumerate(zip(recording.y, recording.currents[0], strict=True))
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def write_keys(keys: dict[str, Key], path: Path, *, seed: int) -> None:
@@ -108,6 +136,8 @@ def write_keys(keys: dict[str, Key], path: Path, *, seed: int) -> None:
         "seed": seed,
         "strength_1": f"RMS of what the base model misses is {VISIBLE:.0%} of the RMS total force "
         "in the recordings in which the effect acts (definition: linid.challenge.strength)",
+        "shares": "each effect's share of the held-out gap; they sum to 1 with what is unexplained "
+        "(definition: linid.challenge.truth)",
         "campaigns": {name: {**asdict(key), "effects": list(key.effects)} for name, key in keys.items()},
     }
     path.parent.mkdir(parents=True, exist_ok=True)

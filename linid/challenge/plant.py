@@ -11,24 +11,25 @@ from numpy.typing import NDArray
 
 from linid.challenge import kernel
 from linid.challenge.catalogue import ENTRIES, HiddenEffect
+from linid.challenge.hidden_axis import HiddenAxis
 from linid.challenge.kernel import Loops, Plant
-from linid.stand.description import AxisDescription
 from linid.stand.mode_descriptions import Mode
 from linid.stand.modes import Command, command
 from linid.stand.plant import motor_harmonics
 
 Array = NDArray[np.float64]
 WALK_STEP = 0.01  # s
+_LAW = {"lugre": kernel.LUGRE, "dahl": kernel.DAHL, "maxwell": kernel.MAXWELL}
 
 
 @dataclass(frozen=True)
 class HiddenRun:
-    """Exact motion at the logged instants, (n,) arrays in SI; currents (3, n).
+    """Exact motion at the logged instants, (n,) arrays in SI.
 
-    reading, currents: what encoder and current sensors show, without noise; states (n, STATES): of the kernel;
-    acceleration, base_acceleration: the true one, and that of the model without effects along this motion under the
-    shown currents; thrust: motor force in N; mass: what the base model takes for the moving mass, kg; peak: (lowest,
-    highest) position in m over all integration steps.
+    reading, currents: what encoder and current sensors show, without noise; currents (3, n), or (1, n) where only the
+    q-current is logged; states (n, STATES): of the kernel; acceleration, base_acceleration: the true one, and that of
+    the model without effects along this motion under the shown currents; thrust: motor force in N; mass: what the base
+    model takes for the moving mass, kg; peak: (lowest, highest) position in m over all integration steps.
     """
 
     t: Array
@@ -45,7 +46,7 @@ class HiddenRun:
 
 
 def simulate(
-    description: AxisDescription,
+    description: HiddenAxis,
     mode: Mode,
     effects: Sequence[HiddenEffect] = (),
     *,
@@ -62,6 +63,30 @@ def simulate(
     told = told or command(mode, description)
     powered = told.control != 0
     plant = build_plant(description, mode, effects, index=index, powered=powered)
+    logged, peak = integrated(description, mode, plant, told, substeps or description.substeps)
+    columns = np.ascontiguousarray(logged.T)
+    y, v = columns[kernel.Y], columns[kernel.V]
+    t = np.arange(len(y), dtype=np.float64) * np.float64(description.measurement.sample_period_s)
+    reading = y + sum(reading_errors(plant, effects, t, columns).values())
+    if description.kind == "phase":
+        currents = _phase_currents(plant, y, columns[kernel.IQ]) + (plant.offsets[:, None] if powered else 0.0)
+    else:
+        currents = columns[None, kernel.IQ]
+    return HiddenRun(
+        t, y, v, reading, currents, logged[:, : kernel.STATES], columns[kernel.ACCELERATION],
+        columns[kernel.BASE_ACCELERATION], columns[kernel.THRUST], plant.base_mass, peak,
+    )  # fmt: skip
+
+
+def integrated(
+    description: HiddenAxis, mode: Mode, plant: Plant, told: Command, substeps: int, *, every: int | None = None,
+    path: Array | None = None,
+) -> tuple[Array, tuple[float, float]]:  # fmt: skip
+    """What the kernel logs, (n, LOGGED), and the lowest and highest position in m.
+
+    every: loop periods between what is logged (default: the scope's samples); path: (loops, 4) motion along which the
+    plant is led, see `kernel.integrate`.
+    """
     drive = description.drive
     loops = Loops(
         drive.loop_period_s, drive.current_limit_a, drive.position_gain_per_s, drive.velocity_gain_a_s_per_m,
@@ -71,22 +96,15 @@ def simulate(
     if told.v0:
         # Bristles at their steady deflection.
         w0, base_w0 = (
-            math.copysign(kernel.sliding(mode.start_position_m, told.v0, 0.0, 0.0, 0.0, p) / p.sigma_0, told.v0)
+            math.copysign(kernel.sliding(mode.start_position_m, told.v0, 0.0, 0.0, 0.0, 0.0, p) / p.sigma_0, told.v0)
             for p in (plant, plant._replace(on=0))
         )
     logged, low, high = kernel.integrate(
         plant, loops, told.control, told.current, told.y_reference, told.v_reference, told.push,
-        mode.start_position_m, told.v0, w0, base_w0, substeps or description.substeps, description.loops_per_sample,
+        mode.start_position_m, told.v0, w0, base_w0, substeps, every or description.loops_per_sample,
+        np.zeros((0, 4)) if path is None else path,
     )  # fmt: skip
-    columns = np.ascontiguousarray(logged.T)
-    y, v = columns[kernel.Y], columns[kernel.V]
-    t = np.arange(len(y), dtype=np.float64) * np.float64(description.measurement.sample_period_s)
-    reading = y + _encoder(plant, y) + _beat(effects, t, v)
-    currents = _phase_currents(plant, y, columns[kernel.IQ]) + (plant.offsets[:, None] if powered else 0.0)
-    return HiddenRun(
-        t, y, v, reading, currents, logged[:, : kernel.STATES], columns[kernel.ACCELERATION],
-        columns[kernel.BASE_ACCELERATION], columns[kernel.THRUST], plant.base_mass, (low, high),
-    )  # fmt: skip
+    return logged, (low, high)
 
 
 def acts(effect: HiddenEffect, mode: Mode, powered: bool) -> bool:
@@ -96,7 +114,7 @@ def acts(effect: HiddenEffect, mode: Mode, powered: bool) -> bool:
 
 
 def build_plant(
-    description: AxisDescription, mode: Mode, effects: Sequence[HiddenEffect], *, index: int, powered: bool
+    description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], *, index: int, powered: bool
 ) -> Plant:
     """The kernel's numbers for one recording; effects of amplitude zero, or that do not act in it, are left out."""
     on = 0
@@ -104,9 +122,10 @@ def build_plant(
     number[:, 0] = 0.0
     friction = description.friction
     forcer = description.mass_kg
-    payload = load = 0.0
+    payload = load = gear = 0.0
     offsets = np.zeros(3)
-    walk = np.zeros(2)
+    walk = wander = np.zeros(2)
+    pushes = np.zeros((0, 3))
     base = field_tables(description, ())
     present = [e for e in effects if e.amplitude != 0.0 and acts(e, mode, powered)]
     for effect in present:
@@ -119,6 +138,12 @@ def build_plant(
             payload = effect.amplitude
         elif effect.name == "flexible_load":
             load = effect.amplitude * forcer
+        elif effect.name == "drive_train_backlash":
+            gear = effect.amplitude * forcer
+        elif effect.name == "external_disturbance":
+            pushes = _pushes(effect, mode)
+        elif effect.name == "wandering_force":
+            wander = _walk(effect, index, mode.duration_s)
         elif effect.name == "current_offset":
             offsets = effect.amplitude * np.array([effect.shape[phase] for phase in "uvw"])
         elif effect.name == "walking_friction":
@@ -128,9 +153,14 @@ def build_plant(
     table = field_tables(description, present)
     motor = motor_harmonics(description.motor)
     return Plant(
-        mass=forcer - load + mode.added_mass_kg + payload,
+        mass=forcer - load - gear + mode.added_mass_kg + payload,
         load_mass=load,
+        gear_mass=gear,
         base_mass=forcer + mode.added_mass_kg,
+        law=_LAW[description.law],
+        shares=np.array(description.shares),
+        stiffness=friction.bristle_stiffness_n_per_m * np.array(description.stiffnesses),
+        bend=description.bend,
         coulomb=friction.coulomb_force_n,
         static=friction.static_force_n,
         stribeck=friction.stribeck_velocity_m_per_s,
@@ -146,14 +176,17 @@ def build_plant(
         polarity=math.copysign(1.0, motor[0][0, 1]),
         current_lag=description.drive.current_time_constant_s,
         offsets=offsets,
+        trusted=False,
         on=on,
         number=number,
         walk=walk,
+        wander=wander,
         walk_step=WALK_STEP,
+        pushes=pushes,
     )
 
 
-def field_tables(description: AxisDescription, effects: Sequence[HiddenEffect]) -> Array:
+def field_tables(description: HiddenAxis, effects: Sequence[HiddenEffect]) -> Array:
     """The field of each phase, (m, 2, 3): row m has the factors in N/A of sin and cos of (2m+1) times the angle.
 
     Phase j = -1, 0, 1 of harmonic n: c_n sin(n (angle + p j)). Field harmonics of order 5 and 7 (`force_ripple`, in
@@ -204,6 +237,29 @@ def _walk(effect: HiddenEffect, index: int, duration: float) -> Array:
     return walk
 
 
+def _pushes(effect: HiddenEffect, mode: Mode) -> Array:
+    """Size in N, start and length in s of those that meet a recording, (k, 3)."""
+    if not effect.pushes:
+        return np.array([[effect.amplitude, *effect.shape.values()]])
+    mine = [(effect.amplitude * size, *when) for name, size, *when in effect.pushes if name == mode.name]
+    return np.array(mine).reshape(-1, 3)
+
+
+def reading_errors(plant: Plant, effects: Sequence[HiddenEffect], t: Array, columns: Array) -> dict[str, Array]:
+    """What each effect makes the encoder read too much at the logged instants, (n,) in m; columns: (LOGGED, n)."""
+    y = columns[kernel.Y]
+    errors = {}
+    if plant.on >> kernel.ENCODER & 1:
+        errors["encoder_periodic_error"] = _encoder(plant, y)
+    if plant.on >> kernel.PLAY & 1:
+        slack = columns[kernel.PLAIN_STATES + kernel.SLACK]
+        errors["backlash"] = -0.5 * plant.number[kernel.PLAY, 0] * slack
+    for effect in effects:
+        if effect.name == "clock_beat" and effect.amplitude:
+            errors[effect.name] = _beat(effect, t, columns[kernel.V])
+    return errors
+
+
 def _encoder(plant: Plant, y: Array) -> Array:
     if not plant.on >> kernel.ENCODER & 1:
         return np.zeros_like(y)
@@ -212,11 +268,7 @@ def _encoder(plant: Plant, y: Array) -> Array:
     return np.asarray(amplitude * np.sin(angle + skew * np.sin(angle)))
 
 
-def _beat(effects: Sequence[HiddenEffect], t: Array, v: Array) -> Array:
+def _beat(effect: HiddenEffect, t: Array, v: Array) -> Array:
     """Position read at an instant that wanders about the sampling instant."""
-    late = np.zeros_like(t)
-    for effect in effects:
-        if effect.name == "clock_beat":
-            angle = 2 * math.pi * effect.shape["frequency"] * t + effect.shape["phase"]
-            late += effect.amplitude * np.sin(angle)
-    return np.asarray(v * late)
+    angle = 2 * math.pi * effect.shape["frequency"] * t + effect.shape["phase"]
+    return np.asarray(v * (effect.amplitude * np.sin(angle)))

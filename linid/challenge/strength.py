@@ -8,7 +8,7 @@ misses amounts to `VISIBLE` = 10 % of the total force:
 a is the acceleration that the encoder shows, a_base the acceleration that the base model with its true parameters
 gives along the very motion of the hidden plant under the currents that the sensors show (its bristle integrated along
 that motion); m the moving mass the base model assumes. F_total is the motor force, on free wheels the inertial force
-m a. Both are smoothed by the same bump kernel (half-width `HALF_WIDTH` samples), whose second derivative makes an
+m a. Both are smoothed by the same bump kernel (half-width `HALF_WIDTH` ms), whose second derivative makes an
 acceleration of the encoder's reading error; so one definition serves forces, delays, reading errors and payloads.
 RMS over all samples of those recordings together. In a pair each strength is that of the effect alone.
 """
@@ -24,14 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.challenge.catalogue import ENTRIES, HiddenEffect, Scales
+from linid.challenge.hidden_axis import HiddenAxis
 from linid.challenge.plant import HiddenRun, acts, simulate
-from linid.stand.description import AxisDescription
 from linid.stand.mode_descriptions import FreeWheel, Mode
 from linid.stand.modes import Command, command
 
 Array = NDArray[np.float64]
 VISIBLE = 0.1
-HALF_WIDTH = 8  # samples
+HALF_WIDTH = 8  # samples at 1 kHz
 COARSE = 1  # integration steps per drive loop period while an amplitude is sought
 _TOLERANCE = 0.03
 _ROUNDS = 7
@@ -68,9 +68,15 @@ def bump(half_width: int, step: float) -> tuple[Array, Array]:
     return shape / shape.sum(), curve / float(curve @ (t * t / 2))
 
 
+def half_width(period: float) -> int:
+    """Samples of the bump at a sampling period in s: as long as at 1 kHz, but never too few to be a bump."""
+    return max(4, round(HALF_WIDTH * 1e-3 / period))
+
+
 def missing_and_total(run: HiddenRun, free: bool) -> Shares:
     """What the base model misses in one recording, as in this module's definition."""
-    smooth, curve = bump(HALF_WIDTH, float(run.t[1] - run.t[0]))
+    period = float(run.t[1] - run.t[0])
+    smooth, curve = bump(half_width(period), period)
     error = np.convolve(run.reading - run.y, curve, "valid")
     missing = run.mass * (np.convolve(run.acceleration - run.base_acceleration, smooth, "valid") + error)
     total = np.convolve(run.mass * run.acceleration if free else run.thrust, smooth, "valid")
@@ -86,7 +92,7 @@ def strength(runs: Sequence[HiddenRun], modes: Sequence[Mode]) -> float:
 
 
 def run_all(
-    description: AxisDescription,
+    description: HiddenAxis,
     effects: Sequence[HiddenEffect],
     *,
     only: Sequence[int] | None = None,
@@ -112,19 +118,19 @@ def run_all(
     return runs
 
 
-def commands(description: AxisDescription) -> tuple[Command, ...]:
+def commands(description: HiddenAxis) -> tuple[Command, ...]:
     """The commands of all recordings of a campaign."""
     return tuple(command(mode, description) for mode in description.campaign)
 
 
-def plausible(description: AxisDescription, run: HiddenRun) -> bool:
+def plausible(description: HiddenAxis, run: HiddenRun) -> bool:
     """Whether a motion stays finite and within the stroke."""
     low, high = run.peak
     inside = description.stroke.lower_m <= low and high <= description.stroke.upper_m
     return inside and bool(np.all(np.isfinite(run.states)))
 
 
-def scope_of(effect: HiddenEffect, description: AxisDescription) -> list[int]:
+def scope_of(effect: HiddenEffect, description: HiddenAxis) -> list[int]:
     """Indices of the recordings in which an effect can act."""
     return [
         i for i, mode in enumerate(description.campaign) if acts(effect, mode, powered=not isinstance(mode, FreeWheel))
@@ -132,7 +138,7 @@ def scope_of(effect: HiddenEffect, description: AxisDescription) -> list[int]:
 
 
 def calibrate(
-    description: AxisDescription,
+    description: HiddenAxis,
     effect: HiddenEffect,
     wanted: float,
     scales: Scales,

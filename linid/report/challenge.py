@@ -12,7 +12,8 @@ from linid.report.tables import console_table, write_csv
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from linid.challenge.score import Rate, Score
+    from linid.challenge.rates import Rate
+    from linid.challenge.score import Score
 
 LABELS = {
     "top_1": "single effects: named first",
@@ -31,10 +32,25 @@ LABELS = {
     "interval_coverage": "fresh gaps within their 95 % intervals",
     "failed": "diagnosis failed",
 }
+BUDGET_LABELS = {
+    "found": "effects with at least 5 % of the gap: found",
+    "found_visible": "... of at least 0.05 floors: found",
+    "found_as_rival": "... of those found: only as a rival of the name",
+    "absent": "names given: not there",
+    "share_covered": "true shares within their 95 % intervals",
+    "unexplained_close": "unexplained remainder within 5 % of the gap",
+    "unexplained_covered": "... within its 95 % interval",
+    "complete": "campaigns: all those found, nothing absent named",
+    "none_right": "nothing hidden: said none",
+}
 CAMPAIGN_COLUMNS = (
-    "campaign", "kind", "hidden", "strength", "status", "named", "group", "first_three", "top_1", "top_3",
-    "named_but_wrong", "closure", "oracle_closure",
+    "campaign", "kind", "hidden", "strength", "status", "named", "absent", "top_1", "top_3", "closure",
+    "oracle_closure", "unexplained_less_true",
 )  # fmt: skip
+SHARE_COLUMNS = (
+    "campaign", "kind", "effect", "strength", "true_share", "found_as", "rival", "share", "low", "high",
+)  # fmt: skip
+BUDGET_COLUMNS = ("group", "campaigns", "rate", "count", "total", "value", "low", "high")
 BIN_COLUMNS = ("strength_low", "strength_high", "rate", "count", "total", "value", "low", "high")
 
 
@@ -84,16 +100,63 @@ def bin_table(score: Score) -> Table:
     return table
 
 
-def write_score_csv(score: Score, folder: Path) -> tuple[Path, Path]:
-    """Write campaigns.csv, one scored campaign per row, and strength.csv, one rate of one bin per row."""
+def budget_table(score: Score) -> Table:
+    """Budgets against true shares, by kind and kind of plant."""
+    from rich.text import Text
+
+    table = console_table("Budgets, % (95 % interval) of how many")
+    table.add_column("Figure", overflow="fold")
+    for group, one in score.budgets.items():
+        table.add_column(f"{group} ({one.campaigns})", justify="right")
+    for name, label in BUDGET_LABELS.items():
+        rates = [one.rates[name] for one in score.budgets.values()]
+        table.add_row(Text(label), *(Text(f"{_short(rate)} of {rate.total}" if rate.total else "-") for rate in rates))
+    return table
+
+
+def share_table(score: Score) -> Table:
+    """Listed effects found against their true share of the gap, for each kind of campaigns."""
+    from rich.text import Text
+
+    table = console_table("Effects found by true share of the gap, % (95 % interval) of how many")
+    table.add_column("Share of the gap", justify="right", no_wrap=True)
+    for group in score.budgets:
+        table.add_column(group, justify="right")
+    for rows in zip(*(one.bins for one in score.budgets.values()), strict=True):
+        cells = [f"{_short(one.found)} of {one.found.total}" if one.found.total else "-" for one in rows]
+        table.add_row(Text(f"{100 * rows[0].low:g} to {100 * rows[0].high:g} %"), *(Text(cell) for cell in cells))
+    return table
+
+
+def write_score_csv(score: Score, folder: Path) -> tuple[Path, ...]:
+    """Write campaigns.csv, one scored campaign per row; shares.csv, one hidden effect per row; budget.csv and
+    strength.csv, one rate of one group or bin per row."""
     rows = [
         [
             line.campaign, line.kind, " ".join(line.hidden), _number(line.strength), line.answer.status,
-            " ".join(line.answer.named), " ".join(line.answer.group), " ".join(line.answer.ranking[:3]),
-            _number(line.top_1), _number(line.top_3), str(int(line.wrong)), _number(line.answer.closure),
-            _number(line.answer.oracle),
+            " ".join(line.answer.named), " ".join(line.ledger.absent), _number(line.top_1), _number(line.top_3),
+            _number(line.answer.closure), _number(line.answer.oracle), _number(line.ledger.unexplained),
         ]
         for line in score.lines
+    ]  # fmt: skip
+    shares = [
+        [
+            line.campaign, line.kind, item.effect, _number(line.strengths.get(item.effect)), _number(item.share),
+            item.entry.effect if item.entry else "", str(int(item.rival)), *(
+                ("", "", "") if item.entry is None else map(
+                    _number, (item.entry.stated.share, item.entry.stated.low, item.entry.stated.high)
+                )
+            ),
+        ]
+        for line in score.lines
+        for item in line.ledger.items
+    ]  # fmt: skip
+    budgets = [
+        [group, str(one.campaigns), name, f"{rate.count:g}", str(rate.total), *map(
+            _number, (rate.value, rate.low, rate.high)
+        )]
+        for group, one in score.budgets.items()
+        for name, rate in one.rates.items()
     ]  # fmt: skip
     bins = [
         [f"{one.low:g}", f"{one.high:g}", name, f"{rate.count:g}", str(rate.total), *map(
@@ -104,6 +167,8 @@ def write_score_csv(score: Score, folder: Path) -> tuple[Path, Path]:
     ]  # fmt: skip
     return (
         write_csv(folder / "campaigns.csv", CAMPAIGN_COLUMNS, rows),
+        write_csv(folder / "shares.csv", SHARE_COLUMNS, shares),
+        write_csv(folder / "budget.csv", BUDGET_COLUMNS, budgets),
         write_csv(folder / "strength.csv", BIN_COLUMNS, bins),
     )
 

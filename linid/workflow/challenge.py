@@ -13,6 +13,7 @@ from linid.workflow.outcome import DONE, Outcome
 from linid.workflow.run_folder import Interrupted, fresh_folder, write_text
 
 if TYPE_CHECKING:
+    from linid.challenge.hidden_axis import AxisKind, Law
     from linid.challenge.make import Kind
     from linid.challenge.run import Diagnose, Diagnosed
     from linid.challenge.score import Score
@@ -25,14 +26,19 @@ SCORE_FOLDER = "score"
 def make(
     out: Path | None, reporter: Reporter, *, count: int, seed: int, effects: Sequence[str] = (),
     strength: tuple[float, float] = (0.05, 1.0), kinds: Sequence[Kind] = ("single", "pair", "none", "unknown"),
-    keys: Path | None = None, jobs: int = 1,
+    keys: Path | None = None, jobs: int = 1, laws: Sequence[Law] = ("lugre",), axes: Sequence[AxisKind] = ("phase",),
+    rates: Sequence[float] = (1000.0,), encoders: tuple[float, float] | None = None,
 ) -> Outcome:  # fmt: skip
-    """Make a challenge. Raises UsageError for unknown names, wrong strengths, and folders that hold something."""
+    """Make a challenge; arguments as in `linid.challenge.make.Plan`, encoders in um.
+
+    Raises UsageError for unknown names, wrong strengths, and folders that hold something.
+    """
     from linid.challenge.create import make_challenge
     from linid.challenge.files import KEYS_FILE
     from linid.challenge.make import Plan
 
-    plan = Plan(seed, tuple(effects), strength, tuple(kinds))
+    metres = None if encoders is None else (1e-6 * encoders[0], 1e-6 * encoders[1])
+    plan = Plan(seed, tuple(effects), strength, tuple(kinds), tuple(laws), tuple(axes), tuple(rates), metres)
     folder = out or fresh_folder(COMMAND)
     with reporter:
         made = make_challenge(
@@ -48,9 +54,9 @@ def make(
 
 def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
     """The project's own diagnosis of a campaign file into `out`, and then its forecast against fresh recordings."""
+    from linid.challenge.answers import FRESH_FILE
     from linid.challenge.checks import fresh_gaps, fresh_text
     from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, FRESH_FOLDER
-    from linid.challenge.score import FRESH_FILE
     from linid.diagnosis.measures import measure_gaps
     from linid.identification.model_file import load_model
     from linid.workflow.diagnose import AFTER_FILE, diagnose_campaign
@@ -90,9 +96,9 @@ def oracle(
 
     Raises DataError when the keys cannot be read.
     """
+    from linid.challenge.answers import ORACLE_FILE
     from linid.challenge.files import CAMPAIGN_FILE, KEYS_FILE, RESULTS_FOLDER, read_keys
     from linid.challenge.run import in_processes
-    from linid.challenge.score import ORACLE_FILE
 
     sealed = read_keys(keys or folder / KEYS_FILE)
     results = folder / RESULTS_FOLDER
@@ -126,10 +132,13 @@ def _stated_closure(folder: Path, effects: Sequence[str]) -> float | None:
     path = folder / DIAGNOSIS_FILE
     if not path.exists():
         return None
-    for entry in json.loads(path.read_text(encoding="utf-8"))["ranking"]:
-        if set(entry["effects"]) == set(effects) and entry["closure"] is not None:
+    body = json.loads(path.read_text(encoding="utf-8"))
+    for entry in body.get("ranking", ()):
+        if set(entry.get("effects", ())) == set(effects) and entry.get("closure") is not None:
             return float(entry["closure"])
-    return None
+    closed = body.get("budget", {}).get("closed")
+    named = body["verdict"].get("effects", ())
+    return float(closed) if closed is not None and len(named) == len(effects) and set(named) == set(effects) else None
 
 
 def run(
@@ -170,10 +179,10 @@ def score(folder: Path, reporter: Reporter, *, keys: Path | None = None, figures
 
     Raises DataError when keys or results cannot be read.
     """
+    from linid.challenge.answers import read_answers
     from linid.challenge.files import KEYS_FILE, read_keys
-    from linid.challenge.score import read_answers
     from linid.challenge.score import score as scored
-    from linid.report.challenge import bin_table, rate_text, score_table, write_score_csv
+    from linid.report.challenge import bin_table, budget_table, rate_text, score_table, share_table, write_score_csv
 
     sealed = read_keys(keys or folder / KEYS_FILE)
     result = scored(sealed, read_answers(folder, sealed))
@@ -184,18 +193,28 @@ def score(folder: Path, reporter: Reporter, *, keys: Path | None = None, figures
     if figures:
         _write_figures(result, target, reporter)
     summary = {"command": f"{COMMAND} score", "folder": str(target), "exit_code": DONE, **body}
-    key = f"named first: {rate_text(result.rates['top_1'])}"
-    return Outcome(COMMAND, target, DONE, key, (score_table(result), bin_table(result)), summary)
+    found = result.budgets["all"].rates["found"]
+    key = f"named first: {rate_text(result.rates['top_1'])}; effects with 5 % of the gap found: {rate_text(found)}"
+    tables = (score_table(result), budget_table(result), share_table(result), bin_table(result))
+    return Outcome(COMMAND, target, DONE, key, tables, summary)
 
 
 def score_body(result: Score) -> dict[str, Any]:
     """All figures of a score as JSON-able values; what is not a number becomes null."""
     rows, columns, counts = result.confusion
     body: dict[str, Any] = {
-        "schema": 1,
+        "schema": 2,
         "rates": {name: {**asdict(rate), "value": rate.value} for name, rate in result.rates.items()},
         "closure": result.closure,
         "relative_closure": result.relative_closure,
+        "budgets": {
+            group: {
+                "campaigns": one.campaigns,
+                "rates": {name: {**asdict(rate), "value": rate.value} for name, rate in one.rates.items()},
+                "share_bins": [asdict(part) for part in one.bins],
+            }
+            for group, one in result.budgets.items()
+        },
         "strength_bins": [asdict(one) for one in result.bins],
         "confusion": {"rows": list(rows), "columns": list(columns), "counts": [list(c) for c in counts]},
         "campaigns": [asdict(line) for line in result.lines],
@@ -214,10 +233,10 @@ def _finite(value: Any) -> Any:
 
 def _write_figures(result: Score, folder: Path, reporter: Reporter) -> None:
     from linid.errors import DataError
-    from linid.report.figures.challenge import confusion_figure, rates_figure
+    from linid.report.figures.challenge import budget_figure, confusion_figure, rates_figure
     from linid.report.style import save
 
-    for stem, draw in (("rates", rates_figure), ("confusion", confusion_figure)):
+    for stem, draw in (("rates", rates_figure), ("budget", budget_figure), ("confusion", confusion_figure)):
         try:
             save(draw(result), folder / stem)
         except DataError as error:

@@ -11,60 +11,78 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
+from linid.challenge.answers import Answer, BudgetEntry, Stated, read_answer
+from linid.challenge.budget import ledger, score_budgets
 from linid.challenge.files import Key, write_keys
-from linid.challenge.score import Answer, rate, read_answer, score
+from linid.challenge.rates import rate
+from linid.challenge.score import score
 from linid.errors import DataError
 from linid.physics.effects.registry import EFFECTS
 from tests.workflow.small import linid, summary
 
 
-def key(kind: str, *effects: str, strength: float = 0.3) -> Key:
-    return Key(kind, effects, dict.fromkeys(effects, strength), {e: {"amplitude": 1.0} for e in effects}, "sine", {})
+def key(kind: str, *effects: str, strength: float = 0.3, **more: Any) -> Key:
+    numbers = {e: {"amplitude": 1.0} for e in effects}
+    return Key(kind, effects, dict.fromkeys(effects, strength), numbers, "sine", {}, **more)
 
 
+CROWD = {"cogging": 0.6, "end_effect": 0.3, "friction_drift": 0.06, "payload_change": 0.02, "backlash": -0.02}
 KEYS = {
     "axis_0001": key("single", "cogging", strength=0.07),  # named
-    "axis_0002": key("single", "cable_force", strength=0.07),  # ambiguous group of two that holds it: half
-    "axis_0003": key("single", "end_effect", strength=0.3),  # wrong name, right one third
-    "axis_0004": key("single", "input_delay", strength=0.3),  # ambiguous group of three: nothing
+    "axis_0002": key("single", "cable_force", strength=0.07),  # the only rival of the first entry: half
+    "axis_0003": key("single", "end_effect", strength=0.3),  # wrong name first, right one third
+    "axis_0004": key("single", "input_delay", strength=0.3),  # one of two rivals: nothing
     "axis_0005": key("single", "friction_drift", strength=1.01),  # said none
     "axis_0006": key("none"),  # right
     "axis_0007": key("none"),  # named: false alarm and wrong
     "axis_0008": key("none"),  # unknown: a false alarm, but no wrong name
-    "axis_0009": key("unknown", "floor_vibration"),  # right
-    "axis_0010": key("unknown", "clock_beat"),  # named: wrong
+    "axis_0009": key("unknown", "floor_vibration", shares={"floor_vibration": 1.0}, unexplained=1.0, gap=2.0),  # right
+    "axis_0010": key("unknown", "clock_beat", shares={"clock_beat": 1.0}, unexplained=1.0, gap=2.0),  # named: wrong
     "axis_0011": key("pair", "cogging", "quadratic_drag"),  # both
     "axis_0012": key("pair", "cogging", "payload_change"),  # one
     "axis_0013": key("pair", "cogging", "force_ripple"),  # one right, one wrong
     "axis_0014": key("single", "force_ripple", strength=0.3),  # failed: no file
+    # Two of three large ones found, one of them as a rival; a small one found too; one name absent.
+    "axis_0015": key("crowd", *CROWD, shares=CROWD, unexplained=0.04, gap=0.5),
 }
 
 
-def said(status: str, effects: tuple[str, ...] = (), equivalent: tuple[str, ...] = (), **more: Any) -> dict[str, Any]:
-    ranking = more.pop("ranking", [{"effect": e, "closure": more.get("first", 0.9)} for e in effects])
-    verdict = {"status": status, "effects": list(effects), "equivalent": list(equivalent)}
-    excess = {"before": more.get("excess", 0.0), "floor": 0.5}
-    return {
-        "schema": 1, "verdict": verdict, "ranking": ranking, "where": [], "next_experiment": None, "excess": excess
-    }  # fmt: skip
+def said(status: str, *entries: dict[str, Any], gap: float = 1.0, left: tuple[float, float, float] | None = None,
+         closed: float | None = 0.9, equivalent: tuple[str, ...] = ()) -> dict[str, Any]:  # fmt: skip
+    verdict = {"status": status, "effects": [e["effect"] for e in entries], "equivalent": list(equivalent)}
+    unexplained = None if left is None else dict(zip(("share", "low", "high"), left, strict=True))
+    return {"schema": 2, "verdict": verdict, "budget": {
+        "gap": gap, "closed": closed, "unexplained": unexplained, "entries": list(entries)}}  # fmt: skip
+
+
+def entry(
+    effect: str, share: float, low: float = 0.0, high: float = 1.0, rivals: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    return {"effect": effect, "rivals": list(rivals), "share": share, "low": low, "high": high, "last_in": share,
+            "first_in": share}  # fmt: skip
 
 
 ANSWERS = {
-    "axis_0001": said("identified", ("cogging",)),
-    "axis_0002": said("ambiguous", ("constant_force",), ("cable_force",), first=0.5),
-    "axis_0003": said("identified", ("cogging",), ranking=[
-        {"effect": "cogging", "closure": 0.4}, {"effect": "quadratic_drag", "closure": 0.3},
-        {"effect": "end_effect", "closure": 0.2}, {"effect": "input_delay", "closure": 0.1}]),
-    "axis_0004": said("ambiguous", ("a", "input_delay"), ("b",), ranking=[]),
-    "axis_0005": said("none"),
-    "axis_0006": said("none"),
-    "axis_0007": said("identified", ("cogging",)),
+    "axis_0001": said("explained", entry("cogging", 0.95)),
+    "axis_0002": said("explained", entry("constant_force", 0.9, rivals=("cable_force",)), closed=0.5),
+    "axis_0003": said("explained", entry("end_effect", 0.1), entry("cogging", 0.6), entry("quadratic_drag", 0.3),
+                      closed=0.4),
+    "axis_0004": said("partly explained", entry("a", 0.5, rivals=("input_delay", "b")), closed=None),
+    "axis_0005": said("none", closed=None),
+    "axis_0006": said("none", closed=None),
+    "axis_0007": said("explained", entry("cogging", 0.4)),
     "axis_0008": said("unknown"),
-    "axis_0009": said("unknown", excess=0.2),  # 0.4 floors
-    "axis_0010": said("identified", ("encoder_periodic_error",), excess=0.1),  # too little to matter
-    "axis_0011": said("identified", ("quadratic_drag", "cogging")),
-    "axis_0012": said("identified", ("cogging",)),
-    "axis_0013": said("identified", ("cogging", "end_effect")),
+    "axis_0009": said("unknown", gap=0.4, left=(0.97, 0.9, 1.0)),
+    "axis_0010": said("explained", entry("encoder_periodic_error", 0.9), gap=0.2),  # too little to matter
+    "axis_0011": said("explained", entry("quadratic_drag", 0.6), entry("cogging", 0.4)),
+    "axis_0012": said("partly explained", entry("cogging", 0.7)),
+    "axis_0013": said("explained", entry("cogging", 0.7), entry("end_effect", 0.3)),
+    "axis_0015": said(
+        "partly explained", entry("cogging", 0.55, 0.5, 0.62),
+        entry("end_effect_rival", 0.2, 0.1, 0.25, ("end_effect",)), entry("payload_change", 0.03, 0.0, 0.05),
+        entry("thermal_derating", 0.1, 0.05, 0.2, ("cogging",)),
+        left=(0.12, 0.03, 0.2),
+    ),
 }  # fmt: skip
 
 
@@ -101,7 +119,7 @@ def test_the_figures_of_hand_made_results(proof: Path) -> None:
         "top_1_visible": (1, 2),
         "top_3_visible": (2, 2),
         "top_1_faint": (0, 0),
-        "named_but_wrong": (4, 14),
+        "named_but_wrong": (5, 15),  # 3, 7, 10, 13, 15
         "false_alarms": (2, 3),
         "false_names": (1, 3),
         "unknown_recall_visible": (1, 1),
@@ -110,13 +128,65 @@ def test_the_figures_of_hand_made_results(proof: Path) -> None:
         "pairs_both_visible": (1, 1),
         "pairs_one_named": (1, 3),
         "interval_coverage": (2, 3),
-        "failed": (1, 14),
+        "failed": (1, 15),
     }
-    # Closures of what hides something: 0.9, 0.5, 0.4, then 0.9 four times.
+    # Closures of what hides something: 0.5, 0.4, and 0.9 of all others that state one.
     assert body["closure"] == pytest.approx(0.9)
     assert body["relative_closure"] == pytest.approx((0.9 / 0.96 + 0.4 / 0.8) / 2)
     totals = [(b["low"], b["top_1"]["count"], b["top_1"]["total"], b["wrong"]["count"]) for b in body["strength_bins"]]
     assert totals == [(0.05, 1.5, 2, 0), (0.1, 0, 0, 0), (0.2, 0, 3, 1), (0.5, 0, 1, 0)]
+
+
+def test_the_figures_of_a_hand_made_budget(proof: Path) -> None:
+    body = summary("challenge", "score", proof)
+    crowd = body["budgets"]["crowd"]
+    assert {name: (r["count"], r["total"]) for name, r in crowd["rates"].items()} == {
+        "found": (2, 3),  # cogging and, as a rival, the end effect; the drift of 6 % is missed
+        "found_visible": (2, 2),  # 6 % of half a floor is less than noise does
+        "found_as_rival": (1, 2),
+        "absent": (1, 4),  # cogging is accounted for already: its rival names nothing
+        "share_covered": (2, 3),  # 0.6 and 0.02 lie within, 0.3 does not
+        "unexplained_close": (0, 1),  # 0.12 for 0.04
+        "unexplained_covered": (1, 1),
+        "complete": (0, 1),
+        "none_right": (0, 0),
+    }
+    bins = {one["low"]: (one["found"]["count"], one["found"]["total"]) for one in crowd["share_bins"]}
+    assert bins == {0.0: (0, 1), 0.01: (0, 0), 0.02: (1, 1), 0.05: (0, 1), 0.1: (0, 0), 0.2: (1, 1), 0.5: (1, 1)}
+    rates = body["budgets"]["all"]["rates"]
+    assert (rates["none_right"]["count"], rates["none_right"]["total"]) == (1, 3)
+    # The single effects have all of their gap; pairs without recorded shares do not count.
+    assert (rates["found"]["count"], rates["found"]["total"]) == (4 + 2, 6 + 3)
+    assert (rates["unexplained_close"]["count"], rates["unexplained_close"]["total"]) == (1, 2)
+
+
+def test_an_entry_accounts_for_one_effect() -> None:
+    hidden = key("pair", "cogging", "current_offset", shares={"cogging": 0.5, "current_offset": 0.5})
+    one = Answer("explained", (BudgetEntry("cogging", ("current_offset",), Stated(1.0)),))
+    found = ledger(hidden, one)
+    assert [item.entry is not None for item in found.items] == [True, False] and not found.absent
+    both = Answer("explained", (*one.entries, BudgetEntry("end_effect", ("cogging", "current_offset"))))
+    found = ledger(hidden, both)
+    assert [(item.entry is not None, item.rival) for item in found.items] == [(True, False), (True, True)]
+    assert not found.absent
+
+
+def test_a_right_budget_scores_full_marks_and_a_shuffled_one_none() -> None:
+    shares = {"cogging": 0.5, "end_effect": 0.3, "quadratic_drag": 0.2}
+    hidden = key("crowd", *shares, shares=shares, unexplained=0.0, gap=3.0)
+
+    def answer(names: tuple[str, ...]) -> Answer:
+        stated = [Stated(s, s - 0.05, s + 0.05) for s in shares.values()]
+        entries = tuple(BudgetEntry(n, (), s) for n, s in zip(names, stated, strict=True))
+        return Answer("explained", entries, Stated(0.01, 0.0, 0.04))
+
+    right = score_budgets([(hidden, answer(tuple(shares)))]).rates
+    assert all(right[n].value == 1.0 for n in ("found", "share_covered", "unexplained_close", "complete"))
+    assert right["absent"].value == 0.0 and right["unexplained_covered"].value == 1.0
+    turned = score_budgets([(hidden, answer(("end_effect", "quadratic_drag", "cogging")))]).rates
+    assert turned["found"].value == 1.0 and turned["share_covered"].value == 0.0
+    other = score_budgets([(hidden, answer(("backlash", "payload_change", "cable_force")))]).rates
+    assert other["found"].value == 0.0 and other["absent"].value == 1.0
 
 
 def test_the_confusion_matrix(proof: Path) -> None:
@@ -126,12 +196,12 @@ def test_the_confusion_matrix(proof: Path) -> None:
         for i, row in enumerate(matrix["rows"])
         for j, column in enumerate(matrix["columns"])
     }
-    assert cell["cogging", "cogging"] == 1 and cell["end_effect", "cogging"] == 1
-    assert cell["cable_force", "ambiguous"] == 1 and cell["friction_drift", "none"] == 1
+    assert cell["cogging", "cogging"] == 1 and cell["end_effect", "cogging"] == pytest.approx(1 / 3)
+    assert cell["cable_force", "constant_force"] == 1 and cell["friction_drift", "none"] == 1
     assert cell["none", "none"] == 1 and cell["none", "cogging"] == 1 and cell["none", "unknown"] == 1
     assert cell["unknown", "unknown"] == 1 and cell["unknown", "encoder_periodic_error"] == 1
     assert cell["force_ripple", "failed"] == 1
-    assert sum(cell.values()) == 11  # all but the pairs
+    assert sum(cell.values()) == pytest.approx(11)  # all but pairs and crowds
 
 
 def test_files_and_tables(proof: Path) -> None:
@@ -141,9 +211,12 @@ def test_files_and_tables(proof: Path) -> None:
     folder = proof / "score"
     assert json.loads((folder / "score.json").read_text(encoding="utf-8"))["rates"]["top_1"]["value"] == 0.25
     rows = (folder / "campaigns.csv").read_text(encoding="utf-8").splitlines()
-    assert len(rows) == 15 and rows[2].startswith("axis_0002,single,cable_force,0.07,ambiguous,")
+    assert len(rows) == 16 and rows[2].startswith("axis_0002,single,cable_force,0.07,explained,constant_force,")
+    shares = (folder / "shares.csv").read_text(encoding="utf-8").splitlines()
+    assert "axis_0015,crowd,end_effect,0.3,0.3,end_effect_rival,1,0.2,0.1,0.25" in shares
     assert {p.name for p in folder.iterdir()} == {
-        "score.json", "campaigns.csv", "strength.csv", "rates.png", "rates.pdf", "confusion.png", "confusion.pdf",
+        "score.json", "campaigns.csv", "shares.csv", "budget.csv", "strength.csv", "rates.png", "rates.pdf",
+        "budget.png", "budget.pdf", "confusion.png", "confusion.pdf",
     }  # fmt: skip
 
 
@@ -184,7 +257,7 @@ def test_shuffled_labels_score_nothing(tmp_path: Path) -> None:
     """A negative control: perfect answers, each for another campaign than its own."""
     names = [effect.name for effect in EFFECTS]
     keys = {f"axis_{k:04d}": Key("single", (name,), {name: 0.5}, {}, "sine", {}) for k, name in enumerate(names)}
-    answers = {f"axis_{k:04d}": Answer("identified", (name,), (), (name,)) for k, name in enumerate(names)}
+    answers = {f"axis_{k:04d}": Answer("explained", (BudgetEntry(name),)) for k, name in enumerate(names)}
     own = score(keys, answers)
     assert own.rates["top_1"].value == 1.0 and own.rates["named_but_wrong"].value == 0.0
     turned = dict(zip(answers, [*list(answers.values())[1:], next(iter(answers.values()))], strict=True))

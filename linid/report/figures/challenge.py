@@ -1,4 +1,4 @@
-"""Figures of a scored challenge: rates against strength, and the confusion matrix."""
+"""Figures of a scored challenge: rates against strength, budgets against true shares, and the confusion matrix."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from linid.report.style import ACCENT, ERROR, MEASURED, MUTED, caption, new_figu
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from linid.challenge.score import Rate, Score
+    from linid.challenge.rates import Rate
+    from linid.challenge.score import Score
 
 _SERIES = (
     ("top_1", "named first", MEASURED, "o"),
@@ -61,6 +62,52 @@ def rates_figure(score: Score) -> Figure:
         axes.set_ylabel("share of campaigns (%)")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         caption(figure, "Strength 1: the base model misses 10 % of the total force. Bars: 95 % Wilson intervals.")
+    return figure
+
+
+def budget_figure(score: Score) -> Figure:
+    """Effects found against their true share of the gap, and stated against true shares, with 95 % intervals.
+
+    Raises DataError when no hidden effect has a recorded share.
+    """
+    whole = score.budgets["all"]
+    bins = [one for one in whole.bins if one.found.total]
+    if not bins:
+        raise DataError("budget figure", "no campaign's key holds shares of the gap", "Make the challenge anew.")
+    items = [item for line in score.lines for item in line.ledger.items if item.entry is not None]
+    found = [(item.share, item.entry.stated) for item in items if item.entry and item.entry.stated.share is not None]
+    with style():
+        figure = new_figure(78.0, "What is found of the gap, and how much is said of it")
+        recall, shares = figure.subplots(1, 2)
+        places = range(len(bins))
+        y = np.array([100 * one.found.value for one in bins])
+        low = y - np.array([100 * one.found.low for one in bins])
+        high = np.array([100 * one.found.high for one in bins]) - y
+        recall.errorbar(
+            places, y, yerr=np.maximum([low, high], 0.0), color=MEASURED, marker="o", markersize=4, linewidth=0.9,
+            elinewidth=0.8, capsize=2,
+        )  # fmt: skip
+        recall.set_xticks(
+            places, [f"{100 * one.low:g} to {100 * one.high:g}\nn = {one.found.total}" for one in bins], fontsize=6.5
+        )
+        recall.set_ylim(-3, 103)
+        recall.set_xlabel("true share of the gap (%)")
+        recall.set_ylabel("effects found (%)")
+        for truth, stated in found:
+            known = stated.share if stated.share is not None else math.nan
+            inside = stated.covers(truth)
+            if stated.low is not None and stated.high is not None:
+                shares.plot(
+                    [100 * truth] * 2, [100 * stated.low, 100 * stated.high], linewidth=0.6,
+                    color=MUTED if inside else ERROR,
+                )  # fmt: skip
+            colour = ERROR if inside is False else MEASURED
+            shares.plot(100 * truth, 100 * known, marker="o", markersize=2.5, color=colour)
+        shares.plot([0, 100], [0, 100], color=MUTED, linewidth=0.7)
+        shares.set_xlabel("true share (%)")
+        shares.set_ylabel("stated share (%)")
+        text = "Left: 95 % Wilson intervals. Right: stated 95 % intervals; red ones miss the true share."
+        caption(figure, text)
     return figure
 
 

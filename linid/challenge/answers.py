@@ -1,0 +1,144 @@
+"""What a diagnosis said of one campaign, read from its result folder."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from linid.challenge.files import DIAGNOSIS_FILE, RESULTS_FOLDER
+from linid.errors import DataError
+
+STATUSES = ("none", "explained", "partly explained", "unknown")
+FAILED = "failed"
+ORACLE_FILE = "oracle.json"
+FRESH_FILE = "fresh.json"
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A share of the gap with its 95 % interval; None where nothing was stated."""
+
+    share: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+    def covers(self, value: float) -> bool | None:
+        """Whether the interval holds a value; None without an interval."""
+        return None if self.low is None or self.high is None else self.low <= value <= self.high
+
+
+@dataclass(frozen=True)
+class BudgetEntry:
+    """One cause of the budget: its name, names that these recordings cannot tell from it, and its share."""
+
+    effect: str
+    rivals: tuple[str, ...] = ()
+    stated: Stated = Stated()
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a diagnosis said of one campaign.
+
+    entries: of its budget, the largest share first; unexplained: the share that it leaves; closure: share of the gap
+    closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of what the
+    others leave; covered, fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for
+    them; excess: held-out excess of the base over the floor, in floors.
+    """
+
+    status: str
+    entries: tuple[BudgetEntry, ...] = ()
+    unexplained: Stated = Stated()
+    closure: float | None = None
+    oracle: float | None = None
+    weakest: float | None = None
+    covered: int = 0
+    fresh: int = 0
+    excess: float | None = None
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Effects of the budget in order of size."""
+        return tuple(entry.effect for entry in self.entries)
+
+
+def read_answer(folder: Path) -> Answer:
+    """The answer in a result folder: diagnosis.json, with oracle.json and fresh.json where they exist.
+
+    No diagnosis.json: `failed`. fresh.json: {"gaps": [{"recording", "measure", "value", "low", "high"}]}, the gap
+    measured on fresh recordings beside the interval stated for it. Raises DataError for what is not in the schema.
+    """
+    if not (folder / DIAGNOSIS_FILE).exists():
+        return Answer(FAILED)
+    body = _json(folder / DIAGNOSIS_FILE)
+    try:
+        status = str(body["verdict"]["status"])
+        budget = body.get("budget") or {}
+        entries = _entries(body["verdict"], budget)
+        left = budget.get("unexplained") or {}
+        unexplained = Stated(_finite(left.get("share")), _finite(left.get("low")), _finite(left.get("high")))
+        closure, excess = _finite(budget.get("closed")), _finite(budget.get("gap"))
+    except (KeyError, TypeError, AttributeError, IndexError):
+        raise _bad(folder / DIAGNOSIS_FILE, "does not follow the schema of a diagnosis") from None
+    if status not in STATUSES:
+        raise _bad(folder / DIAGNOSIS_FILE, f"has the status {status!r}")
+    known = _json(folder / ORACLE_FILE) if (folder / ORACLE_FILE).exists() else {}
+    each = [_finite(value) for value in known.get("each", {}).values()]
+    gaps = _json(folder / FRESH_FILE).get("gaps", []) if (folder / FRESH_FILE).exists() else []
+    return Answer(
+        status,
+        entries,
+        unexplained,
+        closure,
+        _finite(known.get("closure")),
+        None if not each or None in each else min(value for value in each if value is not None),
+        sum(gap["low"] <= gap["value"] <= gap["high"] for gap in gaps),
+        len(gaps),
+        excess,
+    )
+
+
+def read_answers(folder: Path, names: Iterable[str]) -> dict[str, Answer]:
+    """The answers of a challenge's results; raises DataError when there are none at all."""
+    results = folder / RESULTS_FOLDER
+    if not results.is_dir():
+        raise DataError(str(results), "does not exist", "Run `linid challenge run` first.")
+    return {name: read_answer(results / name) for name in names}
+
+
+def _entries(verdict: Mapping[str, Any], budget: Mapping[str, Any]) -> tuple[BudgetEntry, ...]:
+    """The budget's entries, largest share first; a verdict without a budget names without shares."""
+    if "entries" not in budget:
+        rivals = tuple(map(str, verdict.get("equivalent", ())))
+        names = tuple(map(str, verdict.get("effects", ())))
+        return tuple(BudgetEntry(name, rivals if len(names) == 1 else ()) for name in names)
+    found = [
+        BudgetEntry(
+            str(entry["effect"]), tuple(map(str, entry.get("rivals", ()))),
+            Stated(_finite(entry.get("share")), _finite(entry.get("low")), _finite(entry.get("high"))),
+        )
+        for entry in budget["entries"]
+    ]  # fmt: skip
+    return tuple(sorted(found, key=lambda entry: -(entry.stated.share or 0.0)))
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        body = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        raise _bad(path, "cannot be read as JSON") from None
+    if not isinstance(body, dict):
+        raise _bad(path, "is not a JSON object")
+    return body
+
+
+def _bad(path: Path, fact: str) -> DataError:
+    return DataError(str(path), fact, "Remove the folder and run the challenge with --resume.")
+
+
+def _finite(value: Any) -> float | None:
+    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
