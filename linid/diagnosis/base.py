@@ -25,6 +25,7 @@ Progress = Callable[[str, int, int], None]
 # as a share of the travel between reversals (all tried, the best of them fitted), damping ratio of the bristle.
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
 _TRIED = 2
+_DISAGREEING = 2.0  # factor between two regressions' force constants, from which on one of them is biased
 _LEAST_FRICTION = 1e-2  # of the inertial force
 
 
@@ -66,8 +67,9 @@ def fit_base_model(
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
+    limits = _limits(starts, held, assumptions)
     balance = Balance(model, recordings, jobs, seed, memory)
-    judge = judge_of(balance, model, model.vector(starts[0]), held, starts[0], seed)
+    judge = judge_of(balance, model, starts[0], held, limits, seed)
     watch("base", 1, 3)
     rows = judge.fits.rows_of(places)
     settled = []
@@ -81,7 +83,7 @@ def fit_base_model(
     found = min(settled, key=lambda one: one.level)
     watch("base", 2, 3)
     # The noise that the inputs bring hangs on the model, and the criterion on the noise.
-    judge = judge_of(balance, model, found.vector, held, found.values, seed)
+    judge = judge_of(balance, model, found.values, held, limits, seed)
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
     watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)
@@ -96,6 +98,27 @@ def _starts(model: Model, fitted: Sequence[Recording], held: dict[str, float]) -
         constant, mass = held.get("force_constant"), held.get("mass")
         starts = [{**first, **force_guess(driven, constant, mass, waves=waves)} for waves in (False, True)]
     return [_with_friction({**start, **held}, model, fitted) for start in starts]
+
+
+def _limits(
+    starts: Sequence[dict[str, float]], held: dict[str, float], assumptions: list[str]
+) -> dict[str, tuple[float, float]]:
+    """Bounds of the force constant where a regression beside a free periodic force puts it elsewhere than a plain one.
+
+    A loop that holds the axis against what is missing makes the input look as if it pushed nowhere, in every fit that
+    lacks it; a model in which it does push there again can explain what the loop did (closed-loop bias).
+    """
+    name = "force_constant" if "force_constant" not in held else "mass"
+    if len(starts) < 2 or name in held:
+        return {}
+    plain, free = starts[0][name], starts[1][name]
+    if 1.0 / _DISAGREEING < plain / free < _DISAGREEING:
+        return {}
+    assumptions.append(
+        f"a loop cancels what the base lacks: alone it would put the {name.replace('_', ' ')} at {plain:.3g}, beside a "
+        f"free periodic force it is {free:.3g}; no fit leaves {free / _DISAGREEING:.3g} to {free * _DISAGREEING:.3g}"
+    )
+    return {name: (free / _DISAGREEING, free * _DISAGREEING)}
 
 
 def _with_friction(values: dict[str, float], model: Model, fitted: Sequence[Recording]) -> dict[str, float]:

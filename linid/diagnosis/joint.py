@@ -102,7 +102,10 @@ class Coordinates:
     friction can grow without its presliding growing too.
     """
 
-    def __init__(self, balance: Balance, reference: Mapping[str, float]) -> None:
+    def __init__(
+        self, balance: Balance, reference: Mapping[str, float], limits: Mapping[str, tuple[float, float]]
+    ) -> None:
+        self.limits = dict(limits)
         recordings = balance.recordings
         self.kind_values = dict(reference)
         self.recordings = recordings
@@ -135,6 +138,8 @@ class Coordinates:
     def _coordinate(self, parameter: Parameter, values: Mapping[str, float]) -> Coordinate:
         name = parameter.name
         size = abs(self.kind_values.get(name, values.get(name, parameter.default)))
+        if name in self.limits:
+            return Coordinate(name, False, *self.limits[name], size)
         match name:
             case "coulomb_force":
                 return Coordinate(name, False, 1e-4 * self.force, 1e3 * self.force, self.force)
@@ -215,17 +220,18 @@ class JointFit:
     """Fits of any set of effects beside one base model on the rows of a balance, all under the same criterion.
 
     scale: (R,) m/s^2 in which residuals are counted; noise: in them; held: SI values that no fit identifies;
-    reference: SI values of the base, from which bounds and scales are taken.
+    reference: SI values of the base, from which bounds and scales are taken; limits: bounds of single parameters, SI.
     """
 
     def __init__(
-        self, balance: Balance, scale: Array, noise: Noise, held: Mapping[str, float], reference: Mapping[str, float]
-    ) -> None:
+        self, balance: Balance, scale: Array, noise: Noise, held: Mapping[str, float], reference: Mapping[str, float],
+        limits: Mapping[str, tuple[float, float]],
+    ) -> None:  # fmt: skip
         self.balance = balance
         self.held = dict(held)
         self.scale = scale
         self.noise = noise
-        self.coordinates = Coordinates(balance, reference)
+        self.coordinates = Coordinates(balance, reference, limits)
         rows = balance.rows
         self.inverse = 1.0 / scale[rows.recording]
         self.blocks = int(rows.block.max(initial=-1)) + 1

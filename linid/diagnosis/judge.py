@@ -101,9 +101,11 @@ class Judge:
 
 
 def judge_of(
-    balance: Balance, model: Model, vector: Array, held: Mapping[str, float], values: Mapping[str, float], seed: int
-) -> Judge:
-    """A judge whose noise is that of the base model; held: what no fit identifies; values: SI values of the base."""
-    noise = balance.noise(model, vector)
+    balance: Balance, model: Model, values: Mapping[str, float], held: Mapping[str, float],
+    limits: Mapping[str, tuple[float, float]], seed: int,
+) -> Judge:  # fmt: skip
+    """A judge whose noise is that of the base model; values: SI values of the base; held: what no fit identifies;
+    limits: bounds of single parameters in all fits, SI."""
+    noise = balance.noise(model, model.vector(dict(values)))
     scale = scale_of(noise.deviation(balance.rows))
-    return Judge(balance, JointFit(balance, scale, noise, held, values), noise, scale, seed)
+    return Judge(balance, JointFit(balance, scale, noise, held, values, limits), noise, scale, seed)

@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from linid.diagnosis.base import Base
 from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge
@@ -138,10 +136,7 @@ def proposed(
     for _, one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
         fitted.append((gained(fits, before, one), one))
         watch(f"fit effect {number + 1}", len(fitted), len(items))
-    if len(screened) > 1:
-        evidence, best = min(fitted, key=lambda f: unmoved(fits, f[1]))
-    else:
-        evidence, best = max(fitted, key=lambda f: f[0].gain)
+    evidence, best = max(fitted, key=lambda f: f[0].gain)
     return best if evidence.certainty >= PROPOSED_CERTAINTY and evidence.gain >= PROPOSED_GAIN else None
 
 
@@ -152,24 +147,6 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
         return []
     sizes = [-math.log(1.0 - min(s.trial.explained, 0.999)) for s in able]
     return [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]][:CONTENDERS]
-
-
-def unmoved(fits: JointFit, one: Fitted) -> float:
-    """Mean log of residual power over the power of acceleration and thrust, per fitted row.
-
-    For models that start from different bases: an input that hardly pushes leaves little residual where the axis hardly
-    accelerates, yet explains nothing. Both sides of the balance count, so that neither can vanish.
-    """
-    rows = fits.rows_of(one.recordings)
-    balance = fits.balance
-    owner = balance.rows.recording[rows]
-    gain = one.values["force_constant"] / one.values["mass"]
-    stake = balance.rows.a[rows] ** 2 + (gain * balance.rows.current[rows]) ** 2
-    noise = one.floor[balance.rows.block[rows]] / fits.inverse[rows] ** 2
-    counts = np.bincount(owner)
-    left, whole = (np.bincount(owner, x) for x in (one.residual[rows] ** 2 + noise, stake + noise))
-    known = counts > 0
-    return float(counts[known] @ np.log(left[known] / whole[known])) / float(counts.sum())
 
 
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
