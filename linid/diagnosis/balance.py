@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from linid.identification.acceleration import Acceleration
 from linid.identification.motion import retaken, with_input_noise
 from linid.physics.model import Model
+from linid.physics.motors import fundamental_force_constant
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -48,7 +49,7 @@ class Rows:
 class Noise:
     """Mean squares (B,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per block.
 
-    gain: force constant at which that of the inputs was found; it grows with the square of it. A fit that did not count
+    gain: acceleration per input at which that of the inputs was found; it grows with the square of it. A fit that did not count
     that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error Models).
     """
 
@@ -57,7 +58,7 @@ class Noise:
     gain: float
 
     def power(self, gain: float) -> Array:
-        """Mean squares (B,) under a model with another force constant."""
+        """Mean squares (B,) under a model with another acceleration per input."""
         return self.encoder + self.inputs * (gain / self.gain if self.gain else 0.0) ** 2
 
     def deviation(self, rows: Rows) -> Array:
@@ -120,8 +121,7 @@ class Balance:
                 # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
                 limit = _BURST * _spread_of(change, rows.recording)[rows.recording]
                 squares.append(np.clip(change, -limit, limit) ** 2)
-        gain = float(vector[model.slot("force_constant")]) if model.kind != "friction" else 0.0
-        return Noise(*(_per_block(np.array(squares), rows) for squares in found), gain)
+        return Noise(*(_per_block(np.array(squares), rows) for squares in found), gain_of(model, vector))
 
     def _remeasured(self, model: Model, vector: Array, recordings: Sequence[Recording]) -> Array:
         """The residual (n,) at these rows of other measurements of the same motions."""
@@ -134,6 +134,17 @@ class Balance:
         """(n,) true where a row belongs to a held-out recording."""
         held = np.array([r.split == "held_out" for r in self.recordings])
         return np.asarray(held[self.rows.recording])
+
+
+def gain_of(model: Model, vector: Array) -> float:
+    """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor."""
+    if model.kind == "friction":
+        return 0.0
+    constant, length, nome = (float(vector[model.slot(n)]) if model.kind == "theta" or n == "force_constant" else 0.0
+                              for n in ("force_constant", "winding_length", "nome"))  # fmt: skip
+    if model.kind == "theta":
+        constant = float(fundamental_force_constant(constant, length, nome))
+    return constant / float(vector[model.slot("mass")])
 
 
 def scale_of(noise: Array) -> Array:

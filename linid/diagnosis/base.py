@@ -25,7 +25,7 @@ Progress = Callable[[str, int, int], None]
 # as a share of the travel between reversals (all tried, the best of them fitted), damping ratio of the bristle.
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
 _TRIED = 2
-_DISAGREEING = 2.0  # factor between two regressions' force constants, from which on one of them is biased
+_DISAGREEING = 2.0  # factor between a base and a regression beside a free force, from which on the base is biased
 _LEAST_FRICTION = 1e-2  # of the inertial force
 
 
@@ -67,9 +67,8 @@ def fit_base_model(
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
-    limits = _limits(starts, held, assumptions)
     balance = Balance(model, recordings, jobs, seed, memory)
-    judge = judge_of(balance, model, starts[0], held, limits, seed)
+    judge = judge_of(balance, model, starts[0], held, {}, seed)
     watch("base", 1, 3)
     rows = judge.fits.rows_of(places)
     settled = []
@@ -81,6 +80,7 @@ def fit_base_model(
         best = [rivals[k] for k in np.argsort(levels)[:_TRIED]]
         settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
     found = min(settled, key=lambda one: one.level)
+    limits = _limits(found, starts, held, assumptions)
     watch("base", 2, 3)
     # The noise that the inputs bring hangs on the model, and the criterion on the noise.
     judge = judge_of(balance, model, found.values, held, limits, seed)
@@ -101,24 +101,25 @@ def _starts(model: Model, fitted: Sequence[Recording], held: dict[str, float]) -
 
 
 def _limits(
-    starts: Sequence[dict[str, float]], held: dict[str, float], assumptions: list[str]
+    found: Fitted, starts: Sequence[dict[str, float]], held: dict[str, float], assumptions: list[str]
 ) -> dict[str, tuple[float, float]]:
-    """Bounds of the force constant where a regression beside a free periodic force puts it elsewhere than a plain one.
+    """Bounds of the acceleration per input where the base puts it far below a regression beside a free periodic force.
 
     A loop that holds the axis against what is missing makes the input look as if it pushed nowhere, in every fit that
-    lacks it; a model in which it does push there again can explain what the loop did (closed-loop bias).
+    lacks it (closed-loop bias); a model in which it does push there again can explain what the loop did.
     """
-    name = "force_constant" if "force_constant" not in held else "mass"
-    if len(starts) < 2 or name in held:
+    if len(starts) < 2 or ("force_constant" in held and "mass" in held):
         return {}
-    plain, free = starts[0][name], starts[1][name]
-    if 1.0 / _DISAGREEING < plain / free < _DISAGREEING:
+    alone, free = (values["force_constant"] / values["mass"] for values in (found.values, starts[1]))
+    if alone > free / _DISAGREEING:
         return {}
+    name = "mass" if "force_constant" in held else "force_constant"
     assumptions.append(
-        f"a loop cancels what the base lacks: alone it would put the {name.replace('_', ' ')} at {plain:.3g}, beside a "
-        f"free periodic force it is {free:.3g}; no fit leaves {free / _DISAGREEING:.3g} to {free * _DISAGREEING:.3g}"
+        f"a loop cancels what the base lacks: alone the base would put force constant over mass at {alone:.3g}, beside "
+        f"a free periodic force it is {free:.3g}; no fit leaves {free / _DISAGREEING:.3g} to {free * _DISAGREEING:.3g}"
     )
-    return {name: (free / _DISAGREEING, free * _DISAGREEING)}
+    value = starts[1][name]
+    return {name: (value / _DISAGREEING, value * _DISAGREEING)}
 
 
 def _with_friction(values: dict[str, float], model: Model, fitted: Sequence[Recording]) -> dict[str, float]:

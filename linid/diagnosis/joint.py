@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.balance import Balance, Noise
+from linid.diagnosis.balance import Balance, Noise, gain_of
 from linid.identification.genes import SearchSpace
 from linid.identification.motion import measure_motion
 from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
@@ -247,8 +247,7 @@ class JointFit:
 
     def floor_of(self, model: Model, vector: Array) -> Array:
         """Mean squares (B,) in the fit's scale that the noise gives the residuals of each block under a model."""
-        gain = float(vector[model.slot("force_constant")]) if model.kind != "friction" else 0.0
-        return np.asarray(np.maximum(self.noise.power(gain) * self.squared, _LEAST_NOISE))
+        return np.asarray(np.maximum(self.noise.power(gain_of(model, vector)) * self.squared, _LEAST_NOISE))
 
     def block_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
         """Per block: sum of the squared residuals, of the floor (B,), and the number of rows, over the chosen rows."""
@@ -269,15 +268,25 @@ class JointFit:
         per_block = np.sqrt(counts / np.maximum(power + noise, 1e-300))
         return np.asarray(np.where(rows, per_block[self.balance.rows.block] * self.inverse, 0.0))
 
-    def _pull(self, residual: Array, vector: Array, model: Model, rows: Chosen) -> float:
-        """Half the derivative of the criterion (times rows) by the force constant that the floor alone has."""
-        if model.kind == "friction" or self.noise.gain == 0.0:
-            return 0.0
-        gain = float(vector[model.slot("force_constant")])
+    def _pull(
+        self, coordinates: Sequence[Coordinate], residual: Array, vector: Array, model: Model, rows: Chosen
+    ) -> Array:
+        """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass."""
+        out = np.zeros(len(coordinates))
+        if self.noise.gain == 0.0:
+            return out
+        gain = gain_of(model, vector)
         power, noise, counts = self.block_powers(residual, self.floor_of(model, vector), rows)
-        slope = counts * 2.0 * self.noise.inputs * self.squared * gain / self.noise.gain**2
+        inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
         known = counts > 0
-        return -0.5 * float(np.sum((counts * slope * power)[known] / (noise * (power + noise))[known]))
+        # d/d log gain of n log((p + f)/f), halved
+        slope = -float(np.sum((counts * inputs * power)[known] / (noise * (power + noise))[known]))
+        for k, c in enumerate(coordinates):
+            if c.name == "force_constant":
+                out[k] = slope / float(vector[model.slot("force_constant")])
+            elif c.name == "mass":
+                out[k] = -slope
+        return out
 
     def fit(
         self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
@@ -366,7 +375,6 @@ class JointFit:
                 slopes[k] = known[c.name]
         slopes[missing] = self._differences(model, coordinates, held, x, residual, missing)
         renewals, fresh = 0, not known
-        place = next((k for k, c in enumerate(coordinates) if c.name == "force_constant"), None)
         vector = vectors_of(coordinates, model, held, x)[0]
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, rows)
@@ -375,9 +383,7 @@ class JointFit:
         used = 0
         while used < effort.steps:
             weights = self.weights(residual, floor, rows)[rows]
-            pull = np.zeros(x.size)
-            if place is not None:
-                pull[place] = self._pull(residual, vector, model, rows)
+            pull = self._pull(coordinates, residual, vector, model, rows)
             columns = (slopes[:, rows] * weights).T
             aim = residual[rows] * weights
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
