@@ -112,6 +112,9 @@ def select(base: Base, screening: Screening, watch: Watch) -> Selection:
             for one in steps
         ]
         first = first or screened[0]
+        if number == 0 and fits.coordinates.limits:
+            # What a loop has cancelled is a force; an effect that takes the input's thrust away would only hide it.
+            screened = [tuple(s for s in found if find_effect(s.name).force is not None) for found in screened]
         best = proposed(fits, screening, list(zip(steps, screened, strict=True)), watch, number)
         if best is None:
             break
