@@ -1,8 +1,8 @@
 """The joint fit: base model and effects identified together by the force balance, under one criterion.
 
 The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)),
-with p the squared residual and f the noise in it under the same parameters: what a fit lessens, a judgement weighs. A
-block that no model here can follow has its say once, however large its residual is; one at the floor asks for nothing.
+with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A block that no model here can
+follow has its say once, however large its residual is; one at the floor asks for nothing.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ _LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 # Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
 _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
 _LEAST_NOISE = 1e-4  # of the scale's square: recordings without noise count no more than that
+_LEAST_LEFT = 0.1  # of a block's squares, whatever noise is taken off
 _PRIOR = 1e-6  # of a block's weight: holds what no row tells where it is
 
 
@@ -237,6 +238,7 @@ class JointFit:
         self.blocks = int(rows.block.max(initial=-1)) + 1
         self.squared = np.zeros(self.blocks)
         self.squared[rows.block] = self.inverse**2
+        self.reference = np.maximum(noise.power(noise.gain) * self.squared, _LEAST_NOISE)
         self._slopes: dict[str, Columns] = {}
 
     def rows_of(self, recordings: Iterable[int]) -> Chosen:
@@ -250,11 +252,16 @@ class JointFit:
         return np.asarray(np.maximum(self.noise.power(gain_of(model, vector)) * self.squared, _LEAST_NOISE))
 
     def block_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
-        """Per block: sum of the squared residuals, of the floor (B,), and the number of rows, over the chosen rows."""
+        """Per block: sum of the squared residuals, of the base's floor, and the number of rows, over the chosen rows.
+
+        floor: (B,) under the residual's own model; what it has more noise than the base is taken off the squares
+        (corrected least squares: Fuller 1987), or a fit would do best with inputs that push less than they do.
+        """
         block = self.balance.rows.block[rows]
         power = np.bincount(block, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.blocks)
         counts = np.bincount(block, minlength=self.blocks).astype(np.float64)
-        return power, floor * counts, counts
+        corrected = np.maximum(power - counts * (floor - self.reference), _LEAST_LEFT * power)
+        return corrected, self.reference * counts, counts
 
     def level(self, residual: Array, floor: Array, rows: Chosen) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
@@ -279,8 +286,8 @@ class JointFit:
         power, noise, counts = self.block_powers(residual, self.floor_of(model, vector), rows)
         inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
         known = counts > 0
-        # d/d log gain of n log((p + f)/f), halved
-        slope = -float(np.sum((counts * inputs * power)[known] / (noise * (power + noise))[known]))
+        # d/d log gain of n log(p + f), halved
+        slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))
         for k, c in enumerate(coordinates):
             if c.name == "force_constant":
                 out[k] = slope / float(vector[model.slot("force_constant")])
