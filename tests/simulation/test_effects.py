@@ -236,5 +236,28 @@ def test_several_pushes_add_up() -> None:
     assert rms(simulate((push.name,), RUN, START, 16, values=both) - reference) < 5e-8
 
 
+def test_friction_under_load_takes_its_share_of_the_thrust() -> None:
+    """Steady: sigma_2 v = F - F_C - mu F, of the thrust after saturation; at rest F must beat F_S + mu F."""
+    t = np.arange(0.0, 2.5, 1e-3)
+    # A wide Stribeck curve: in a narrow one, the creep of the ramp lowers the breakaway.
+    known = {"force_constant": 10.0, "load_friction": 0.3, "saturation": 0.2, "stribeck_velocity": 0.1}
+    for effects, thrust in (
+        (("load_dependent_friction",), 8.0),
+        (("load_dependent_friction", "force_saturation"), 8.0 / (1.0 + 0.2 * 0.8**2)),
+    ):
+        logged = Recording("steady", t, np.zeros_like(t), drive_input=np.full_like(t, 0.8))
+        y = simulate(effects, logged, (0.0, 0.5, math.nan), 2, values=known, kind="force")
+        speed = (0.7 * thrust - AXIS["coulomb_force"]) / AXIS["viscous_friction"]
+        found = (y[-1] - y[-101]) / 0.1
+        assert found == pytest.approx(speed, rel=1e-4)
+    holding = AXIS["static_force"] / 0.7
+    for share, moves in ((0.95, False), (1.05, True)):
+        ramp = 0.1 * share * holding * np.minimum(t / 1.0, 1.0)
+        y = simulate(
+            effects[:1], Recording("ramp", t, 0.0 * t, drive_input=ramp), (0.0, 0.0, 0.0), 2, values=known, kind="force"
+        )
+        assert (y[-1] > 0.1) == moves and (moves or y[-1] - y[-500] < 1e-5)
+
+
 def test_effects_are_listed_once() -> None:
     assert len({effect.name for effect in EFFECTS}) == len(EFFECTS)

@@ -61,11 +61,17 @@ def reference(kind: str, winding: str) -> DrivenByVoltage:
 
 
 def simulate(
-    kind: str, winding: str, substeps: int, one: Recording | None = None, settled: bool = False, **changes: float
+    kind: str,
+    winding: str,
+    substeps: int,
+    one: Recording | None = None,
+    settled: bool = False,
+    effects: tuple[str, ...] = (),
+    **changes: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, velocity and currents by the compiled simulation; settled: from the currents of the first voltages."""
     one = one or recording(kind)
-    model = Model(kind, (), winding)
+    model = Model(kind, effects, winding)
     inputs = pack_inputs([one], voltages=True)
     params = model.vector(values(kind, **changes))[None, :]
     y, v, i, _ = Simulator(model, inputs, substeps).run_by_voltage(
@@ -74,9 +80,29 @@ def simulate(
     return y[0], v[0], i[0]
 
 
+def rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
 cases = pytest.mark.parametrize(
     ("kind", "winding"), [("sine", STAR), ("sine", SEPARATE), ("theta", STAR), ("theta", SEPARATE)]
 )
+
+
+def test_friction_under_load_answers_to_the_currents_that_flow() -> None:
+    """Driven by the currents that the voltages bring forth, the axis moves the same way, until it falls out of step."""
+    effects, friction = ("load_dependent_friction",), {"load_friction": 0.15}
+    one, soon = recording("sine", 1e-4), slice(0, 2000)
+    y, _, i = simulate("sine", STAR, 4, one, effects=effects, **friction)
+    base = simulate("sine", STAR, 4, one)[0]
+    driven = replace(one, phase_voltages=None, phase_currents=i)
+    model, inputs = Model("sine", effects), pack_inputs([driven])
+    params = model.vector(values("sine", **friction))[None, :]
+    again = Simulator(model, inputs, 4).run(params, whole_recordings(inputs), np.array([[START]]))[0][0]
+    assert np.max(np.abs(again - y)[soon]) < 1e-3 * np.max(np.abs(y - base)[soon])
+    fine = simulate("sine", STAR, 16, effects=effects, **friction)[0]
+    errors = [rms(simulate("sine", STAR, k, effects=effects, **friction)[0] - fine) for k in (2, 4)]
+    assert errors[0] < 2e-6 and errors[1] < 0.3 * errors[0]
 
 
 @cases
