@@ -5,19 +5,17 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.locate import LEAST_ROWS, Coordinate, bin_edges, bins_of
+from linid.diagnosis.report_data import Form, PairShare
 from linid.diagnosis.roll_null import Draws, p_value, slot_sums, with_rolled
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Form = Literal["table", "proportional"]
 
 _BINS = 12  # per coordinate; 24 by 24 cells of a campaign would hold some dozen rows
 _LINE_BINS = 24  # where only a slope in the other coordinate is asked for
@@ -27,31 +25,6 @@ _SLOPES = ("direction", "current")  # what forces are proportional to: friction'
 _WHEN = ("recording", "time")  # one of the pair only; which recording, or when, the slope is another
 _SAME = frozenset({"velocity", "direction"})  # the one is a function of the other
 _FEW = 5
-
-
-@dataclass(frozen=True)
-class PairShare:
-    """How much of the residual force only a pair of coordinates explains, beyond any sum of the two by themselves.
-
-    share: of the residual's variance, cross-validated, 0 to 1; p_value: against residuals rolled in time, for the best
-    of all pairs tried; form: a table of both, or for each x another slope in y ("proportional"), whatever says more;
-    x_edges (a + 1,), y_edges (b + 1,): of the table's cells in their units; mean: (b, a) residual force in N (rotary:
-    N m), nan where too few rows; rows: (b, a) in each cell.
-    """
-
-    x_coordinate: str
-    y_coordinate: str
-    x_label: str
-    y_label: str
-    x_unit: str
-    y_unit: str
-    form: Form
-    share: float
-    p_value: float
-    x_edges: Array
-    y_edges: Array
-    mean: Array
-    rows: Integers
 
 
 def locate_pairs(

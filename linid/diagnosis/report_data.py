@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.result import Estimate
+from linid.recording.checks import RecordingChecks
 
 Array = NDArray[np.float64]
-Status = Literal["none", "identified", "ambiguous", "unknown"]
+Integers = NDArray[np.int64]
+Status = Literal["none", "explained", "partly explained", "unknown"]
+Form = Literal["table", "proportional"]
 MEASURES = ("free_run", "ahead", "force")
 
 
@@ -34,6 +37,31 @@ class Share:
 
 
 @dataclass(frozen=True)
+class PairShare:
+    """How much of the residual force only a pair of coordinates explains, beyond any sum of the two by themselves.
+
+    share: of the residual's variance, cross-validated, 0 to 1; p_value: against residuals rolled in time, for the best
+    of all pairs tried; form: a table of both, or for each x another slope in y ("proportional"), whatever says more;
+    x_edges (a + 1,), y_edges (b + 1,): of the table's cells in their units; mean: (b, a) residual force in N (rotary:
+    N m), nan where too few rows; rows: (b, a) in each cell.
+    """
+
+    x_coordinate: str
+    y_coordinate: str
+    x_label: str
+    y_label: str
+    x_unit: str
+    y_unit: str
+    form: Form
+    share: float
+    p_value: float
+    x_edges: Array
+    y_edges: Array
+    mean: Array
+    rows: Integers
+
+
+@dataclass(frozen=True)
 class Change:
     """One gap measure before and after, beside its floor; low, high: 95 % interval of `after` for a new recording
     of the same kind (over several recordings: of their mean).
@@ -49,35 +77,84 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One effect (or several together) tried as the cause of the gap.
+class Entry:
+    """One line of the budget: an effect with evidence.
 
-    explained: share of the fitted recordings' residual that a regression on the effect takes away (screening);
-    closure: share of the held-out excess over the floor that goes away when base and effect are fitted together, with
-    its 95 % block-bootstrap interval (nan where the effect was only screened); parameters: of the effect, SI.
+    rivals: effects that would do as well, which these recordings cannot tell from it; share: of the gap that it
+    causes, whatever the order in which effects are added (Shapley's mean over all orders), with its 95 % interval;
+    first_in: share closed by it alone; last_in: share that comes back when it alone is taken out; certainty: of the
+    held-out gain, in standard deviations; parameters: of the effect, SI; combinations: lines on what is known of
+    parameters that are not known one by one; measures: the three measures over the held-out recordings without it
+    (`before`: all other effects in) and with it.
     """
 
-    effects: tuple[str, ...]
-    explained: float
-    closure: float = float("nan")
-    low: float = float("nan")
-    high: float = float("nan")
-    held_out: dict[str, Change] = field(default_factory=dict)
+    effect: str
+    rivals: tuple[str, ...]
+    share: float
+    low: float
+    high: float
+    first_in: float
+    last_in: float
+    certainty: float
     parameters: tuple[Estimate, ...] = ()
+    combinations: tuple[str, ...] = ()
+    measures: dict[str, Change] = field(default_factory=dict)
     note: str = ""
 
     @property
-    def name(self) -> str:
-        """The effects' names in one word."""
-        return " + ".join(self.effects)
+    def worsens(self) -> tuple[str, ...]:
+        """Measures that are worse with it than without."""
+        return tuple(name for name, change in self.measures.items() if change.after > change.before)
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The gap and its causes.
+
+    The gap is the mean square of the force that the base model misses along the measured motion, above its floor, over
+    the held-out rows and the recordings that single-recording effects act in; all shares are shares of it. before,
+    after, floor: RMS in N (rotary: N m) over these rows; excess_before, excess_after: the gap and what is left of it in
+    mean squares of the noise; closed: share that the entries close together, unexplained: the rest, each with a 95 %
+    interval; ceiling: share of the rest that smooth functions of pairs of coordinates reach; depends_on: coordinates,
+    the strongest first, that the rest depends on.
+    """
+
+    before: float
+    after: float
+    floor: float
+    excess_before: float
+    excess_after: float
+    closed: float
+    closed_low: float
+    closed_high: float
+    unexplained: float
+    unexplained_low: float
+    unexplained_high: float
+    entries: tuple[Entry, ...]
+    ceiling: float
+    depends_on: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """An effect of the library on these recordings. explained: share of the base's log power over the floor that a
+    regression on it alone takes from the fitted recordings; outcome: named, rival, dropped (joined the model, but
+    failed on held-out recordings) or screened; certainty, closed: on held-out rows, where it was tested."""
+
+    effect: str
+    explained: float
+    outcome: Literal["named", "rival", "dropped", "screened"]
+    certainty: float = float("nan")
+    closed: float = float("nan")
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """status: none (at the floor), identified, ambiguous (a group that these data cannot tell apart), unknown.
+    """status: none (at the floor), explained (named effects bring the gap to the floor), partly explained (named
+    effects with evidence, and a remainder), unknown (a gap and no effect with evidence).
 
-    effects: named as cause, in order of importance; equivalent: the rivals that explain as much; sentence: for people;
-    next_experiment: the recording to make next, with the reason.
+    effects: named, the largest share first; equivalent: rivals of any of them; sentence: where, which and how far, for
+    people; next_experiment: the recording to make next, with the reason.
     """
 
     status: Status
@@ -120,10 +197,11 @@ class RecordingChange:
 class Diagnosis:
     """All that a diagnosis of one campaign found.
 
-    model: base motor model; base_effects: already in the base; assumptions: what was taken for granted; ceiling:
-    largest share of the held-out excess that any smooth function of the coordinates could explain (cross-validated);
-    excess: held-out mean square of the residual acceleration over its floor, before and after; field_wavenumber:
-    rad/m or None.
+    model: base motor model; base_effects: already in the base; assumptions: what was taken for granted; force_scale:
+    "" where forces are in N, else what they are divided by ("kg"), since no recording tells the mass; where, pairs:
+    coordinates and pairs of them that the base's residual depends on; tried: all effects that make sense here;
+    measures: over all held-out recordings before and after; combinations: of base parameters, known although they are
+    not known one by one; checks: what the data themselves show; field_wavenumber: rad/m or None.
     """
 
     name: str
@@ -132,15 +210,16 @@ class Diagnosis:
     base_effects: tuple[str, ...]
     assumptions: tuple[str, ...]
     verdict: Verdict
-    candidates: tuple[Candidate, ...]
+    budget: Budget
+    tried: tuple[Tried, ...]
     where: tuple[Share, ...]
-    ceiling: float
-    ceiling_coordinates: str
-    excess_before: float
-    excess_after: float
-    floor: float
+    pairs: tuple[PairShare, ...]
+    measures: dict[str, Change]
     recordings: tuple[RecordingChange, ...]
     traces: tuple[ResidualTrace, ...]
+    checks: tuple[RecordingChecks, ...]
+    force_scale: str
     field_wavenumber: float | None
     seed: int
+    combinations: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
