@@ -108,6 +108,16 @@ class StepRegression:
         share = 1.0 - math.exp(self._level(left) - self._before)
         return solution / norms, share if math.isfinite(share) else -1.0
 
+    def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
+        """What the criterion loses (k,) when each of the parts (m, k) is taken from the weighted residual of rows (m,)."""
+        places, block = np.unique(self.block[rows], return_inverse=True)
+        counts, floor = self._counts[places], self._floor[places]
+        sums = np.zeros((places.size, parts.shape[1]))
+        np.add.at(sums, block, (self._rest[rows, None] - parts) ** 2)
+        before = np.bincount(block, self._rest[rows] ** 2)
+        levels = np.log(before / counts + floor)[:, None] - np.log(sums / counts[:, None] + floor[:, None])
+        return np.asarray(counts @ levels)
+
     def _level(self, rest: Array) -> float:
         """Mean log of what is left, per block, beside the floor."""
         power = np.bincount(self.block, rest[: self.block.size] ** 2, minlength=self._counts.size)
@@ -234,8 +244,8 @@ class Screening:
             whole = np.einsum("ij,ij->j", columns, columns)
             clear = whole - np.sum((span[mine].T @ columns) ** 2, axis=0)
             clear = np.where(clear > _CLEAR * whole, clear, np.inf)
-            moments = columns.T @ rest[mine]
-            found[index] = moments**2 / clear, moments / clear, entries, columns
+            forces = columns.T @ rest[mine] / clear
+            found[index] = regression.gains(mine, columns * forces), forces, entries, columns
         if not found:
             return Trial({}, {}, -1.0)
         where = max(found, key=lambda index: float(np.max(found[index][0])))
