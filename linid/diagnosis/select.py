@@ -17,7 +17,7 @@ from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, Joi
 from linid.diagnosis.judge import Evidence, Judge
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.side_by_side import side_by_side
-from linid.physics.effects.registry import find_effect
+from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
@@ -26,6 +26,8 @@ LARGEST = 10  # effects in one model
 CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of the best's screening that they need
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 1.8
+# A look-alike must explain this share of an effect's gain to be fitted in its place, and keep as much to be as good.
+ALIKE = 0.7
 # The tests on held-out rows.
 CERTAINTY = 3.0
 LEAST_GAIN = 0.01
@@ -171,9 +173,11 @@ def backward(
             parts.append(part)
         failing = [p for p in parts if not stands(p)]
         if not failing:
-            return Selection(
-                base, full, tuple(sorted(parts, key=lambda p: -p.evidence.gain)), screened, tuple(dropped), {}
-            )
+            full, rivals, changed = contested(judge, screening, full, parts)
+            if changed:
+                continue
+            ordered = tuple(sorted(parts, key=lambda p: -p.evidence.gain))
+            return Selection(base, full, ordered, screened, tuple(dropped), rivals)
         weakest = min(failing, key=lambda p: p.evidence.closed)
         dropped.append(weakest)
         full = weakest.without
@@ -187,6 +191,51 @@ def _part(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int
     if find_effect(name).acts == "one":  # a moment shows in its own recordings or nowhere
         rows = judge.rows_of(name, values)
     return Part(name, judge.compare(without, full, rows), without)
+
+
+def contested(
+    judge: Judge, screening: Screening, full: Fitted, parts: Sequence[Part]
+) -> tuple[Fitted, dict[str, tuple[str, ...]], bool]:
+    """Each effect weighed against those that look alike, with all others there.
+
+    Returns the model, per effect the names of those that would do as well, and whether the model has changed: a simpler
+    form that does as well takes the place of a fuller one, and a look-alike that does clearly better that of any.
+    """
+    fits = judge.fits
+    rivals: dict[str, tuple[str, ...]] = {}
+    for part in parts:
+        alike = look_alikes(part.name, full.model)
+        if not alike:
+            continue
+        rows = judge.rows(full.model.effects, {**full.values, **full.structural})
+        gain = part.without.level - full.level
+        found = [
+            s for s in screening.screen(part.without, only=alike)
+            if -math.log(1.0 - min(s.trial.explained, 0.999)) >= ALIKE * gain and s.trial.lead >= LEAST_LEAD
+        ]  # fmt: skip
+        left = []
+        for item in found:
+            instead = extended(fits, screening, (part.without, item), 1)
+            instead = fits.fit(instead.model, instead.values, instead.structural, instead.recordings, SETTLING)
+            worse = judge.compare(instead, full, rows)
+            if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
+                return instead, {}, True
+            if worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain:
+                if item.name in find_effect(part.name).includes:
+                    return instead, {}, True
+                if part.name not in find_effect(item.name).includes:
+                    left.append(item.name)
+        if left:
+            rivals[part.name] = tuple(left)
+    return full, rivals, False
+
+
+def look_alikes(name: str, model: Model) -> tuple[str, ...]:
+    """Effects that say they look like this one, or it like them, and are not in the model."""
+    own = find_effect(name)
+    near = {*own.confused_with, *own.includes}
+    near |= {e.name for e in EFFECTS if name in (*e.confused_with, *e.includes)}
+    return tuple(e.name for e in EFFECTS if e.name in near and e.name not in model.effects)
 
 
 def stands(part: Part) -> bool:
