@@ -47,14 +47,15 @@ class Part:
 class Selection:
     """base: the model without effects; best: with all that stood the tests; parts: these, the largest gain first;
     screened: effects with the share of the base's log power that each explains alone, best first; dropped: proposed
-    effects that failed the tests, with their evidence; rivals: per effect of `best` those that would do as well."""
+    effects that failed the tests, with their evidence; rivals: per effect of `best` those that would do as well, with
+    the model that has them instead."""
 
     base: Fitted
     best: Fitted
     parts: tuple[Part, ...]
     screened: tuple[Screened, ...]
     dropped: tuple[Part, ...]
-    rivals: dict[str, tuple[str, ...]]
+    rivals: dict[str, tuple[tuple[str, Fitted], ...]]
 
 
 Watch = Callable[[str, int, int], None]
@@ -154,6 +155,21 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
     return [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]][:CONTENDERS]
 
 
+def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:
+    """The base with exactly these effects; None if one makes no sense here.
+
+    One after the other, each started where it explains most of what the others have left, the strongest first.
+    """
+    fits, step = base.judge.fits, base.fitted
+    while missing := [name for name in effects if name not in step.model.effects]:
+        found = screening.screen(step, only=missing)
+        if {s.name for s in found} != set(missing):
+            return None
+        step = extended(fits, screening, (step, found[0]), screening.jobs)
+        step = fits.fit(step.model, step.values, step.structural, step.recordings, SETTLING)
+    return fits.fit(step.model, step.values, step.structural, screening.to_fit(step), THOROUGH) if effects else step
+
+
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
     """What a model gains over the step before, on the rows that it is fitted to."""
     judge = Judge(fits.balance, fits, fits.noise, fits.scale, 0)
@@ -169,7 +185,7 @@ def backward(
     while True:
         full = fits.fit(full.model, full.values, full.structural, screening.to_fit(full), THOROUGH)
         parts = []
-        for _, part in side_by_side(partial(_part, judge, screening, full), full.model.effects, screening.jobs):
+        for _, part in side_by_side(partial(part_of, judge, screening, full), full.model.effects, screening.jobs):
             parts.append(part)
         failing = [p for p in parts if not stands(p)]
         if not failing:
@@ -183,7 +199,8 @@ def backward(
         full = weakest.without
 
 
-def _part(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int) -> Part:
+def part_of(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int) -> Part:
+    """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
     without = without_effect(judge.fits, screening, full, name)
     values = {**full.values, **full.structural}
@@ -195,14 +212,14 @@ def _part(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int
 
 def contested(
     judge: Judge, screening: Screening, full: Fitted, parts: Sequence[Part]
-) -> tuple[Fitted, dict[str, tuple[str, ...]], bool]:
+) -> tuple[Fitted, dict[str, tuple[tuple[str, Fitted], ...]], bool]:
     """Each effect weighed against those that look alike, with all others there.
 
-    Returns the model, per effect the names of those that would do as well, and whether the model has changed: a simpler
+    Returns the model, per effect those that would do as well, and whether the model has changed: a simpler
     form that does as well takes the place of a fuller one, and a look-alike that does clearly better that of any.
     """
     fits = judge.fits
-    rivals: dict[str, tuple[str, ...]] = {}
+    rivals: dict[str, tuple[tuple[str, Fitted], ...]] = {}
     for part in parts:
         alike = look_alikes(part.name, full.model)
         if not alike:
@@ -224,7 +241,7 @@ def contested(
                 if item.name in find_effect(part.name).includes:
                     return instead, {}, True
                 if part.name not in find_effect(item.name).includes:
-                    left.append(item.name)
+                    left.append((item.name, instead))
         if left:
             rivals[part.name] = tuple(left)
     return full, rivals, False

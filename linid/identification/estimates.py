@@ -65,6 +65,13 @@ def make_estimates(
     return tuple(estimates), names, covariance, np.clip(correlation, -1.0, 1.0)
 
 
+def plain_estimates(model: Model, values: dict[str, float]) -> tuple[Estimate, ...]:
+    """Parameters of a model at given SI values, about whose uncertainty nothing is said."""
+    return tuple(
+        Estimate(p.name, p.symbol, p.unit, values[p.name], math.nan, math.nan, math.nan) for p in model.parameters
+    )
+
+
 def _status(
     space: SearchSpace, column: int, gene: float, gene_std: float, value: float, std: float
 ) -> tuple[Status, str]:
