@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.joint import Fitted
 from linid.diagnosis.experiments import Experiment
+from linid.diagnosis.joint import Fitted
 from linid.identification.acceleration import Acceleration
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording

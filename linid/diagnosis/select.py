@@ -110,10 +110,8 @@ def select(base: Base, screening: Screening, watch: Watch) -> Selection:
     steps = [step, *(fits.at(step.model, values, step.recordings) for values in base.rivals)]
     first: tuple[Screened, ...] = ()
     for number in range(LARGEST):
-        screened = [
-            screening.screen(one, lambda done, total, n=number: watch(f"screen effect {n + 1}", done, total))
-            for one in steps
-        ]
+        told = partial(watch, f"screen effect {number + 1}")
+        screened = [screening.screen(one, told) for one in steps]
         first = first or screened[0]
         if number == 0 and fits.coordinates.limits:
             # What a loop has cancelled is a force; an effect that takes the input's thrust away would only hide it.

@@ -1,7 +1,7 @@
 """Shares of the gap: what each effect causes, whatever the order in which the effects are added.
 
-The gap is the mean square of the acceleration that the base misses, in units of the noise, above its floor. A set of effects closes of it what is
-gone once the base has been fitted again beside them; an effect's share is the mean of what it closes over all orders
+The gap is the mean square of the acceleration that the base misses, in units of the noise, above its floor. A set of
+effects closes of it what is gone once the base has been fitted again beside them; an effect's share is the mean of what it closes over all orders
 in which the effects can be added (Shapley 1953, Contributions to the Theory of Games 2, 307).
 """
 
@@ -125,7 +125,7 @@ class _Game:
         self.ridge = np.array([level / c.scale if c.log else 0.0 for c in self.unknowns])
 
     def _sums(self, x: Array) -> Array:
-        return np.bincount(self.block, x[self.rows], minlength=self.places.size)
+        return np.asarray(np.bincount(self.block, x[self.rows], minlength=self.places.size), dtype=np.float64)
 
     def power(self, subset: Sequence[str]) -> Array:
         """What is left per block with these effects alone, the rest of the model fitted again by least squares."""

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from linid.diagnosis.next_experiment import Prospect
 from linid.diagnosis.report_data import Budget, Entry, Share, Status, Verdict
 from linid.physics.effects.registry import find_effect
-from linid.recording.checks import RecordingChecks, joined_findings
+from linid.recording.check_findings import joined_findings
+from linid.recording.checks import RecordingChecks
 
 # Excess over the floor (in floors) below which a campaign counts as explained: nobody knows the floor better.
 LEAST_EXCESS = 0.3
@@ -79,8 +80,8 @@ def _unknown(
     if screened:
         tried = (
             f" {len(screened)} effects were tried; the nearest, {screened[0][0].replace('_', ' ')}, takes "
-            f"{_percent(max(screened[0][1], 0.0))} of the log power from the fitted recordings, but does not hold on the "
-            "held-out ones."
+            f"{_percent(max(screened[0][1], 0.0))} of the log power from the fitted recordings, but does not hold on "
+            "the held-out ones."
         )
     moved = ""
     if motion < LEAST_MOTION:

@@ -13,6 +13,7 @@ from linid.identification.identifiability import advice, is_useless
 from linid.identification.result import Estimate, Status
 from linid.identification.uncertainty import Uncertainty
 from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
 
 Array = NDArray[np.float64]
 _NORMAL = 1.959964
