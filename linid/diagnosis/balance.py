@@ -49,8 +49,9 @@ class Rows:
 class Noise:
     """Mean squares (B,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per block.
 
-    gain: acceleration per input at which that of the inputs was found; it grows with the square of it. A fit that did not count
-    that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error Models).
+    gain: acceleration per input at which that of the inputs was found; it grows with the square of it. A fit that did
+    not count that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error
+    Models).
     """
 
     encoder: Array

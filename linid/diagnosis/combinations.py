@@ -27,7 +27,8 @@ def base_combinations(result: FitResult, known_mass: bool) -> tuple[str, ...]:
     for name, words in (("coulomb_force", "Coulomb friction"), ("viscous_friction", "viscous friction")):
         relative = _relative(result, {name: 1, "force_constant": -1})
         speed = (" s/rad" if rotary else " s/m") if name == "viscous_friction" else ""
-        lines.append(f"{words} / force constant = {_shown(names[name].value / constant, relative)} {result.input_unit}{speed}")
+        ratio = _shown(names[name].value / constant, relative)
+        lines.append(f"{words} / force constant = {ratio} {result.input_unit}{speed}")
     return tuple(lines)
 
 
@@ -53,7 +54,7 @@ def effect_combinations(result: FitResult, effect: str) -> tuple[str, ...]:
             value = values[name].value * values[other].value ** power
             sign = "·" if power > 0 else "/"
             words = name.replace("_", " "), other.replace("_", " ")
-            lines.append(f"{words[0]} {sign} {words[1]} = {_shown(value, together)} (SI), though neither is known so well")
+            lines.append(f"{words[0]} {sign} {words[1]} = {_shown(value, together)} (SI), better than either alone")
     return tuple(lines)
 
 
@@ -66,7 +67,9 @@ def _relative(result: FitResult, powers: dict[str, int]) -> float:
     known = [name for name in powers if name in places and values[name] != 0.0]
     for one in known:
         for other in known:
-            rho = float(result.correlation[places[one], places[other]]) if result.correlation.size else float(one == other)
+            rho = float(one == other)
+            if result.correlation.size:
+                rho = float(result.correlation[places[one], places[other]])
             term = powers[one] * powers[other] * rho * stds[one] * stds[other] / (values[one] * values[other])
             total += term
     return math.sqrt(max(total, 0.0)) if math.isfinite(total) else math.inf

@@ -170,7 +170,8 @@ class _Seen:
         noise = judge.noise.deviation(balance.rows)
         self.ceiling = ceiling(balance, best, judge.scale, self.axes, noise)
         held = balance.split
-        missed = float(np.mean(judge.power(best)[held]) / max(float(np.mean(judge.power(balance.rows.a)[held])), 1e-300))
+        whole = max(float(np.mean(judge.power(balance.rows.a)[held])), 1e-300)
+        missed = float(np.mean(judge.power(best)[held])) / whole
         self.motion = 1.0 - missed
 
     def budget(self, shares: Shares, entries: tuple[Entry, ...]) -> Budget:

@@ -1,8 +1,8 @@
 """The joint fit: base model and effects identified together by the force balance, under one criterion.
 
 The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)),
-with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A block that no model here can
-follow has its say once, however large its residual is; one at the floor asks for nothing.
+with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A block that no model here
+can follow has its say once, however large its residual is; one at the floor asks for nothing.
 """
 
 from __future__ import annotations
@@ -101,8 +101,9 @@ class Coordinates:
 
     Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
     step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
-    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that
-    friction can grow without its presliding growing too.
+    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as F_S/F_C,
+    stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its presliding
+    growing too.
     """
 
     def __init__(

@@ -111,7 +111,7 @@ class StepRegression:
         return solution / norms, share if math.isfinite(share) else -1.0
 
     def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
-        """What the criterion loses (k,) when each of the parts (m, k) is taken from the weighted residual of rows (m,)."""
+        """What the criterion loses (k,) when each part (m, k) is taken from the weighted residual of rows (m,)."""
         places, block = np.unique(self.block[rows], return_inverse=True)
         counts, floor = self._counts[places], self._floor[places]
         sums = np.zeros((places.size, parts.shape[1]))
@@ -234,7 +234,7 @@ class Screening:
         return best
 
     def _best_moment(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
-        """The push that explains most, of all places and lengths in all recordings, with its lead over those elsewhere."""
+        """The push that explains most, of all moments and lengths in all recordings, with its lead over others."""
         (amplitude,) = effect.amplitudes_of_part(1)
         size = amplitude_sizes(regression, effect, self.whole)[amplitude]
         classes, weights = regression.part.classes, regression.weights

@@ -1,8 +1,8 @@
 """Shares of the gap: what each effect causes, whatever the order in which the effects are added.
 
 The gap is the mean square of the acceleration that the base misses, in units of the noise, above its floor. A set of
-effects closes of it what is gone once the base has been fitted again beside them; an effect's share is the mean of what it closes over all orders
-in which the effects can be added (Shapley 1953, Contributions to the Theory of Games 2, 307).
+effects closes of it what is gone once the base has been fitted again beside them; an effect's share is the mean of what
+it closes over all orders in which the effects can be added (Shapley 1953, Contributions to the Theory of Games 2, 307).
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from linid.diagnosis.next_experiment import Prospect
 from linid.diagnosis.report_data import Budget, Entry, Share, Status, Verdict
 from linid.physics.effects.registry import find_effect
-from linid.recording.check_findings import joined_findings
-from linid.recording.checks import RecordingChecks
+from linid.recording.check_findings import RecordingChecks
+from linid.recording.checks import joined_findings
 
 # Excess over the floor (in floors) below which a campaign counts as explained: nobody knows the floor better.
 LEAST_EXCESS = 0.3
@@ -60,7 +60,8 @@ def decide(
         words = {"free_run": "the free run", "ahead": "the prediction 0.1 s ahead", "force": "the force balance"}
         which = [e.effect.replace("_", " ") for e in budget.entries if e.worsens]
         sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} gets worse."
-    return Verdict(status, names, rivals, sentence, f"To measure it better, record: {find_effect(names[0]).exposed_by}.")
+    step = f"To measure it better, record: {find_effect(names[0]).exposed_by}."
+    return Verdict(status, names, rivals, sentence, step)
 
 
 def _in_words(entry: Entry) -> str:
