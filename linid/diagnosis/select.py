@@ -25,13 +25,15 @@ PROPOSED_CERTAINTY, PROPOSED_GAIN = 3.0, 0.004
 LARGEST = 10  # effects in one model
 CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of the best's screening that they need
 # A push must explain so many times as much as pushes at other moments do.
-LEAST_LEAD = 1.8
+LEAST_LEAD = 4.0
 # A look-alike must explain this share of an effect's gain to be fitted in its place, and keep as much to be as good.
 ALIKE = 0.7
 # The tests on held-out rows.
 CERTAINTY = 3.0
 LEAST_GAIN = 0.01
 LEAST_CLOSED = 0.15
+# Effects of single recordings fit themselves to much: of what they leave they must close more.
+LEAST_CLOSED_ALONE = 0.4
 
 
 @dataclass(frozen=True)
@@ -136,12 +138,13 @@ def proposed(
     if not items:
         return None
     before = screened[0][0]
-    fitted: list[tuple[Evidence, Fitted]] = []
-    for _, one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
-        fitted.append((gained(fits, before, one), one))
+    fitted: list[tuple[Evidence, Fitted, bool]] = []
+    for (_, item), one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
+        # A moment has no other blocks that could vouch for it: its lead over other moments did.
+        fitted.append((gained(fits, before, one), one, find_effect(item.name).acts == "one"))
         watch(f"fit effect {number + 1}", len(fitted), len(items))
-    evidence, best = max(fitted, key=lambda f: f[0].gain)
-    return best if evidence.certainty >= PROPOSED_CERTAINTY and evidence.gain >= PROPOSED_GAIN else None
+    able = [f for f in fitted if f[0].gain >= PROPOSED_GAIN and (f[0].certainty >= PROPOSED_CERTAINTY or f[2])]
+    return max(able, key=lambda f: f[0].gain)[1] if able else None
 
 
 def contenders(found: Sequence[Screened]) -> list[Screened]:
@@ -150,7 +153,8 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
     if not able:
         return []
     sizes = [-math.log(1.0 - min(s.trial.explained, 0.999)) for s in able]
-    return [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]][:CONTENDERS]
+    best = [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]]
+    return best[:CONTENDERS]
 
 
 def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:
@@ -257,5 +261,6 @@ def stands(part: Part) -> bool:
     """Whether an effect stands the tests on held-out rows."""
     e = part.evidence
     # A single moment has no other blocks that could vouch for it: its lead over other moments did.
-    sure = e.certainty >= CERTAINTY or find_effect(part.name).acts == "one"
-    return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED
+    effect = find_effect(part.name)
+    sure = e.certainty >= CERTAINTY or effect.acts == "one"
+    return sure and e.gain >= LEAST_GAIN and e.closed >= (LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED)
