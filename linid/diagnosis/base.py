@@ -26,6 +26,7 @@ Progress = Callable[[str, int, int], None]
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
 _TRIED = 2
 _DISAGREEING = 2.0  # factor between a base and a regression beside a free force, from which on the base is biased
+_FORCES = ("N", "N m", "Nm")  # units of an input that is a force
 _LEAST_FRICTION = 1e-2  # of the inertial force
 
 
@@ -55,6 +56,7 @@ def fit_base_model(
     fitted = [r for r in recordings if r.split == "fit"]
     places = tuple(k for k, r in enumerate(recordings) if r.split == "fit")
     wheels = [r for r in fitted if r.kind == "free_wheel"]
+    driven = [r for r in fitted if r.kind != "free_wheel"]
     model = Model(kind)
     held = dict(known)
     watch("base", 0, 3)
@@ -62,6 +64,9 @@ def fit_base_model(
         assumptions.append(f"friction starts from {len(wheels)} free wheels")
     elif kind != "friction":
         assumptions.append("no free wheels: friction comes from the driven recordings")
+    if kind == "force" and "force_constant" not in held and all(r.input_unit in _FORCES for r in driven):
+        held["force_constant"] = 1.0
+        assumptions.append(f"the input is a force as it stands ({driven[0].input_unit}): the moving mass is identified")
     masses = {r.added_mass for r in fitted}
     if "mass" not in held and len(masses) < 2 and not (kind == "force" and "force_constant" in held):
         held["mass"] = 1.0

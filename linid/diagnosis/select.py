@@ -26,10 +26,12 @@ LARGEST = 10  # effects in one model
 CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of the best's screening that they need
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 4.0
+MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments one always explains something
 # A look-alike must explain this share of an effect's gain to be fitted in its place, and keep as much to be as good.
 ALIKE = 0.7
 # The tests on held-out rows.
 CERTAINTY = 3.0
+CLEAR, CERTAINTY_OF_CLEAR = 0.3, 2.0  # an effect that closes so much needs to be no surer: its blocks differ in size
 LEAST_GAIN = 0.01
 LEAST_CLOSED = 0.15
 # Effects of single recordings fit themselves to much: of what they leave they must close more.
@@ -149,7 +151,11 @@ def proposed(
 
 def contenders(found: Sequence[Screened]) -> list[Screened]:
     """The screened effects that are worth a fit: those that explain nearly as much as the best one."""
-    able = [s for s in found if s.trial.explained > 0.5 * PROPOSED_GAIN and s.trial.lead >= LEAST_LEAD]
+    able = [
+        s for s in found
+        if s.trial.explained > (MOMENTS_GAIN if find_effect(s.name).acts == "one" else 0.5 * PROPOSED_GAIN)
+        and s.trial.lead >= LEAST_LEAD
+    ]  # fmt: skip
     if not able:
         return []
     sizes = [-math.log(1.0 - min(s.trial.explained, 0.999)) for s in able]
@@ -262,5 +268,6 @@ def stands(part: Part) -> bool:
     e = part.evidence
     # A single moment has no other blocks that could vouch for it: its lead over other moments did.
     effect = find_effect(part.name)
-    sure = e.certainty >= CERTAINTY or effect.acts == "one"
+    least = CERTAINTY_OF_CLEAR if e.closed >= CLEAR else CERTAINTY
+    sure = e.certainty >= least or effect.acts == "one"
     return sure and e.gain >= LEAST_GAIN and e.closed >= (LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED)
