@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-from linid.physics.effects.effect import PHASE_MOTORS
-
 _ROTARY = (
     (r"\b(in the middle and at|near|at) both ends of the stroke", r"\1 both ends of the range"),
     (r"\bthe (?:whole|full) stroke\b", "whole revolutions"),
@@ -37,6 +35,8 @@ def fitting_words(text: str, axis: str, kind: str) -> str:
 
     Applied twice it changes nothing more.
     """
+    from linid.physics.effects.effect import PHASE_MOTORS  # compiles: not for those who only print
+
     for pattern, words in _ONE_INPUT if kind not in PHASE_MOTORS else ():
         text = re.sub(pattern, words, text)
     for pattern, words in _ROTARY if axis == "rotary" else ():

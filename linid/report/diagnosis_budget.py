@@ -93,13 +93,14 @@ def waterfall(diagnosis: Diagnosis) -> tuple[Step, ...]:
     steps = [Step("gap", "gap of the base model", 1.0, 0.0, nan, nan, "100 %")]
     for entry in budget.entries:
         words = f"{percent(entry.share)} {interval_percent(entry.low, entry.high)}".strip()
-        end = level - entry.share
+        end = level - (entry.share if math.isfinite(entry.share) else 0.0)
         steps.append(Step("effect", label(entry), level, end, level - entry.high, level - entry.low, words))
         level = end
     rest, low, high = budget.unexplained, budget.unexplained_low, budget.unexplained_high
     reach = budget.ceiling * rest if math.isfinite(budget.ceiling * rest) else 0.0
     words = f"{percent(rest)} {interval_percent(low, high)}".strip()
-    return (*steps, Step("rest", "unexplained", rest, 0.0, low, high, words, max(reach, 0.0)))
+    start = rest if math.isfinite(rest) else level
+    return (*steps, Step("rest", "unexplained", start, 0.0, low, high, words, max(reach, 0.0)))
 
 
 def waterfall_words(diagnosis: Diagnosis) -> str:

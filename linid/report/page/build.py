@@ -53,6 +53,7 @@ def page_html(diagnosis: Diagnosis) -> str:
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
+    environment.filters["breakable"] = _breakable
     plots = _plots(diagnosis)
     traces = {t.recording: trace_plot(diagnosis, t) for t in worst_first(diagnosis.traces)}
     first = list(traces.values())[:1]
@@ -129,6 +130,13 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "recordings": len(diagnosis.recordings),
         "held_out": len(held_out(diagnosis)),
     }
+
+
+def _breakable(name: str) -> Any:
+    """A name that a narrow table may break after its underscores."""
+    from markupsafe import Markup, escape
+
+    return Markup(str(escape(name)).replace("_", "_<wbr>"))
 
 
 def _script_data(value: Any) -> Any:
