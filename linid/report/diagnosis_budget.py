@@ -103,16 +103,21 @@ def waterfall(diagnosis: Diagnosis) -> tuple[Step, ...]:
     return (*steps, Step("rest", "unexplained", start, 0.0, low, high, words, max(reach, 0.0)))
 
 
-def waterfall_words(diagnosis: Diagnosis) -> str:
-    """How to read the waterfall: what 100 % and 0 % are, in whose order, and what the hatching is."""
+def gap_words(diagnosis: Diagnosis) -> str:
+    """What the whole gap and its floor are, and in whose order it is shared out."""
     budget, force = diagnosis.budget, force_display(diagnosis)
     before, floor = (f"{number(x * force.factor)} {force.unit}" for x in (budget.before, budget.floor))
     text = (
         f"100 %: mean square of the {force_word(diagnosis.axis)} that the base model misses ({before} RMS) above its "
         f"floor ({floor} RMS, 0 %), held-out rows."
     )
-    if budget.entries:
-        text += " Each share is the mean over all orders of adding the effects; whiskers: 95 %."
+    return text + (" Each share is the mean over all orders of adding the effects." if budget.entries else "")
+
+
+def waterfall_words(diagnosis: Diagnosis) -> str:
+    """How to read the waterfall: what 100 % and 0 % are, and what whiskers, colours and hatching mean."""
+    budget, text = diagnosis.budget, gap_words(diagnosis)
+    text += " Whiskers: 95 %." if budget.entries else ""
     if any(entry.rivals for entry in budget.entries):
         text += " Green: any of the named would do."
     if math.isfinite(budget.ceiling) and budget.unexplained > 0:

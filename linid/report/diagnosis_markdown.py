@@ -11,8 +11,8 @@ from linid.report.diagnosis_budget import (
     BudgetLine,
     budget_lines,
     closed_words,
+    gap_words,
     rest_words,
-    waterfall_words,
     where_words,
     which_words,
 )
@@ -71,7 +71,7 @@ def _budget(diagnosis: Diagnosis) -> list[str]:
          " ".join(filter(None, (line.worsens, line.note))))
         for line in lines
     ]  # fmt: skip
-    parts = ["## Budget of the gap", _table(header, rows), waterfall_words(diagnosis), rest_words(diagnosis)]
+    parts = ["## Budget of the gap", _table(header, rows), gap_words(diagnosis), rest_words(diagnosis)]
     for line in lines:
         parts += _entry(line)
     return [*parts, scale_words(diagnosis)]

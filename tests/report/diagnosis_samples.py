@@ -198,7 +198,7 @@ def budget_of(*entries: Entry, measures: dict[str, Change], **more: Any) -> Budg
     values: dict[str, Any] = {"ceiling": 0.4, "depends_on": ("time in the recording",)}
     return Budget(
         before, after, floor, excess, (1 - closed) * excess, closed, closed - 0.02, min(closed + 0.02, 1.0), 1 - closed,
-        max(1 - closed - 0.02, 0.0), 1 - closed + 0.02, entries, **{**values, **more},
+        max(1 - closed - 0.02, 0.0), min(1 - closed + 0.02, 1.0), entries, **{**values, **more},
     )  # fmt: skip
 
 
@@ -280,7 +280,8 @@ def partly() -> Diagnosis:
     )  # fmt: skip
     tried = (
         *(Tried(e.effect, e.share + 0.1, "named", e.certainty, e.first_in) for e in entries),
-        Tried("position_dependent_friction", 0.3, "rival", 12.0, 0.2), *TRIED[1:],
+        Tried("position_dependent_friction", 0.3, "rival", 12.0, 0.2),
+        *(t for t in TRIED[1:] if t.effect != "position_dependent_friction"),
     )  # fmt: skip
     rows = recordings(made)
     return explained(

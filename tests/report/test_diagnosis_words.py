@@ -65,7 +65,7 @@ def test_tried_effects_come_by_outcome_then_by_what_they_explain() -> None:
     assert [name for outcome, name in found if outcome == "named"] == [
         "cogging", "cable_force", "asymmetric_friction", "quadratic_drag",
     ]  # fmt: skip
-    assert [outcome for outcome, _ in found] == ["named"] * 4 + ["rival"] + ["dropped"] * 2 + ["screened"] * 4
+    assert [outcome for outcome, _ in found] == ["named"] * 4 + ["rival", "dropped"] + ["screened"] * 4
     assert found[-1][1] == "payload_change"  # its share is not known
 
 
