@@ -97,7 +97,8 @@ def ledger(key: Key, answer: Answer) -> Ledger:
     )  # fmt: skip
     absent = tuple(entry.effect for entry in answer.entries if id(entry) not in taken)
     stated, truth = answer.unexplained, key.unexplained
-    knows = bool(key.shares) and stated.share is not None
+    # Of another friction law than the library's the key holds an upper bound only.
+    knows = bool(key.shares) and key.law == "lugre" and stated.share is not None
     return Ledger(
         items, absent, stated.share - truth if knows and stated.share is not None else None,
         stated.covers(truth) if knows else None,

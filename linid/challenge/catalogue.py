@@ -309,11 +309,12 @@ def draw_effect(
 
 
 def _some(recordings: list[tuple[str, str]], fit: int, held_out: int, random: Random) -> set[str]:
-    """Names of so many recordings of each split."""
+    """Names of so many recordings of each split, or of all that there are."""
     fitted = [n for n, split in recordings if split == "fit"]
     judged = [n for n, split in recordings if split == "held_out"]
     if held_out == 1:
         return {*random.choice(fitted, fit, replace=False), random.choice(judged)}
+    fit, held_out = min(fit, len(fitted)), min(held_out, len(judged))
     return {*random.choice(fitted, fit, replace=False), *random.choice(judged, held_out, replace=False)}
 
 

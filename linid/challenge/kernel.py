@@ -266,7 +266,7 @@ def _dahl(v: float, w: float, g: float, p: Plant) -> float:
 @njit(cache=True, error_model="numpy")
 def slipped(slips: Array, travel: float, g: float, p: Plant) -> tuple[float, float]:
     """Force in N of Maxwell's elements after `travel` m from the deflections `slips` (ELEMENTS,), and the share of
-    stiffness that sticks; g: sliding force in N."""
+    stiffness that is not yet strained to its limit; g: sliding force in N."""
     force, sticking = 0.0, 0.0
     for k in range(ELEMENTS):
         most, pull = p.shares[k] * g, p.stiffness[k] * (slips[k] + travel)
@@ -274,7 +274,7 @@ def slipped(slips: Array, travel: float, g: float, p: Plant) -> tuple[float, flo
             force += math.copysign(most, pull)
         else:
             force += pull
-            sticking += p.stiffness[k]
+            sticking += p.stiffness[k] * (1.0 - abs(pull) / most)
     return force, sticking / p.sigma_0
 
 

@@ -20,8 +20,8 @@ its covariance with the sum. Shares sum to 1; one is negative where an effect hi
 on plant and motion only, not on anybody's functional forms, and are what a joint fit of base and effects converges to.
 
 Rows that touch a step of the command are left out, as no balance can resolve them. Of a plant with another friction law
-than LuGre's, what LuGre's with the same forces and stiffness misses counts as unexplained, as do effects outside the
-library: an upper bound, since a fit may choose the other LuGre parameters better.
+than LuGre's, what LuGre's misses counts as unexplained, as do effects outside the library; stiffness, damping and
+static force of LuGre's are then fitted too, to first order: an upper bound, since a search may find better ones.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,6 @@ from linid.stand.modes import Command, command
 
 Array = NDArray[np.float64]
 SUBSTEPS = 2  # integration steps per loop period; the motion need not be the recorded one to the last bit
-LAW = "friction law"  # key of what LuGre's law misses of another one
 _STEP = 0.02  # of the current limit: a larger change of the command from one loop to the next is a step
 _LEAST_FLOOR = 0.3  # of the median: no recording counts more than that however quiet it is
 
@@ -60,7 +60,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Rows:
-    """One recording's rows: causes (effects and law, n) and columns of the base (4, n), m/s^2; scale: noise, m/s^2."""
+    """One recording's rows: causes (effects and law, n) and columns of the base (4 or 7, n); scale: noise, m/s^2."""
 
     causes: Array
     base: Array
@@ -97,7 +97,8 @@ def contributions(
     """What each effect, and last the friction law, causes at the logged instants of one recording.
 
     Returns accelerations (effects + 1, n) in m/s^2, reading errors (effects + 1, n) in m, and the base's columns
-    (4, n): thrust, bristle force, viscous friction and inertia per mass.
+    (4, n): thrust, bristle force, viscous friction and inertia per mass; of another law than LuGre's (7, n), with what
+    other bristle stiffness, bristle damping and static force change.
     """
     powered = told.control != 0
     whole = build_plant(description, mode, effects, index=index, powered=powered)
@@ -106,7 +107,7 @@ def contributions(
     path = np.ascontiguousarray(fine[:, [kernel.Y, kernel.V, kernel.ACCELERATION, kernel.IQ]])
     columns = np.ascontiguousarray(fine[::every].T)
 
-    def led(present: Sequence[HiddenEffect], law: int | None = None) -> Array:
+    def led(present: Sequence[HiddenEffect], **changes: Any) -> Array:
         plant = build_plant(description, mode, present, index=index, powered=powered)
         # The shown currents are what they are: commutated by the true reading, with the true offsets in them.
         seen = 1 << kernel.ENCODER & whole.on
@@ -116,9 +117,7 @@ def contributions(
             on=plant.on | seen, number=number, offsets=whole.offsets, base_phases=field_tables(description, present),
             trusted=not any(effect.name == "current_offset" for effect in present),
         )  # fmt: skip
-        if law is not None:
-            plant = plant._replace(law=law)
-        return integrated(description, mode, plant, told, 1, path=path)[0].T
+        return integrated(description, mode, plant._replace(**changes), told, 1, path=path)[0].T
 
     acting = [effect for effect in effects if acts(effect, mode, powered)]
     none = led(())
@@ -133,10 +132,16 @@ def contributions(
         caused[k] = 0.5 * (alone + last)
     if acting:
         caused[[effect in acting for effect in effects] + [False]] += (true - caused.sum(axis=0)) / len(acting)
-    base = none
+    base, bends = none, []
     if whole.law != kernel.LUGRE:
-        base = led((), kernel.LUGRE)
+        base = led((), law=kernel.LUGRE)
         caused[-1] = none[kernel.ACCELERATION] - base[kernel.ACCELERATION]
+        damping = whole.sigma_1 + 0.2 * math.sqrt(whole.sigma_0 * whole.base_mass)
+        for name, value in (
+            ("sigma_0", 0.8 * whole.sigma_0), ("sigma_1", damping), ("static", whole.static + 0.1 * whole.coulomb)
+        ):  # fmt: skip
+            bent = led((), law=kernel.LUGRE, **{name: value})
+            bends.append(bent[kernel.ACCELERATION] - base[kernel.ACCELERATION])
     errors = np.zeros_like(caused)
     t = np.arange(true.size) * description.measurement.sample_period_s
     for name, error in reading_errors(whole, effects, t, columns).items():
@@ -144,7 +149,7 @@ def contributions(
     thrust, a = base[kernel.THRUST] / whole.base_mass, base[kernel.ACCELERATION]
     viscous = columns[kernel.V] / whole.base_mass
     bristle = thrust - a - whole.sigma_2 * viscous
-    return caused, errors, np.stack([thrust, bristle, viscous, a / whole.base_mass])
+    return caused, errors, np.stack([thrust, bristle, viscous, a / whole.base_mass, *bends])
 
 
 def _rows(

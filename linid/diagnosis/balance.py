@@ -49,8 +49,9 @@ class Rows:
 class Noise:
     """Mean squares (B,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per block.
 
-    gain: acceleration per input at which that of the inputs was found; it grows with the square of it. A fit that did not count
-    that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error Models).
+    gain: acceleration per input at which that of the inputs was found; it grows with the square of it. A fit that did
+    not count that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error
+    Models).
     """
 
     encoder: Array
@@ -121,7 +122,8 @@ class Balance:
                 # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
                 limit = _BURST * _spread_of(change, rows.recording)[rows.recording]
                 squares.append(np.clip(change, -limit, limit) ** 2)
-        return Noise(*(_per_block(np.array(squares), rows) for squares in found), gain_of(model, vector))
+        encoder_part, input_part = (_per_block(np.array(squares), rows) for squares in found)
+        return Noise(encoder_part, input_part, gain_of(model, vector))
 
     def _remeasured(self, model: Model, vector: Array, recordings: Sequence[Recording]) -> Array:
         """The residual (n,) at these rows of other measurements of the same motions."""

@@ -10,29 +10,35 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.alone import PER_RECORDING
 from linid.diagnosis.balance import Memory
-from linid.diagnosis.base import fit_base_model, numbered
-from linid.diagnosis.confirm import Fitted, Judge
+from linid.diagnosis.base import Base, fit_base_model, numbered
+from linid.diagnosis.combinations import base_combinations, effect_combinations
 from linid.diagnosis.experiments import experiments, range_of
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
-from linid.diagnosis.locate import ceiling, coordinates, locate, recording_masses
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.judge import Judge
+from linid.diagnosis.locate import Coordinate, ceiling, coordinates, locate, recording_masses
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.next_experiment import prospects
+from linid.diagnosis.pairs import locate_pairs
 from linid.diagnosis.report_data import (
-    Candidate,
+    MEASURES,
+    Budget,
     Change,
     Diagnosis,
+    Entry,
     RecordingChange,
     ResidualTrace,
-    Verdict,
+    Tried,
 )
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Confirmed, Selection, fit_effects, forward_selection
+from linid.diagnosis.select import Selection, fit_effects, select
+from linid.diagnosis.shares import Shares, judged_rows, shares_of
 from linid.diagnosis.side_by_side import Workers, side_by_side
 from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
+from linid.identification.estimates import plain_estimates
 from linid.identification.fit import refine
 from linid.identification.genetic import SearchSettings
 from linid.identification.model_file import model_from_text, model_to_text
@@ -40,12 +46,14 @@ from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.recording.checks import checks_of
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 # The models start from where the force balance has brought them.
 _STEPS, _PRECISION = 20, 0.03
+_TELLING, _SURE = 0.05, 0.02  # share from which, and p-value below which, what is left depends on a coordinate
 
 
 @dataclass(frozen=True)
@@ -91,39 +99,35 @@ def diagnose(
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
     assumptions: list[str] = []
-    base, judge = fit_base_model(recordings, kind, known, jobs, seed, assumptions, watch, memory)
-    screening = Screening(base, recordings, known, jobs, workers)
+    base = fit_base_model(recordings, kind, known, jobs, seed, assumptions, watch, memory)
+    judge = base.judge
+    screening = Screening(judge.fits, base.fitted, jobs, workers)
     if effects:
-        extended = fit_effects(judge, screening, base, tuple(effects))
+        extended = fit_effects(base, screening, tuple(effects))
         if extended is None:
             raise UsageError(
                 "--effect", f"one of {', '.join(effects)} makes no sense with the {kind} model and these recordings",
                 "See what each needs: linid effects",
             )  # fmt: skip
-        base = extended
-    found = forward_selection(judge, screening, base, watch)
-    base = found.base
-    balance = judge.balance
-    held = balance.split
-    floor = judge.floor(held)
-    excess = judge.excess(base.residual)
-    masses = recording_masses(recordings, base.values["mass"])
-    field = _field_wavenumber(kind, base.values)
-    axes = coordinates(balance, recordings[0].axis, field)
+        base = replace(base, fitted=extended, rivals=())
+    found = select(base, screening, watch)
     watch("where", 0, 1)
-    where = locate(balance, base.residual, judge.scale, masses, axes, seed)
-    most = ceiling(balance, base.residual, judge.scale, axes, judge.noise)
+    seen = _Seen(judge, found, kind, recordings, seed)
     watch("where", 1, 1)
-    chosen = found.chosen
-    last = base if chosen is None else chosen.fitted
-    missed = float(np.mean(judge.power(last.residual)[held]) / np.mean(judge.power(balance.rows.a)[held]))
-    verdict = decide(chosen, found.rival_names, excess, where, most, found.screened, 1.0 - missed)
-    words = _waves(verdict, chosen, recordings[0].axis, field)
-    next_step = _next_experiment(verdict, found, judge, base, field)
-    verdict = replace(verdict, sentence=verdict.sentence + words, next_experiment=next_step)
-    best = chosen.fitted if chosen is not None and verdict.status in ("identified", "ambiguous") else base
-    before, after = _models(base, best, fitted, jobs, workers, seed, judge.balance.memory, watch)
+    before, after = _models(found, fitted, jobs, workers, seed, judge.balance.memory, watch)
     changes, traces_before, traces_after = _changes(recordings, before, after, jobs, workers, seed, watch)
+    shares = shares_of(judge, found.best, seed)
+    known_mass = "mass" in known or "mass" not in base.held
+    scale = "" if known_mass else "kg m^2" if recordings[0].axis == "rotary" else "kg"
+    budget = seen.budget(shares, _entries(found, shares, after, recordings, seed, tuple(effects)))
+    checks = checks_of(recordings)
+    screened = [(s.name, s.trial.explained) for s in found.screened]
+    verdict = decide(budget, seen.where, screened, seen.motion, checks)
+    words = _waves(found.best, recordings[0].axis, seen.field)
+    verdict = replace(
+        verdict, sentence=verdict.sentence + words,
+        next_experiment=_next_experiment(verdict.next_experiment, budget, found, judge, base, seen.field),
+    )  # fmt: skip
     diagnosis = Diagnosis(
         name=name,
         model=kind,
@@ -131,61 +135,171 @@ def diagnose(
         base_effects=tuple(effects),
         assumptions=tuple(assumptions),
         verdict=verdict,
-        candidates=_candidates(
-            found.singles, chosen, dict(found.screened), changes, traces_after, after, verdict.status
-        ),
-        where=where,
-        ceiling=most,
-        ceiling_coordinates="pairs of time, position, velocity, direction, acceleration and current",
-        excess_before=excess * floor,
-        excess_after=float(np.mean(judge.power(best.residual)[held])) - floor,
-        floor=floor,
+        budget=budget,
+        tried=_tried(found),
+        where=seen.where,
+        pairs=seen.pairs,
+        measures=together(changes, traces_after, seed),
         recordings=changes,
-        traces=_traces(judge, base, best, masses),
-        field_wavenumber=field,
+        traces=_traces(judge, found.base, found.best, seen.masses),
+        checks=checks,
+        force_scale=scale,
+        field_wavenumber=seen.field,
         seed=seed,
+        combinations=base_combinations(after, known_mass),
         warnings=tuple(before.warnings),
     )
     return Found(diagnosis, before, after, traces_before, traces_after)
 
 
-def _waves(verdict: Verdict, chosen: Confirmed | None, axis: str, field_wavenumber: float | None) -> str:
+class _Seen:
+    """Where the gap lies, before and after, as the judge sees it."""
+
+    def __init__(
+        self, judge: Judge, found: Selection, kind: str, recordings: Sequence[Recording], seed: int
+    ) -> None:
+        self.judge, self.found = judge, found
+        balance = judge.balance
+        self.field = _field_wavenumber(kind, found.base.values)
+        self.masses = recording_masses(recordings, found.base.values["mass"])
+        self.axes: tuple[Coordinate, ...] = coordinates(balance, recordings[0].axis, self.field)
+        base, best = found.base.residual, found.best.residual
+        self.where = locate(balance, base, judge.scale, self.masses, self.axes, seed)
+        self.pairs = locate_pairs(balance, base, judge.scale, self.masses, self.axes, seed)
+        self.later = self.where if best is base else locate(balance, best, judge.scale, self.masses, self.axes, seed)
+        noise = judge.noise.deviation(balance.rows)
+        self.ceiling = ceiling(balance, best, judge.scale, self.axes, noise)
+        held = balance.split
+        whole = max(float(np.mean(judge.power(balance.rows.a)[held])), 1e-300)
+        missed = float(np.mean(judge.power(best)[held])) / whole
+        self.motion = 1.0 - missed
+
+    def budget(self, shares: Shares, entries: tuple[Entry, ...]) -> Budget:
+        """The budget of a selection's entries."""
+        judge, found = self.judge, self.found
+        rows = judged_rows(judge, found.best)
+        force = self.masses[judge.balance.rows.recording[rows]]
+        noise = (judge.noise.encoder + judge.noise.inputs)[judge.balance.rows.block[rows]]
+
+        def rms(x: Array) -> float:
+            return float(np.sqrt(np.mean(x)))
+
+        telling = [s.label for s in self.later if s.share > _TELLING and s.p_value < _SURE and entries]
+        closed, low, high = shares.closed if entries else (0.0, 0.0, 0.0)
+        rest = shares.unexplained if entries else (1.0, 1.0, 1.0)
+        return Budget(
+            before=rms((force * found.base.residual[rows]) ** 2),
+            after=rms((force * found.best.residual[rows]) ** 2),
+            floor=rms(force**2 * noise),
+            excess_before=judge.excess(found.base.residual, rows),
+            excess_after=judge.excess(found.best.residual, rows),
+            closed=closed, closed_low=low, closed_high=high,
+            unexplained=rest[0], unexplained_low=rest[1], unexplained_high=rest[2],
+            entries=entries, ceiling=self.ceiling, depends_on=tuple(telling[:3]),
+        )  # fmt: skip
+
+
+def _entries(
+    found: Selection, shares: Shares, after: FitResult, recordings: Sequence[Recording], seed: int,
+    base_effects: tuple[str, ...],
+) -> tuple[Entry, ...]:  # fmt: skip
+    """The budget's lines, the largest share first."""
+    held = [r for r in recordings if r.split == "held_out"]
+    best = measured(after, found.best, held, seed, recordings)
+    out = []
+    for part in found.parts:
+        if part.name in base_effects:
+            continue
+        portion = shares.portions[part.name]
+        own = {p.name for p in find_effect(part.name).parameters}
+        parameters = tuple(e for e in after.estimates if e.name in own)
+        without = measured(after, part.without, held, seed, recordings)
+        measures = {name: Change(without[name], best[name], math.nan) for name in MEASURES}
+        out.append(
+            Entry(
+                effect=part.name,
+                rivals=tuple(name for name, _ in found.rivals.get(part.name, ())),
+                share=portion.share, low=portion.low, high=portion.high,
+                first_in=portion.first_in, last_in=portion.last_in,
+                certainty=part.evidence.certainty,
+                parameters=parameters,
+                combinations=effect_combinations(after, part.name),
+                measures=measures,
+            )
+        )  # fmt: skip
+    return tuple(sorted(out, key=lambda entry: -entry.share))
+
+
+def measured(
+    after: FitResult, fitted: Fitted, held: Sequence[Recording], seed: int, among: Sequence[Recording]
+) -> dict[str, float]:
+    """The three measures over held-out recordings, RMS over them, of a model as the force balance has it."""
+    result = replace(after, effects=fitted.model.effects, estimates=plain_estimates(fitted.model, fitted.values))
+    gaps, _ = measure_gaps(result, held, seed=seed, among=among, floors=False)
+    out = {}
+    for name in MEASURES:
+        values = np.nan_to_num([getattr(gap, name) for gap in gaps], nan=1e3)
+        out[name] = float(np.sqrt(np.mean(np.square(values))))
+    return out
+
+
+def _tried(found: Selection) -> tuple[Tried, ...]:
+    """All effects that make sense here, with what became of them."""
+    named = {part.name: part for part in found.parts}
+    dropped = {part.name: part for part in found.dropped}
+    rivals = {name for group in found.rivals.values() for name, _ in group}
+    explained = {s.name: max(s.trial.explained, 0.0) for s in found.screened}
+    out = []
+    for name in dict.fromkeys((*named, *dropped, *explained)):
+        part = named.get(name) or dropped.get(name)
+        outcome = "named" if name in named else "rival" if name in rivals else "dropped" if part else "screened"
+        evidence = (part.evidence.certainty, part.evidence.closed) if part else (math.nan, math.nan)
+        out.append(Tried(name, explained.get(name, math.nan), outcome, *evidence))  # type: ignore[arg-type]
+    return tuple(out)
+
+
+def _waves(best: Fitted, axis: str, field_wavenumber: float | None) -> str:
     """Which waves a periodic effect is made of, where no field says so; the strongest first."""
-    if chosen is None or field_wavenumber is not None or verdict.status not in ("identified", "ambiguous"):
+    if field_wavenumber is not None:
         return ""
-    for effect in map(find_effect, verdict.effects):
+    for effect in map(find_effect, best.model.effects):
         if effect.orders:
-            values = chosen.fitted.values | chosen.fitted.structural
+            values = best.values | best.structural
             pairs = zip(effect.amplitudes[0::2], effect.amplitudes[1::2], strict=True)
             sizes = [math.hypot(values[sine], values[cosine]) for sine, cosine in pairs]
             ranked = sorted(zip(sizes, (values[name] for name in effect.orders), strict=True), reverse=True)
-            unit, length = ("N m", "revolution") if axis == "rotary" else ("N", "metre")
-            per = 1.0 if axis == "rotary" else values["cogging_wavenumber"] / (2.0 * math.pi)
-            named = ", ".join(f"{per * order:.4g} ({size:.2g} {unit})" for size, order in ranked)
-            return f" Its waves per {length}, strongest first: {named}."
+            length = "revolution" if axis == "rotary" else "metre"
+            wavenumber = next(p.name for p in effect.parameters if p.name.endswith("wavenumber"))
+            per = 1.0 if axis == "rotary" else values[wavenumber] / (2.0 * math.pi)
+            whole = max(math.hypot(*sizes), 1e-300)
+            named = ", ".join(f"{per * order:.4g} ({100.0 * size / whole:.0f} %)" for size, order in ranked[:5])
+            return f" The waves of {effect.name.replace('_', ' ')} per {length}, strongest first: {named}."
     return ""
 
 
 def _next_experiment(
-    verdict: Verdict, found: Selection, judge: Judge, base: Fitted, field_wavenumber: float | None
+    plain: str, budget: Budget, found: Selection, judge: Judge, base: Base, field_wavenumber: float | None
 ) -> str:
     """The recording to make next in words: of all that this axis can make, the one that tells most."""
     balance = judge.balance
     fitted = [k for k, r in enumerate(balance.recordings) if r.split == "fit"]
     driven = [balance.recordings[k] for k in fitted if balance.recordings[k].kind != "free_wheel"]
-    chosen = found.chosen
-    if chosen is None or verdict.status not in ("identified", "ambiguous") or not driven:
-        return verdict.next_experiment
-    if any(name in PER_RECORDING for name in (*verdict.effects, *verdict.equivalent)):
-        return verdict.next_experiment
+    if not budget.entries or not driven or any(find_effect(e).per_recording for e in found.best.model.effects):
+        return plain
     rows = balance.rows
     span = range_of(balance.recordings, rows.v, rows.a, field_wavenumber)
-    rival = next((group[0].fitted for group in found.rivals if group), None)
+    unclear = next((entry for entry in budget.entries if entry.rivals), None)
+    rival = None if unclear is None else found.rivals[unclear.effect][0][1]
+    # What `prospects` asks for is how well the last effect is told.
+    last = budget.entries[-1].effect if unclear is None else unclear.effect
+    order = (*(e for e in found.best.model.effects if e != last), last)
+    best = replace(found.best, model=Model(found.best.model.kind, order))
     ranking = prospects(
-        chosen.fitted, rival, [balance.recordings[k] for k in fitted], judge.scale[fitted],
-        experiments(Model(base.model.kind), base.vector, span, driven[0]),
+        best, rival, [balance.recordings[k] for k in fitted], judge.scale[fitted],
+        experiments(Model(base.fitted.model.kind), base.fitted.vector, span, driven[0]),
     )  # fmt: skip
-    return advice(verdict, ranking[0], float(np.median(judge.noise)), balance.recordings[0].axis)
+    noise = float(np.median(judge.noise.deviation(rows)))
+    return advice(budget, ranking[0], noise, balance.recordings[0].axis)
 
 
 def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
@@ -195,11 +309,11 @@ def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
 
 
 def _models(
-    base: Fitted, best: Fitted, fitted: Sequence[Recording], jobs: int, workers: Workers | None, seed: int,
+    found: Selection, fitted: Sequence[Recording], jobs: int, workers: Workers | None, seed: int,
     memory: Memory, watch: Progress,
 ) -> tuple[FitResult, FitResult]:  # fmt: skip
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
-    wanted = {f"refined {model.model.effects} {model.genes.tolist()}": model for model in (base, best)}
+    wanted = {f"refined {model.model.effects} {model.key}": model for model in (found.base, found.best)}
     missing = [(key, model) for key, model in wanted.items() if key not in memory]
     watch("models", 0, 2)
     # All threads for both: the one with effects takes longer, and then has them for itself.
@@ -217,7 +331,8 @@ def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[s
     settings = FitSettings(
         search=SearchSettings(seed=seed), jobs=max(jobs, least), polish_steps=_STEPS, polish_precision=_PRECISION
     )
-    return model_to_text(refine(item[1].space, item[1].genes, fitted, settings=settings))
+    space, genes = item[1].space(fitted)
+    return model_to_text(refine(space, genes, fitted, settings=settings))
 
 
 def _changes(
@@ -251,35 +366,9 @@ def _measured(
     return RecordingChange(recording.name, recording.kind, recording.split, changes), trace, later
 
 
-def _candidates(
-    singles: Sequence[Confirmed], chosen: Confirmed | None, explained: dict[str, float],
-    changes: Sequence[RecordingChange], traces: Sequence[Trace], after: FitResult, status: str,
-) -> tuple[Candidate, ...]:  # fmt: skip
-    """The ranking: what was chosen first, then the confirmed ones by closure, then the screened ones."""
-    rows: list[Candidate] = []
-    named = chosen if status in ("identified", "ambiguous") else None
-    if named is not None:
-        own = {p.name for effect in named.effects for p in find_effect(effect).parameters}
-        parameters = tuple(e for e in after.estimates if e.name in own)
-        first = Candidate(
-            named.effects, explained.get(named.effects[0], float("nan")), named.closure, named.low, named.high,
-            together(changes, traces, after.seed), parameters,
-        )  # fmt: skip
-        rows.append(first)
-    for single in singles:
-        if named is not None and single.effects == named.effects:
-            continue
-        note = "judged inside its recordings" if single.effects[-1] in PER_RECORDING else ""
-        rows.append(Candidate(single.effects, single.explained, single.closure, single.low, single.high, note=note))
-    confirmed = {s.effects for s in singles}
-    rows += [
-        Candidate((name,), share, note="screened only") for name, share in explained.items() if (name,) not in confirmed
-    ]
-    return tuple(rows)
-
-
 def _traces(judge: Judge, base: Fitted, best: Fitted, masses: Array) -> tuple[ResidualTrace, ...]:
     rows = judge.balance.rows
+    noise = judge.noise.deviation(rows)
     out = []
     for index, recording in enumerate(judge.balance.recordings):
         mine = rows.recording == index
@@ -293,7 +382,7 @@ def _traces(judge: Judge, base: Fitted, best: Fitted, masses: Array) -> tuple[Re
                 v=rows.v[mine],
                 before=masses[index] * base.residual[mine],
                 after=masses[index] * best.residual[mine],
-                deviation=float(masses[index] * judge.noise[index]),
+                deviation=float(masses[index] * noise[index]),
             )
         )
     return tuple(out)

@@ -1,8 +1,8 @@
 """The joint fit: base model and effects identified together by the force balance, under one criterion.
 
 The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)),
-with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A block that no model here can
-follow has its say once, however large its residual is; one at the floor asks for nothing.
+with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A block that no model here
+can follow has its say once, however large its residual is; one at the floor asks for nothing.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
+ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
 Chosen = NDArray[np.bool_]
 
 _STEP = 1e-4  # of a parameter's own scale, for differences
@@ -99,8 +100,10 @@ class Coordinates:
     """The unknowns of any model on some recordings, with bounds that scale with the axis.
 
     Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
-    step. Breakaway is searched as F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that
-    friction can grow without its presliding growing too.
+    step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
+    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as F_S/F_C,
+    stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its presliding
+    growing too.
     """
 
     def __init__(
@@ -133,10 +136,12 @@ class Coordinates:
                 low, high = amplitude_range(parameter, outlook, force, self.kind_values["mass"])
                 out.append(Coordinate(parameter.name, False, low, high, high))
             else:
-                out.append(self._coordinate(parameter, values))
+                out.append(self._coordinate(parameter, values, held))
         return tuple(out)
 
-    def _coordinate(self, parameter: Parameter, values: Mapping[str, float]) -> Coordinate:
+    def _coordinate(
+        self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]
+    ) -> Coordinate:
         name = parameter.name
         size = abs(self.kind_values.get(name, values.get(name, parameter.default)))
         if name in self.limits:
@@ -162,7 +167,10 @@ class Coordinates:
             case "guideway_density":
                 return Coordinate(name, True, math.log(0.9 * size), math.log(1.1 * size), 0.01)
             case "shift":
-                return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
+                if "force_constant" in held:
+                    return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
+                top = 1e3 * abs(self.kind_values["force_constant"])
+                return Coordinate(ACROSS, False, -top, top, 1e-3 * top)
         first = values.get(name, parameter.default)
         if parameter.log:
             low, high = math.log(parameter.lower), math.log(parameter.upper)
@@ -179,6 +187,9 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
     """SI values -> what is searched (p,), within the bounds."""
     out = np.empty(len(coordinates))
     for k, c in enumerate(coordinates):
+        if c.name == ACROSS:
+            out[k] = 0.0
+            continue
         value = values.get(c.name, next(p.default for p in model.parameters if p.name == c.name))
         if c.name == "static_force":
             value = value / values["coulomb_force"]
@@ -193,15 +204,22 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
 
 
 def vectors_of(
-    coordinates: Sequence[Coordinate], model: Model, held: Mapping[str, float], searched: Array
+    coordinates: Sequence[Coordinate], model: Model, held: Mapping[str, float], searched: Array, phase: float
 ) -> Array:
-    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units."""
+    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units; phase: the field's first, rad."""
     searched = np.atleast_2d(searched)
     out = np.empty((searched.shape[0], model.vector({}).size))
     out[:] = model.vector(dict(held))
     names = {c.name for c in coordinates}
     for k, c in enumerate(coordinates):
-        out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
+        if c.name != ACROSS:
+            out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
+    if ACROSS in names:
+        across = searched[:, [c.name for c in coordinates].index(ACROSS)]
+        constant, shift = model.slot("force_constant"), model.slot("shift")
+        turns = 2.0 if model.kind == "theta" else 1.0  # theta's shift is half the electrical angle
+        out[:, shift] = phase + np.arctan2(across, out[:, constant]) / turns
+        out[:, constant] = np.hypot(out[:, constant], across)
     coulomb, static, stiffness, damping, mass = (
         model.slot(n) for n in ("coulomb_force", "static_force", "bristle_stiffness", "bristle_damping", "mass")
     )
@@ -307,15 +325,18 @@ class JointFit:
         held.setdefault("stribeck_exponent", 2.0)
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
-        key = _key(model, held, chosen, x, effort)
+        phase = float({**values, **held}.get("shift", 0.0))
+        key = _key(model, {**held, "phase": phase}, chosen, x, effort)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
-            residual = self._residuals(model, coordinates, held, x[None, :])[0]
+            residual = self._residuals(model, coordinates, held, x[None, :], phase)[0]
         else:
-            x, residual = self._descend(model, coordinates, held, x, self.rows_of(chosen), effort, dict(slopes or {}))
+            x, residual = self._descend(
+                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {})
+            )
             memory[key] = x.tolist()
-        vector = vectors_of(coordinates, model, held, x)[0]
+        vector = vectors_of(coordinates, model, held, x, phase)[0]
         found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, self.rows_of(chosen))
@@ -330,7 +351,9 @@ class JointFit:
         """d residual / d unknown (n,) of a fitted model, by name."""
         if fitted.key not in self._slopes:
             coordinates, held, x = self._searched(fitted)
-            rows = self._differences(fitted.model, coordinates, held, x, fitted.residual, range(len(coordinates)))
+            phase = fitted.values.get("shift", 0.0)
+            wanted = range(len(coordinates))
+            rows = self._differences(fitted.model, coordinates, held, x, phase, fitted.residual, wanted)
             self._slopes[fitted.key] = {c.name: row for c, row in zip(coordinates, rows, strict=True)}
         return self._slopes[fitted.key]
 
@@ -344,13 +367,13 @@ class JointFit:
         return coordinates, held, encoded(coordinates, fitted.model, fitted.values)
 
     def _residuals(
-        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], searched: Array
+        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], searched: Array, phase: float
     ) -> Array:
-        return self.balance.residuals(model, vectors_of(coordinates, model, held, searched))
+        return self.balance.residuals(model, vectors_of(coordinates, model, held, searched, phase))
 
     def _differences(
-        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, residual: Array,
-        wanted: Iterable[int],
+        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
+        residual: Array, wanted: Iterable[int],
     ) -> Array:  # fmt: skip
         """d residual / d unknown (k, n) of the wanted unknowns."""
         wanted = list(wanted)
@@ -363,26 +386,26 @@ class JointFit:
             steps.append(-step if x[k] + step > c.upper else step)
         moved = np.repeat(x[None, :], len(wanted), axis=0)
         moved[np.arange(len(wanted)), wanted] += steps
-        rows = self._residuals(model, coordinates, held, moved)
+        rows = self._residuals(model, coordinates, held, moved, phase)
         return np.asarray((rows - residual) / np.array(steps)[:, None])
 
     def _descend(
-        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array,
+        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
         rows: Chosen, effort: Effort, known: Mapping[str, Array],
     ) -> tuple[Array, Array]:  # fmt: skip
         """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
         577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
         lower, upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
         reach = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
-        residual = self._residuals(model, coordinates, held, x[None, :])[0]
+        residual = self._residuals(model, coordinates, held, x[None, :], phase)[0]
         slopes = np.empty((x.size, residual.size))
         missing = [k for k, c in enumerate(coordinates) if c.name not in known]
         for k, c in enumerate(coordinates):
             if c.name in known:
                 slopes[k] = known[c.name]
-        slopes[missing] = self._differences(model, coordinates, held, x, residual, missing)
+        slopes[missing] = self._differences(model, coordinates, held, x, phase, residual, missing)
         renewals, fresh = 0, not known
-        vector = vectors_of(coordinates, model, held, x)[0]
+        vector = vectors_of(coordinates, model, held, x, phase)[0]
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, rows)
         damping = _DAMPING
@@ -398,13 +421,13 @@ class JointFit:
             if promised <= effort.precision * count:
                 if fresh or renewals >= effort.renewals:
                     break
-                slopes = self._differences(model, coordinates, held, x, residual, range(x.size))
+                slopes = self._differences(model, coordinates, held, x, phase, residual, range(x.size))
                 renewals, fresh = renewals + 1, True
                 continue
             trial = np.clip(x + move, lower, upper)
-            later = self._residuals(model, coordinates, held, trial[None, :])[0]
+            later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
             used += 1
-            there = vectors_of(coordinates, model, held, trial)[0]
+            there = vectors_of(coordinates, model, held, trial, phase)[0]
             floor_there = self.floor_of(model, there)
             reached = self.level(later, floor_there, rows)
             kept = (level - reached) * count / promised
@@ -420,7 +443,7 @@ class JointFit:
                     slopes += np.outer(scaled * norms / size, missed)
                 fresh = False
             elif not fresh and renewals < effort.renewals:
-                slopes = self._differences(model, coordinates, held, x, residual, range(x.size))
+                slopes = self._differences(model, coordinates, held, x, phase, residual, range(x.size))
                 renewals, fresh = renewals + 1, True
             else:
                 damping *= 10.0

@@ -70,11 +70,15 @@ class Judge:
         """Held-out rows, and those of recordings in which an effect acts that acts in single ones; values: SI."""
         chosen = self.balance.split.copy()
         for name in effects:
-            effect = find_effect(name)
-            if effect.per_recording:
-                hit = [effect.acts_in(dict(values), r.number) for r in self.balance.recordings]
-                chosen |= np.array(hit)[self.balance.rows.recording]
+            if find_effect(name).per_recording:
+                chosen |= self.rows_of(name, values)
         return chosen
+
+    def rows_of(self, name: str, values: Mapping[str, float]) -> Chosen:
+        """Rows of the recordings in which an effect acts; values: SI."""
+        effect = find_effect(name)
+        hit = np.array([effect.acts_in(dict(values), r.number) for r in self.balance.recordings])
+        return np.asarray(hit[self.balance.rows.recording])
 
     def compare(self, before: Fitted, after: Fitted, chosen: Chosen) -> Evidence:
         """The evidence for `after`, which has what `before` lacks."""

@@ -14,11 +14,12 @@ from linid.errors import UsageError
 from linid.identification.acceleration import Acceleration
 from linid.identification.ahead import Ahead
 from linid.identification.free_run import FreeRun
-from linid.identification.motion import noise_level, with_input_noise
+from linid.identification.motion import with_input_noise
 from linid.identification.objectives import check_recordings
 from linid.identification.polish import polish_starts
 from linid.identification.result import FitResult
 from linid.physics.model import Model
+from linid.recording.noise import noise_level
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -212,7 +213,8 @@ def _noise_floors(
         moved = run if recording.kind == "free_wheel" else task.free_run(noisy)[0]
         squares[0] += np.mean(np.nan_to_num(moved - run - encoder, nan=np.inf) ** 2)
         squares[1] += np.mean((task.ahead_error(noisy) - ahead_error) ** 2)
-        squares[2] += np.mean((task.force(noisy, task.balance(noisy, balance.half_widths)) - force) ** 2)
+        there = task.balance(noisy, balance.half_widths).at_rows_of(balance)
+        squares[2] += np.mean((task.force(noisy, there) - force) ** 2)
     return np.asarray(np.sqrt(squares / _DRAWS))
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.confirm import Fitted
 from linid.diagnosis.experiments import Experiment
+from linid.diagnosis.joint import Fitted
 from linid.identification.acceleration import Acceleration
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
@@ -72,9 +72,10 @@ def prospects(
 
 def _difference(best: Fitted, rival: Fitted | None, rows: _Rows) -> tuple[Array, Array]:
     """Difference of two models (n,) and the columns (n, p) by which the first could make up for it."""
-    p = best.genes.size
-    steps = np.where(best.genes + _GENE_STEP > 1.0, -_GENE_STEP, _GENE_STEP)
-    vectors = best.space.vectors(np.vstack([best.genes, best.genes + np.diag(steps)]))
+    space, genes = best.space(rows.recordings)
+    p = genes.size
+    steps = np.where(genes + _GENE_STEP > 1.0, -_GENE_STEP, _GENE_STEP)
+    vectors = space.vectors(np.vstack([genes, genes + np.diag(steps)]))
     values, half_widths = rows.of(best, vectors)
     columns = ((values[1 : 1 + p] - values[0]) / steps[:, None]).T
     if rival is not None:
@@ -83,7 +84,7 @@ def _difference(best: Fitted, rival: Fitted | None, rows: _Rows) -> tuple[Array,
     moved = best.vector.copy()
     for name in amplitudes & set(best.values):
         moved[best.model.slot(name)] *= 1.0 + _SHARE
-    kept = [k for k, name in enumerate(best.space.names) if name not in amplitudes]
+    kept = [k for k, name in enumerate(space.names) if name not in amplitudes]
     return rows.of(best, moved[None, :], half_widths)[0][0] - values[0], columns[:, kept]
 
 

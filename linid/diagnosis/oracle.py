@@ -3,34 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Confirmed, fit_effects, judged
+from linid.diagnosis.select import Part, fit_effects, part_of
+from linid.diagnosis.shares import Shares, shares_of
 from linid.identification.result import ModelKind
 from linid.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class Oracle:
+    """A model with the true effects: the shares of the gap that they close, and what each one's absence costs."""
+
+    shares: Shares
+    parts: tuple[Part, ...]
 
 
 def oracle(
     recordings: Sequence[Recording], kind: ModelKind, effects: Sequence[str], known: dict[str, float],
     *, jobs: int = 1, seed: int = 1,
-) -> tuple[Confirmed, dict[str, float]] | None:  # fmt: skip
-    """The base model with exactly these effects, fitted and judged like any candidate; None if one makes no sense here.
+) -> Oracle | None:  # fmt: skip
+    """The base model with exactly these effects, fitted and judged like any other; None if one makes no sense here.
 
-    recordings: both splits; known: SI values that are not identified. Also returned: per effect the closure of what the
-    others leave (of a single one: of the whole excess).
+    recordings: both splits; known: SI values that are not identified.
     """
     recordings = numbered(recordings)
-    base, judge = fit_base_model(recordings, kind, known, jobs, seed, [], lambda stage, done, total: None)
-    screening = Screening(base, recordings, known, jobs)
-    found = fit_effects(judge, screening, base, effects)
+    base = fit_base_model(recordings, kind, known, jobs, seed, [], lambda stage, done, total: None)
+    screening = Screening(base.judge.fits, base.fitted, jobs)
+    found = fit_effects(base, screening, effects)
     if found is None:
         return None
-    together = judged(judge, base, found)
-    if len(effects) == 1:
-        return together, {effects[0]: together.closure}
-    each = {}
-    for effect in effects:
-        others = fit_effects(judge, screening, base, [name for name in effects if name != effect])
-        each[effect] = float("nan") if others is None else judged(judge, others, found).closure
-    return together, each
+    parts = tuple(part_of(base.judge, screening, found, name, jobs) for name in found.model.effects)
+    return Oracle(shares_of(base.judge, found, seed), parts)

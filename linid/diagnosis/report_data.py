@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.result import Estimate
-from linid.recording.checks import RecordingChecks
+from linid.recording.check_findings import RecordingChecks
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -24,6 +24,7 @@ from linid.physics.effects.shapes import MOST_MARKED
 from linid.physics.model import Model
 
 Array = NDArray[np.float64]
+Moments = dict[int, tuple[list[Values], NDArray[np.float32]]]
 
 _RIDGE = 1.0  # deviation, of its own scale, that a base parameter may take in a regression; forces are free
 _LIKE = 0.5  # of the largest amplitude: what a recording must show to be counted in
@@ -45,12 +46,13 @@ class Screened:
 class StepRegression:
     """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.
 
-    rows: (n,) of the balance; effects: columns at these rows. Behind the rows stand those of a prior, which keeps the linear steps of parameters that
-    are searched by their logarithm within reach (ridge regression). Public names as `effect_guess.Regression`.
+    rows: (n,) of the balance; effects: columns at these rows. Behind the rows stand those of a prior, which keeps the
+    linear steps of parameters that are searched by their logarithm within reach (ridge regression). What it offers is
+    that of `effect_guess.Regressed`.
     """
 
     def __init__(self, fits: JointFit, step: Fitted, rows: NDArray[np.bool_], effects: EffectColumns) -> None:
-        self.base = step
+        self.kind = step.model.kind
         self.recordings = fits.balance.recordings
         self.values = step.values
         self.effects = effects
@@ -77,11 +79,11 @@ class StepRegression:
 
     def span(self) -> Array:
         """Orthonormal columns (N + p, r) of what the model's own parameters can do."""
-        return self._span
+        return np.asarray(self._span)
 
     def rest(self) -> Array:
         """What of the weighted residual (N + p,) is left after they had their say."""
-        return self._rest
+        return np.asarray(self._rest)
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
         """Derivatives by each amplitude at each entry of the grid, (N + p, entries * amplitudes), weighted."""
@@ -107,6 +109,16 @@ class StepRegression:
         left = self._rest - scaled @ solution
         share = 1.0 - math.exp(self._level(left) - self._before)
         return solution / norms, share if math.isfinite(share) else -1.0
+
+    def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
+        """What the criterion loses (k,) when each part (m, k) is taken from the weighted residual of rows (m,)."""
+        places, block = np.unique(self.block[rows], return_inverse=True)
+        counts, floor = self._counts[places], self._floor[places]
+        sums = np.zeros((places.size, parts.shape[1]))
+        np.add.at(sums, block, (self._rest[rows, None] - parts) ** 2)
+        before = np.bincount(block, self._rest[rows] ** 2)
+        levels = np.log(before / counts + floor)[:, None] - np.log(sums / counts[:, None] + floor[:, None])
+        return np.asarray(counts @ levels)
 
     def _level(self, rest: Array) -> float:
         """Mean log of what is left, per block, beside the floor."""
@@ -137,7 +149,7 @@ class Screening:
         self.effects_everywhere = EffectColumns(base.model.kind, base.values, self.recordings, jobs, part)
         self.outlook = look_out(base.model, fitted, base.values)
         self.whole = look_out(base.model, self.recordings, base.values)
-        self._pushes: dict[str, dict[int, tuple[list[Values], NDArray[np.float32]]]] = {}
+        self._pushes: dict[str, Moments] = {}
 
     def to_fit(self, step: Fitted | None, name: str = "", values: Values | None = None) -> tuple[int, ...]:
         """Places of the recordings to which a model is fitted: the fitted ones, and those held out in which an effect
@@ -222,7 +234,7 @@ class Screening:
         return best
 
     def _best_moment(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
-        """The push that explains most, of all places and lengths in all recordings, and its lead over those elsewhere."""
+        """The push that explains most, of all moments and lengths in all recordings, with its lead over others."""
         (amplitude,) = effect.amplitudes_of_part(1)
         size = amplitude_sizes(regression, effect, self.whole)[amplitude]
         classes, weights = regression.part.classes, regression.weights
@@ -234,8 +246,8 @@ class Screening:
             whole = np.einsum("ij,ij->j", columns, columns)
             clear = whole - np.sum((span[mine].T @ columns) ** 2, axis=0)
             clear = np.where(clear > _CLEAR * whole, clear, np.inf)
-            moments = columns.T @ rest[mine]
-            found[index] = moments**2 / clear, moments / clear, entries, columns
+            forces = columns.T @ rest[mine] / clear
+            found[index] = regression.gains(mine, columns * forces), forces, entries, columns
         if not found:
             return Trial({}, {}, -1.0)
         where = max(found, key=lambda index: float(np.max(found[index][0])))
@@ -256,7 +268,7 @@ class Screening:
         lead = float(gains[best]) / max(rival, 1e-300)
         return Trial(effect.moved(entries[best], part), effect.moved(held, part), explained, lead)
 
-    def _moments(self, effect: Effect, amplitude: str, size: float) -> dict[int, tuple[list[Values], NDArray[np.float32]]]:
+    def _moments(self, effect: Effect, amplitude: str, size: float) -> Moments:
         """Per recording (place): all moments of the effect's grid, and their columns (rows, entries)."""
         if effect.name not in self._pushes:
             kept = {}

@@ -17,7 +17,7 @@ from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, Joi
 from linid.diagnosis.judge import Evidence, Judge
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.side_by_side import side_by_side
-from linid.physics.effects.registry import find_effect
+from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
@@ -26,10 +26,14 @@ LARGEST = 10  # effects in one model
 CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of the best's screening that they need
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 4.0
+# A look-alike must explain this share of an effect's gain to be fitted in its place, and keep as much to be as good.
+ALIKE = 0.7
 # The tests on held-out rows.
 CERTAINTY = 3.0
 LEAST_GAIN = 0.01
 LEAST_CLOSED = 0.15
+# Effects of single recordings fit themselves to much: of what they leave they must close more.
+LEAST_CLOSED_ALONE = 0.4
 
 
 @dataclass(frozen=True)
@@ -45,14 +49,15 @@ class Part:
 class Selection:
     """base: the model without effects; best: with all that stood the tests; parts: these, the largest gain first;
     screened: effects with the share of the base's log power that each explains alone, best first; dropped: proposed
-    effects that failed the tests, with their evidence; rivals: per effect of `best` those that would do as well."""
+    effects that failed the tests, with their evidence; rivals: per effect of `best` those that would do as well, with
+    the model that has them instead."""
 
     base: Fitted
     best: Fitted
     parts: tuple[Part, ...]
     screened: tuple[Screened, ...]
     dropped: tuple[Part, ...]
-    rivals: dict[str, tuple[str, ...]]
+    rivals: dict[str, tuple[tuple[str, Fitted], ...]]
 
 
 Watch = Callable[[str, int, int], None]
@@ -107,10 +112,8 @@ def select(base: Base, screening: Screening, watch: Watch) -> Selection:
     steps = [step, *(fits.at(step.model, values, step.recordings) for values in base.rivals)]
     first: tuple[Screened, ...] = ()
     for number in range(LARGEST):
-        screened = [
-            screening.screen(one, lambda done, total, n=number: watch(f"screen effect {n + 1}", done, total))
-            for one in steps
-        ]
+        told = partial(watch, f"screen effect {number + 1}")
+        screened = [screening.screen(one, told) for one in steps]
         first = first or screened[0]
         if number == 0 and fits.coordinates.limits:
             # What a loop has cancelled is a force; an effect that takes the input's thrust away would only hide it.
@@ -135,12 +138,13 @@ def proposed(
     if not items:
         return None
     before = screened[0][0]
-    fitted: list[tuple[Evidence, Fitted]] = []
-    for _, one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
-        fitted.append((gained(fits, before, one), one))
+    fitted: list[tuple[Evidence, Fitted, bool]] = []
+    for (_, item), one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
+        # A moment has no other blocks that could vouch for it: its lead over other moments did.
+        fitted.append((gained(fits, before, one), one, find_effect(item.name).acts == "one"))
         watch(f"fit effect {number + 1}", len(fitted), len(items))
-    evidence, best = max(fitted, key=lambda f: f[0].gain)
-    return best if evidence.certainty >= PROPOSED_CERTAINTY and evidence.gain >= PROPOSED_GAIN else None
+    able = [f for f in fitted if f[0].gain >= PROPOSED_GAIN and (f[0].certainty >= PROPOSED_CERTAINTY or f[2])]
+    return max(able, key=lambda f: f[0].gain)[1] if able else None
 
 
 def contenders(found: Sequence[Screened]) -> list[Screened]:
@@ -149,7 +153,23 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
     if not able:
         return []
     sizes = [-math.log(1.0 - min(s.trial.explained, 0.999)) for s in able]
-    return [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]][:CONTENDERS]
+    best = [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]]
+    return best[:CONTENDERS]
+
+
+def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:
+    """The base with exactly these effects; None if one makes no sense here.
+
+    One after the other, each started where it explains most of what the others have left, the strongest first.
+    """
+    fits, step = base.judge.fits, base.fitted
+    while missing := [name for name in effects if name not in step.model.effects]:
+        found = screening.screen(step, only=missing)
+        if {s.name for s in found} != set(missing):
+            return None
+        step = extended(fits, screening, (step, found[0]), screening.jobs)
+        step = fits.fit(step.model, step.values, step.structural, step.recordings, SETTLING)
+    return fits.fit(step.model, step.values, step.structural, screening.to_fit(step), THOROUGH) if effects else step
 
 
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
@@ -167,26 +187,80 @@ def backward(
     while True:
         full = fits.fit(full.model, full.values, full.structural, screening.to_fit(full), THOROUGH)
         parts = []
-        for _, part in side_by_side(partial(_part, judge, screening, full), full.model.effects, screening.jobs):
+        for _, part in side_by_side(partial(part_of, judge, screening, full), full.model.effects, screening.jobs):
             parts.append(part)
         failing = [p for p in parts if not stands(p)]
         if not failing:
-            return Selection(
-                base, full, tuple(sorted(parts, key=lambda p: -p.evidence.gain)), screened, tuple(dropped), {}
-            )
+            full, rivals, changed = contested(judge, screening, full, parts)
+            if changed:
+                continue
+            ordered = tuple(sorted(parts, key=lambda p: -p.evidence.gain))
+            return Selection(base, full, ordered, screened, tuple(dropped), rivals)
         weakest = min(failing, key=lambda p: p.evidence.closed)
         dropped.append(weakest)
         full = weakest.without
 
 
-def _part(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int) -> Part:
+def part_of(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int) -> Part:
+    """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
     without = without_effect(judge.fits, screening, full, name)
-    rows = judge.rows(full.model.effects, {**full.values, **full.structural})
+    values = {**full.values, **full.structural}
+    rows = judge.rows(full.model.effects, values)
+    if find_effect(name).acts == "one":  # a moment shows in its own recordings or nowhere
+        rows = judge.rows_of(name, values)
     return Part(name, judge.compare(without, full, rows), without)
+
+
+def contested(
+    judge: Judge, screening: Screening, full: Fitted, parts: Sequence[Part]
+) -> tuple[Fitted, dict[str, tuple[tuple[str, Fitted], ...]], bool]:
+    """Each effect weighed against those that look alike, with all others there.
+
+    Returns the model, per effect those that would do as well, and whether the model has changed: a simpler
+    form that does as well takes the place of a fuller one, and a look-alike that does clearly better that of any.
+    """
+    fits = judge.fits
+    rivals: dict[str, tuple[tuple[str, Fitted], ...]] = {}
+    for part in parts:
+        alike = look_alikes(part.name, full.model)
+        if not alike:
+            continue
+        rows = judge.rows(full.model.effects, {**full.values, **full.structural})
+        gain = part.without.level - full.level
+        found = [
+            s for s in screening.screen(part.without, only=alike)
+            if -math.log(1.0 - min(s.trial.explained, 0.999)) >= ALIKE * gain and s.trial.lead >= LEAST_LEAD
+        ]  # fmt: skip
+        left = []
+        for item in found:
+            instead = extended(fits, screening, (part.without, item), 1)
+            instead = fits.fit(instead.model, instead.values, instead.structural, instead.recordings, SETTLING)
+            worse = judge.compare(instead, full, rows)
+            if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
+                return instead, {}, True
+            if worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain:
+                if item.name in find_effect(part.name).includes:
+                    return instead, {}, True
+                if part.name not in find_effect(item.name).includes:
+                    left.append((item.name, instead))
+        if left:
+            rivals[part.name] = tuple(left)
+    return full, rivals, False
+
+
+def look_alikes(name: str, model: Model) -> tuple[str, ...]:
+    """Effects that say they look like this one, or it like them, and are not in the model."""
+    own = find_effect(name)
+    near = {*own.confused_with, *own.includes}
+    near |= {e.name for e in EFFECTS if name in (*e.confused_with, *e.includes)}
+    return tuple(e.name for e in EFFECTS if e.name in near and e.name not in model.effects)
 
 
 def stands(part: Part) -> bool:
     """Whether an effect stands the tests on held-out rows."""
     e = part.evidence
-    return e.certainty >= CERTAINTY and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED
+    # A single moment has no other blocks that could vouch for it: its lead over other moments did.
+    effect = find_effect(part.name)
+    sure = e.certainty >= CERTAINTY or effect.acts == "one"
+    return sure and e.gain >= LEAST_GAIN and e.closed >= (LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED)

@@ -1,90 +1,107 @@
-"""The verdict: none, identified, ambiguous or unknown, and the recording to make next."""
+"""The verdict in words: what the gap is made of, what is left, and the recording to make next."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from linid.diagnosis.next_experiment import Prospect
-from linid.diagnosis.report_data import Share, Status, Verdict
-from linid.diagnosis.select import LEAST_CLOSURE, LEAST_EXCESS, Confirmed
+from linid.diagnosis.report_data import Budget, Entry, Share, Status, Verdict
 from linid.physics.effects.registry import find_effect
+from linid.recording.check_findings import RecordingChecks
+from linid.recording.checks import joined_findings
 
-# An effect that closes less of the excess is named all the same if it leaves so little: the floor is not
-# known better than that.
-LEFT_OVER = 0.15
-# A model that explains less of the motion itself is none; real axes reach 0.9 and more.
+# Excess over the floor (in floors) below which a campaign counts as explained: nobody knows the floor better.
+LEAST_EXCESS = 0.3
+# A model that explains less of the motion itself is said to.
 LEAST_MOTION = 0.5
-_TELLING = 0.05  # share from which a coordinate is worth a word
+_TELLING, _SURE = 0.05, 0.02  # share from which, and p-value below which, a coordinate is worth a word
+
+
+def status_of(budget: Budget) -> Status:
+    """none, explained, partly explained or unknown, from the gap and its entries."""
+    if budget.entries:
+        return "explained" if budget.excess_after < LEAST_EXCESS else "partly explained"
+    return "none" if budget.excess_before < LEAST_EXCESS else "unknown"
 
 
 def decide(
-    chosen: Confirmed | None,
-    groups: Sequence[tuple[str, ...]],
-    excess: float,
-    where: Sequence[Share],
-    ceiling: float,
-    screened: Sequence[tuple[str, float]],
-    motion: float = 1.0,
-) -> Verdict:
+    budget: Budget, where: Sequence[Share], screened: Sequence[tuple[str, float]], motion: float,
+    checks: Sequence[RecordingChecks],
+) -> Verdict:  # fmt: skip
     """The verdict of a diagnosis.
 
-    chosen: the effects that paid (None: none did); groups: per chosen effect its rivals; excess: held-out mean square
-    over the floor, in floors; where: shares by coordinate; ceiling: what any smooth function of the coordinates could
-    close; screened: effect and explained share, best first; motion: share of the held-out acceleration's power that
-    the best model explains.
+    where: shares of the base's residual by coordinate; screened: effect and explained share, best first; motion: share
+    of the held-out acceleration's power that the best model explains; checks: of the data.
     """
-    status: Status
-    if motion < LEAST_MOTION:
-        sentence = (
-            f"The model explains {_percent(max(motion, 0.0))} of the held-out accelerations, so no effect can be "
-            "judged: units, signs or channels may be wrong."
-        )
-        return Verdict("unknown", (), (), sentence, "Check the channels with linid inspect, and one recording by hand.")
-    left = excess if chosen is None else excess * (1.0 - chosen.closure)
-    if chosen is None or (chosen.closure < LEAST_CLOSURE and left >= LEFT_OVER):
-        if chosen is None and excess < LEAST_EXCESS:
-            sentence = "The model explains the held-out recordings down to the noise floor: no effect is missing."
-            return Verdict(
-                "none", (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more."
-            )
-        status = "unknown"
-        found = [s for s in where if s.share > _TELLING and s.p_value < 0.02]
-        coordinates = ", ".join(s.label for s in found[:3]) or "none of the usual coordinates"
-        best = "" if chosen is None else f" The best, {' + '.join(chosen.effects)}, closes {_percent(chosen.closure)}."
-        sentence = (
-            f"No effect of the library explains the gap.{best} The residual depends on {coordinates}; "
-            f"any smooth function of the coordinates could close at most {_percent(ceiling)}."
-        )
+    status = status_of(budget)
+    names = tuple(entry.effect for entry in budget.entries)
+    rivals = tuple(dict.fromkeys(name for entry in budget.entries for name in entry.rivals))
+    if status == "none":
+        sentence = "The model explains the held-out recordings down to the noise floor: no effect is missing."
+        return Verdict(status, (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more.")
+    if status == "unknown":
+        sentence = _unknown(budget, where, screened, motion, checks)
         near = screened[0][0] if screened else ""
         step = f"Record: {find_effect(near).exposed_by}." if near else "Repeat a recording to see what of it repeats."
-        return Verdict("unknown", (), (), sentence, step)
-    names = chosen.effects
-    rivals = tuple(dict.fromkeys(name for group in groups for name in group))
-    status = "ambiguous" if rivals else "identified"
-    total = _percent(chosen.closure)
-    if status == "identified":
-        sentence = f"The gap comes from {_list(names)}: with it in the model {total} of the held-out excess closes."
-        step = f"To measure it better, record: {find_effect(names[0]).exposed_by}."
+        return Verdict(status, (), (), sentence, step)
+    parts = [_in_words(entry) for entry in budget.entries]
+    if len(parts) == 1:
+        causes = f"{parts[0]} causes {_percent(budget.closed)} of the gap"
     else:
-        sentence = (
-            f"The gap comes from {_list(names)} or {_list(rivals)}, which these recordings cannot tell apart; "
-            f"{total} of the held-out excess closes."
-        )
-        step = "To tell them apart, record: " + "; or ".join(
-            dict.fromkeys(find_effect(name).exposed_by for name in (*names[-1:], *rivals[:1]))
-        )
+        causes = f"{_list(parts)} together cause {_percent(budget.closed)} of the gap"
+    if status == "explained":
+        sentence = f"{causes[0].upper()}{causes[1:]}; what is left is at the noise floor."
+    else:
+        rest = _percent(max(budget.unexplained, 0.0))
+        depends = f", which depends on {_list(budget.depends_on)}" if budget.depends_on else ""
+        sentence = f"{causes[0].upper()}{causes[1:]}; {rest} stay unexplained{depends}."
+    worse = {name for entry in budget.entries for name in entry.worsens}
+    if worse:
+        words = {"free_run": "the free run", "ahead": "the prediction 0.1 s ahead", "force": "the force balance"}
+        which = [e.effect.replace("_", " ") for e in budget.entries if e.worsens]
+        sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} gets worse."
+    step = f"To measure it better, record: {find_effect(names[0]).exposed_by}."
     return Verdict(status, names, rivals, sentence, step)
 
 
-def advice(verdict: Verdict, best: Prospect, noise: float, axis: str) -> str:
+def _in_words(entry: Entry) -> str:
+    """An entry with its share and, where there are any, its rivals."""
+    name = " or ".join(n.replace("_", " ") for n in (entry.effect, *entry.rivals))
+    return f"{name} ({_percent(entry.share)})"
+
+
+def _unknown(
+    budget: Budget, where: Sequence[Share], screened: Sequence[tuple[str, float]], motion: float,
+    checks: Sequence[RecordingChecks],
+) -> str:  # fmt: skip
+    """What was tried and what it saw, where no effect has evidence."""
+    found = [s.label for s in where if s.share > _TELLING and s.p_value < _SURE][:3]
+    depends = f"depends on {_list(found)}" if found else "depends on none of the usual coordinates"
+    tried = ""
+    if screened:
+        tried = (
+            f" {len(screened)} effects were tried; the nearest, {screened[0][0].replace('_', ' ')}, takes "
+            f"{_percent(max(screened[0][1], 0.0))} of the log power from the fitted recordings, but does not hold on "
+            "the held-out ones."
+        )
+    moved = ""
+    if motion < LEAST_MOTION:
+        moved = f" The model explains {_percent(max(motion, 0.0))} of the held-out accelerations."
+    warned = [text for level, _, text in joined_findings(checks) if level == "warning"]
+    seen = f" The data themselves: {warned[0]}" if warned else ""
+    return f"No effect of the library explains the gap: the residual {depends}.{tried}{moved}{seen}"
+
+
+def advice(budget: Budget, best: Prospect, noise: float, axis: str) -> str:
     """The computed next recording in words; noise: m/s^2 of the recordings at hand."""
     unit = "rad/s^2" if axis == "rotary" else "m/s^2"
     times = max(best.difference / max(noise, 1e-300), 0.0)
     size = f"{best.difference:.2g} {unit} RMS ({times:.1f} times the noise)"
-    name = verdict.effects[-1].replace("_", " ")
-    if verdict.status == "ambiguous":
-        rival = verdict.equivalent[0].replace("_", " ")
+    unclear = next((entry for entry in budget.entries if entry.rivals), None)
+    if unclear is not None:
+        name, rival = unclear.effect.replace("_", " "), unclear.rivals[0].replace("_", " ")
         return f"To tell {name} from {rival}, record {best.words}: there the two differ by {size}."
+    name = budget.entries[-1].effect.replace("_", " ")
     sharper = (1.0 + best.gain) ** 0.5
     return (
         f"To measure {name} better, record {best.words}: a tenth of it shows there with {size}, "
@@ -93,9 +110,8 @@ def advice(verdict: Verdict, best: Prospect, noise: float, axis: str) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %"
+    return f"{100.0 * share:.0f} %" if share >= 0.095 or share <= 0.0 else f"{100.0 * share:.1f} %"
 
 
-def _list(names: Sequence[str]) -> str:
-    words = [name.replace("_", " ") for name in names]
-    return " and ".join(words)
+def _list(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]

@@ -64,8 +64,8 @@ class Acceleration:
     """Force balance along the measured motion divided by the mass, in m/s^2, in weak form.
 
     The model's acceleration and the second difference of raw position are smoothed by the same bump.
-    The second difference is a triangle-weighted mean of acceleration; so is what the simulation gives. Rows beside jumps
-    of an input are left out, for whoever fits, screens or judges alike.
+    The second difference is a triangle-weighted mean of acceleration; so is what the simulation gives. Rows beside
+    jumps of an input are left out, for whoever fits, screens or judges alike.
     half_widths: of the bump in samples per recording (empty: chosen by the noise).
     """
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +113,36 @@ class EffectColumns:
         return Acceleration(model, self.recordings, self.jobs, stride=_STRIDE)
 
 
+class Regressed(Protocol):
+    """A residual along the measured motion with the columns of a model's own parameters: what effects are tried on."""
+
+    recordings: tuple[Recording, ...]
+    values: Values
+    weights: Array
+    part: Acceleration
+
+    @property
+    def kind(self) -> str:
+        """Of the base model."""
+        ...
+
+    def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
+        """A trial for each entry of the grid."""
+        ...
+
+    def span(self) -> Array:
+        """Orthonormal columns of what the model's own parameters can do."""
+        ...
+
+    def rest(self) -> Array:
+        """What of the weighted residual is left after they had their say."""
+        ...
+
+    def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
+        """Derivatives by each amplitude at each entry of the grid, weighted."""
+        ...
+
+
 class Regression:
     """Weighted residual of a base model along the measured motion and its columns, base parameters first.
 
@@ -142,6 +173,11 @@ class Regression:
         self._span: Array | None = None
         self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, genes), strict=True)}
         self.effects = effects or EffectColumns(base.model.kind, self.values, self.recordings, jobs)
+
+    @property
+    def kind(self) -> str:
+        """Of the base model."""
+        return self.base.model.kind
 
     def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
         """A trial for each entry of the grid; sizes: upper ends of the ranges of its amplitudes, by name."""
@@ -263,7 +299,7 @@ def scaled_to_masses(model: Model, recordings: Sequence[Recording], values: Valu
     return trials[int(np.nanargmin(costs))]
 
 
-def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: Values, sizes: Values) -> Trial:
+def best_trial(regression: Regressed, effect: Effect, outlook: Outlook, known: Values, sizes: Values) -> Trial:
     """The entry of the effect's grid that explains most with amplitudes inside their ranges."""
     entries = [entry | {k: v for k, v in known.items() if k in entry} for entry in effect.grid(outlook)]
     grid = [dict(x) for x in dict.fromkeys(tuple(sorted(entry.items())) for entry in entries)]
@@ -280,7 +316,7 @@ def best_trial(regression: Regression, effect: Effect, outlook: Outlook, known: 
     return Trial(best.values, held, explained)
 
 
-def _likely_periods(regression: Regression, outlook: Outlook) -> tuple[float, ...]:
+def _likely_periods(regression: Regressed, outlook: Outlook) -> tuple[float, ...]:
     """Periods of a reading error that could explain the residual; a strong second harmonic has half the period."""
     longest = 0.2 * outlook.stroke
     # Shorter ones pass too fast for the sampling at any speed above a tenth of the highest.
@@ -290,7 +326,7 @@ def _likely_periods(regression: Regression, outlook: Outlook) -> tuple[float, ..
     return (*found, *(2.0 * period for period in found))
 
 
-def _orders_pursued(regression: Regression, effect: Effect, grid: Sequence[Values], sizes: Values) -> Values:
+def _orders_pursued(regression: Regressed, effect: Effect, grid: Sequence[Values], sizes: Values) -> Values:
     """The orders that explain most, one pair of amplitudes after the other (orthogonal matching pursuit:
     Pati, Rezaiifar and Krishnaprasad 1993, Asilomar Conf. 27, 40); grid: candidates of the first order."""
     first = effect.orders[0]
@@ -314,12 +350,12 @@ def _orders_pursued(regression: Regression, effect: Effect, grid: Sequence[Value
     return {**grid[0], **dict(zip(effect.orders, found, strict=True))}
 
 
-def amplitude_sizes(regression: Regression, effect: Effect, outlook: Outlook) -> Values:
+def amplitude_sizes(regression: Regressed, effect: Effect, outlook: Outlook) -> Values:
     """Upper ends of the ranges of the effect's amplitudes, by name; of several parts those of the first."""
     values = regression.values
     force = force_scale(regression.recordings, values)
     return {
         p.name: amplitude_range(p, outlook, force, values["mass"])[1]
-        for p in effect.parameters_of(regression.base.model.kind)
+        for p in effect.parameters_of(regression.kind)
         if p.name in effect.amplitudes_of_part(1)
     }

@@ -13,6 +13,7 @@ from linid.identification.identifiability import advice, is_useless
 from linid.identification.result import Estimate, Status
 from linid.identification.uncertainty import Uncertainty
 from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
 from linid.physics.wording import scaled_unit
 
 Array = NDArray[np.float64]
@@ -65,6 +66,13 @@ def make_estimates(
             low, high = value - _NORMAL * std, value + _NORMAL * std
         estimates.append(Estimate(parameter.name, parameter.symbol, unit, value, std, low, high, status, note))
     return tuple(estimates), names, covariance, np.clip(correlation, -1.0, 1.0)
+
+
+def plain_estimates(model: Model, values: dict[str, float]) -> tuple[Estimate, ...]:
+    """Parameters of a model at given SI values, about whose uncertainty nothing is said."""
+    return tuple(
+        Estimate(p.name, p.symbol, p.unit, values[p.name], math.nan, math.nan, math.nan) for p in model.parameters
+    )
 
 
 def _status(

@@ -86,7 +86,9 @@ def true_effects_closure(path: Path, effects: Sequence[str]) -> tuple[float, dic
         return None
     inputs = read_inputs([path], Settings())
     reached = known_to(inputs.recordings, base_kind(inputs.recordings), effects, dict(inputs.known))
-    return None if reached is None else (reached[0].closure, reached[1])
+    if reached is None:
+        return None
+    return reached.shares.closed[0], {part.name: part.evidence.power_closed for part in reached.parts}
 
 
 def oracle(

@@ -13,10 +13,11 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from linid.challenge.axes import draw_axis, thrust_per_ampere
-from linid.challenge.catalogue import LISTED, OUTSIDE
+from linid.challenge.catalogue import ENTRIES, FIRST, LISTED, OUTSIDE
 from linid.challenge.create import make_challenge
 from linid.challenge.files import Key, read_keys
-from linid.challenge.make import Plan, assignment
+from linid.challenge.hidden_axis import AXES, LAWS, AxisKind
+from linid.challenge.make import RATES, Plan, assignment, variant
 from linid.challenge.plant import simulate
 from linid.errors import UsageError
 from linid.recording.campaign import read_campaign
@@ -95,7 +96,7 @@ def test_kinds_and_effects_are_shared_out_evenly() -> None:
     kinds = Counter(kind for kind, _, _ in given_out)
     assert kinds == {"single": 360, "pair": 120, "none": 60, "unknown": 60}
     singles = Counter(names[0] for kind, names, _ in given_out if kind == "single")
-    assert singles == dict.fromkeys(LISTED, 20)
+    assert singles == dict.fromkeys(FIRST, 20)
     unknowns = Counter(names[0] for kind, names, _ in given_out if kind == "unknown")
     assert set(unknowns) == set(OUTSIDE) and max(unknowns.values()) - min(unknowns.values()) <= 1
     assert all(len(set(names)) == 2 for kind, names, _ in given_out if kind == "pair")
@@ -115,9 +116,67 @@ def test_crowds_hold_three_to_six_different_effects_equally_often() -> None:
     # Four equal chances: 600 draws lie within four standard deviations of 150 each.
     assert all(abs(number - 150) < 4 * np.sqrt(600 * 3 / 16) for number in sizes.values())
     shown = Counter(name for _, names, _ in given_out for name in names)
-    assert set(shown) <= set(LISTED) and not set(shown) & set(OUTSIDE)
+    assert set(shown) == {name for name in LISTED if "phase" in ENTRIES[name].axes}
     strengths = [s for _, _, wanted in given_out for s in wanted]
     assert min(strengths) >= 0.05 and max(strengths) <= 1.0
+
+
+def test_all_effects_are_hidden_where_they_can_be() -> None:
+    plan = Plan(4, effects=("all",), kinds=("single",), axes=AXES, laws=LAWS, rates=RATES, encoders=(1e-7, 1e-5))
+    axes = [draw_axis("axis", np.random.default_rng(k)) for k in range(3)]
+    shown, seen = Counter[str](), Counter[object]()
+    for index in range(3 * len(LISTED)):
+        _, names, _ = assignment(plan, index)
+        axis = variant(plan, index, axes[index % 3], names)
+        assert axis.kind in ENTRIES[names[0]].axes
+        assert 1e-7 <= axis.measurement.position_resolution_m <= 1e-5
+        shown.update(names)
+        seen.update((axis.kind, axis.law, 1 / axis.measurement.sample_period_s))
+    assert shown == dict.fromkeys(LISTED, 3)
+    assert set(seen) == {*AXES, *LAWS, *RATES}
+
+
+def test_crowds_hold_what_their_axis_can_have_and_what_is_named_beside_it() -> None:
+    plan = Plan(5, effects=("all", "floor_vibration"), kinds=("crowd",), axes=AXES)
+    names = [assignment(plan, index)[1] for index in range(300)]
+    for index, crowd in enumerate(names):
+        kind = variant(plan, index, draw_axis("axis", np.random.default_rng(1)), crowd).kind
+        assert all(kind in ENTRIES[name].axes for name in crowd)
+    together = {name for crowd in names for name in crowd}
+    assert together == {*LISTED, "floor_vibration"}
+
+
+def test_strengths_keep_within_what_an_effect_can_reach() -> None:
+    plan = Plan(6, effects=("dwell_stiction",), strength=(0.1, 1.0), kinds=("single",))
+    wanted = [assignment(plan, index)[2][0] for index in range(200)]
+    most = ENTRIES["dwell_stiction"].most
+    assert min(wanted) >= 0.1 and 0.9 * most < max(wanted) <= most
+
+
+@pytest.mark.parametrize("kind", AXES)
+def test_campaigns_of_every_kind_of_axis_are_read_back(kind: AxisKind, tmp_path: Path) -> None:
+    plan = Plan(
+        13, effects=("payload_change",), kinds=("single",), axes=(kind,), laws=("dahl",), rates=(500.0,),
+        encoders=(2e-6, 2e-6),
+    )  # fmt: skip
+    key = make_challenge(plan, 1, tmp_path / "made")["axis_0001"]
+    campaign = read_campaign(tmp_path / "made/axis_0001/campaign.yaml")
+    rotary = kind == "q_rotary"
+    assert campaign.axis == ("rotary" if rotary else "linear")
+    assert (key.axis, key.law, key.rate) == (kind, "dahl", 500.0)
+    assert key.shares["payload_change"] + key.unexplained == pytest.approx(1.0) and key.gap is not None
+    for recording in campaign.recordings:
+        assert recording.t[1] - recording.t[0] == pytest.approx(2e-3)
+        if recording.kind == "motor":
+            assert (recording.phase_currents is None) == (kind != "phase")
+    if kind == "phase":
+        return
+    # On a free wheel the friction of the key brakes the inertia of the key.
+    wheel = next(r for r in campaign.recordings if r.kind == "free_wheel" and r.added_mass > 0)
+    moving = wheel.t < wheel.t[0] + 0.1
+    speed, acceleration = np.polyfit(wheel.t[moving] - wheel.t[0], wheel.y[moving], 3)[[2, 1]] * [1, 2]
+    expected = -np.sign(speed) * key.base["coulomb_force"] - key.base["viscous_friction"] * speed
+    assert acceleration * (key.base["mass"] + wheel.added_mass) == pytest.approx(expected, rel=0.03)
 
 
 @hypothesis_settings(max_examples=25, deadline=None)
@@ -140,7 +199,8 @@ def test_drawn_axes_are_realistic_and_move_plausibly(seed: int) -> None:
     "wrong",
     [{"effects": ("coging",)}, {"strength": (0.5, 0.1)}, {"strength": (0.0, 1.0)}, {"kinds": ("triple",)},
      {"kinds": ()}, {"effects": ("cogging",), "kinds": ("pair",)},
-     {"effects": ("cogging", "end_effect"), "kinds": ("crowd",)}],
+     {"effects": ("cogging", "end_effect"), "kinds": ("crowd",)}, {"laws": ("coulomb",)}, {"axes": ()},
+     {"axes": ("rotary",)}, {"rates": (300.0,)}, {"encoders": (1e-5, 1e-7)}, {"encoders": (0.1, 10.0)}],
     ids=str,
 )  # fmt: skip
 def test_a_wrong_plan_is_refused(wrong: dict[str, object]) -> None:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from linid.challenge import kernel
-from linid.challenge.catalogue import ENTRIES, LISTED, OUTSIDE, HiddenEffect
+from linid.challenge.axes import draw_axis, scales
+from linid.challenge.catalogue import ENTRIES, FIRST, LISTED, OUTSIDE, HiddenEffect, draw_effect
+from linid.challenge.hidden_axis import varied
 from linid.challenge.plant import HiddenRun, build_plant, simulate
+from linid.physics.effects.registry import EFFECTS
 from linid.stand.description import AxisDescription
 from linid.stand.mode_descriptions import Mode
 from linid.stand.modes import command
 from linid.stand.plant import simulate as stand_simulate
-from tests.challenge.conftest import effect
+from tests.challenge.conftest import effect, listed
 
 PUSHY = (*(name for name, entry in ENTRIES.items() if entry.row is not None), "force_ripple", "payload_change")
 
@@ -69,14 +73,22 @@ def energy_error(axis: AxisDescription, mode: Mode, hidden: HiddenEffect | None)
     plant = build_plant(axis, mode, effects, index=0, powered=told.control != 0)
     s = run.states
     load_speed = s[:, kernel.V] + s[:, kernel.PLAIN_STATES + kernel.LOAD_RATE]
+    gear_speed = s[:, kernel.V] + s[:, kernel.PLAIN_STATES + kernel.GEAR_RATE]
     stored = (
         0.5 * plant.mass * s[:, kernel.V] ** 2
         + 0.5 * plant.load_mass * load_speed**2
+        + 0.5 * plant.gear_mass * gear_speed**2
         + 0.5 * plant.sigma_0 * s[:, kernel.W] ** 2
     )
     if plant.load_mass:
         rate = 2 * np.pi * plant.number[kernel.LOAD_SPRING, 1]
         stored = stored + 0.5 * plant.load_mass * rate**2 * s[:, kernel.PLAIN_STATES + kernel.LOAD] ** 2
+    if plant.gear_mass:
+        # The force beyond a soft play, x - h tanh(x/h), integrated.
+        _, half, frequency, _ = plant.number[kernel.GEAR_PLAY, :4]
+        x = s[:, kernel.PLAIN_STATES + kernel.GEAR]
+        stiffness = plant.gear_mass * (2 * np.pi * frequency) ** 2
+        stored = stored + stiffness * (x**2 / 2 - half**2 * np.log(np.cosh(x / half)))
     balance = stored - stored[0] - s[:, kernel.WORK] + s[:, kernel.LOSS]
     return float(np.abs(balance).max()), float(np.ptp(s[:, kernel.WORK]) + stored.max())
 
@@ -99,8 +111,10 @@ def test_halving_the_step_moves_nothing_that_the_encoder_sees(axis: AxisDescript
     assert np.abs(runs[0].y - runs[1].y).max() < 0.2 * axis.measurement.position_resolution_m
 
 
-def test_the_names_are_the_librarys_and_enough_lie_outside() -> None:
-    assert len(LISTED) == 18 and len(OUTSIDE) >= 6 and not set(LISTED) & set(OUTSIDE)
+def test_every_effect_of_the_library_can_be_hidden_and_enough_lie_outside() -> None:
+    library = {one.name for one in EFFECTS}
+    assert library <= set(LISTED) and not library & set(OUTSIDE)
+    assert len(FIRST) == 18 and len(OUTSIDE) >= 6 and not set(LISTED) & set(OUTSIDE)
 
 
 # Signatures: how each effect must show.
@@ -289,3 +303,108 @@ def test_payload_change_adds_mass_in_its_recordings(axis: AxisDescription) -> No
     assert sorted(splits[name] for name in hidden.recordings) == ["fit", "fit", "held_out"]
     run = simulate(axis, mode_of(axis, hidden.recordings[0]), [hidden])
     assert missing(run) == pytest.approx(-hidden.amplitude * run.acceleration, abs=1e-9)
+
+
+def test_eddy_current_drag_is_largest_at_its_critical_speed(axis: AxisDescription) -> None:
+    hidden = replace(effect("eddy_current_drag", axis), shape={"critical_speed": 0.15})
+    run = simulate(axis, mode_of(axis, "sine_position_1"), [hidden])
+    drag, speed = -missing(run) * np.sign(run.v), np.abs(run.v)
+    assert speed.max() > 0.25
+    assert speed[np.argmax(drag)] == pytest.approx(0.15, abs=0.015)
+    assert drag.max() == pytest.approx(hidden.amplitude, rel=0.01) and drag[speed > 1e-3].min() > 0
+
+
+def test_dwell_stiction_holds_after_a_rest_and_is_worn_off(axis: AxisDescription) -> None:
+    hidden = effect("dwell_stiction", axis)
+    run = simulate(axis, mode_of(axis, "moves_1"), [hidden])
+    grown = run.states[:, kernel.PLAIN_STATES + kernel.DWELT]
+    sliding = np.abs(run.v) > 0.2
+    assert grown[0] == 1.0 and grown[sliding].max() < 0.2 and grown.min() >= 0
+    # What is missed brakes, and is felt at the breakaways alone.
+    work = missing(run) * np.sign(run.v)
+    assert np.abs(work[sliding]).mean() < 0.1 * -work[np.abs(run.v) > 1e-4].min()
+
+
+def test_pole_pitch_error_costs_thrust_by_its_square(axis: AxisDescription) -> None:
+    losses = []
+    for amplitude in (2e-4, 4e-4):
+        hidden = replace(effect("pole_pitch_error", axis), amplitude=amplitude)
+        run = simulate(axis, mode_of(axis, "sine_position_1"), [hidden])
+        strong = np.abs(run.thrust) > 0.5 * np.abs(run.thrust).max()
+        losses.append(float(np.mean(-missing(run)[strong] / run.thrust[strong])))
+    assert 0 < losses[0] < losses[1]
+    # Four times as much for twice the error, but for the little that uneven windings lose in proportion.
+    assert 3.2 < losses[1] / losses[0] < 4.8
+
+
+def test_backlash_lets_the_reading_wait_after_a_reversal(axis: AxisDescription) -> None:
+    hidden = replace(effect("backlash", axis), amplitude=1e-3)
+    mode = mode_of(axis, "sine_current_2")
+    plain, run = simulate(axis, mode), simulate(axis, mode, [hidden])
+    assert np.array_equal(plain.y, run.y)  # no loop closes over the encoder here
+    error = run.reading - run.y
+    assert np.abs(error).max() <= 0.5e-3 * (1 + 1e-9)
+    ends = np.flatnonzero(np.diff(np.sign(run.v)) != 0)
+    ends = ends[ends > 1500][:-1]
+    for first, last in pairwise(ends):
+        if abs(run.y[last] - run.y[first]) > 5e-3:
+            # Taken up at the end of a swing: half the play behind.
+            assert error[last] == pytest.approx(-0.5e-3 * np.sign(run.y[last] - run.y[first]), rel=0.01)
+
+
+def test_gravity_turns_with_the_shaft() -> None:
+    turning = varied(
+        draw_axis("axis", np.random.default_rng(3)), np.random.default_rng(1), kind="q_rotary", law="lugre",
+        rate=1000.0, resolution=None,
+    )  # fmt: skip
+    hidden = effect("gravity", turning)
+    run = simulate(turning, mode_of(turning, "sine_position_1"), [hidden])
+    angle = run.y / turning.radius_m
+    assert np.ptp(angle) > np.pi
+    design = np.stack([f(k * angle) for k in (1, 2) for f in (np.sin, np.cos)], 1)
+    found = np.linalg.lstsq(design, missing(run), rcond=None)[0]
+    assert missing(run) == pytest.approx(design @ found, abs=1e-6 * abs(hidden.amplitude))
+    assert np.hypot(*found[:2]) == pytest.approx(abs(hidden.amplitude), rel=1e-6)
+
+
+def test_a_play_in_the_drive_train_swings_softly_within_and_stiffly_beyond(axis: AxisDescription) -> None:
+    hidden = effect("drive_train_backlash", axis, 4.0)
+    run = simulate(axis, mode_of(axis, "square_current_1"), [hidden])
+    x = np.abs(run.states[:, kernel.PLAIN_STATES + kernel.GEAR])
+    half = hidden.shape["half_play"]
+    assert x.max() > half and np.std(missing(run)) > 0
+    mass = hidden.amplitude * axis.mass_kg
+    stiffness = mass * (2 * np.pi * hidden.shape["contact_frequency"]) ** 2
+    # Deep in contact the load is carried as by a spring behind the play.
+    assert stiffness * (x.max() - half) < 3 * mass * np.abs(run.acceleration).max()
+
+
+def test_friction_level_change_rules_its_recordings_only(axis: AxisDescription) -> None:
+    hidden = effect("friction_level_change", axis)
+    splits = {mode.name: mode.split for mode in axis.campaign}
+    assert sorted(splits[name] for name in hidden.recordings) == ["fit"] * 3 + ["held_out"] * 2
+    other = next(mode for mode in axis.campaign if mode.name not in hidden.recordings)
+    assert np.array_equal(simulate(axis, other).y, simulate(axis, other, [hidden]).y)
+    mode = mode_of(axis, "sine_position_1")
+    run = simulate(axis, mode, [replace(hidden, recordings=(mode.name,))])
+    sliding = np.abs(run.v) > 0.1
+    ratio = missing(run)[sliding] / (-np.sign(run.v[sliding]) * axis.friction.coulomb_force_n)
+    assert np.median(ratio) == pytest.approx(hidden.amplitude, rel=0.02)
+
+
+def test_several_pushes_meet_recordings_of_both_splits(axis: AxisDescription) -> None:
+    listed_modes = listed(axis)
+    splits = {mode.name: mode.split for mode in axis.campaign}
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        hidden = draw_effect("external_disturbance", random, scales(axis), listed_modes, several=True)
+        assert 2 <= len(hidden.pushes) <= 5 and {push[0] for push in hidden.pushes} == set(hidden.recordings)
+        assert {splits[name] for name in hidden.recordings} == {"fit", "held_out"}
+    name, size, start, length = hidden.pushes[0]
+    run = simulate(axis, mode_of(axis, name), [hidden])
+    mine = [push for push in hidden.pushes if push[0] == name]
+    during = np.any([(run.t > s) & (run.t < s + d) for _, _, s, d in mine], axis=0)
+    assert np.abs(missing(run)[~during]).max() < 1e-6
+    if len(mine) == 1:
+        peak = missing(run)[np.argmin(np.abs(run.t - start - length / 2))]
+        assert peak == pytest.approx(size * hidden.amplitude, rel=0.01)

@@ -5,24 +5,27 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from linid.challenge.files import CAMPAIGN_FILE, write_hidden_campaign
+from linid.challenge.files import CAMPAIGN_FILE, key_of, write_hidden_campaign
+from linid.challenge.hidden_axis import AXES, AxisKind
 from linid.challenge.make import Plan, make_campaign
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.physics.model import Model
-from linid.stand.generate import true_parameters
 from linid.workflow.inputs import read_inputs
 from linid.workflow.settings import Settings
 
 
-def test_true_parameters_reach_the_noise_floor_in_every_recording(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", AXES)
+def test_true_parameters_reach_the_noise_floor_in_every_recording(kind: AxisKind, tmp_path: Path) -> None:
     """Stops, breakaways, reversals and current steps included: what is left there would look like an effect."""
-    hidden = make_campaign(Plan(21, kinds=("none",)), 0)
+    hidden = make_campaign(Plan(21, kinds=("none",), axes=(kind,)), 0)
     write_hidden_campaign(hidden, tmp_path)
     recordings = numbered(read_inputs([tmp_path / hidden.name / CAMPAIGN_FILE], Settings()).recordings)
-    model = Model(hidden.description.motor.kind)
-    vector = model.vector(true_parameters(hidden.description))
+    key = key_of(hidden)
+    model = Model(key.motor)
+    vector = model.vector(key.base)
     balance = Balance(model, recordings, 2, 1)
     residual, noise = balance.residual(model, vector), balance.noise(model, vector)
     owner = balance.rows.recording

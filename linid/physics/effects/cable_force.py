@@ -55,4 +55,5 @@ EFFECT = Effect(
     advance=advance,
     exposed_by="slow moves and free wheels over the whole stroke, with reversals at several places",
     confused_with=("constant_force", "position_dependent_friction"),
+    includes=("constant_force",),
 )

@@ -113,7 +113,8 @@ class Effect:
     acts: in all recordings, in one or in some; mark: the structural parameter that says in which: of one its number, of
     some the sum of 2^(number - 1). parts: how often the effect can occur, each time with parameters of its own, whose
     names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
-    physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike.
+    physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
+    includes: effects that this one is with some parameters at zero.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Effect:
     amplitudes: tuple[str, ...]
     exposed_by: str
     confused_with: tuple[str, ...] = ()
+    includes: tuple[str, ...] = ()
     structural: tuple[str, ...] = ()
     phase_only: tuple[str, ...] = ()
     single_only: tuple[str, ...] = ()

@@ -88,7 +88,7 @@ def budget_figure(score: Score) -> Figure:
             elinewidth=0.8, capsize=2,
         )  # fmt: skip
         recall.set_xticks(
-            places, [f"{100 * one.low:g} to {100 * one.high:g}\nn = {one.found.total}" for one in bins], fontsize=6.5
+            places, [f"{100 * one.low:g}–{100 * one.high:g}\nn = {one.found.total}" for one in bins], fontsize=6.5
         )
         recall.set_ylim(-3, 103)
         recall.set_xlabel("true share of the gap (%)")
