@@ -20,6 +20,7 @@ from linid.identification.reading_spectrum import likely_periods
 from linid.physics.effects.effect import Effect, Outlook, Values
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.physics.wording import fitting_words
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -265,7 +266,7 @@ def effect_guess(
             raise UsageError(
                 "--effect",
                 f"{name} makes no sense with the {base.model.kind} model and these recordings",
-                f"It is shown by: {effect.exposed_by}",
+                f"It is shown by: {fitting_words(effect.exposed_by, outlook.axis, base.model.kind)}",
             )
         sizes = amplitude_sizes(regression, effect, outlook)
         best = best_trial(regression, effect, outlook, known, sizes)

@@ -14,6 +14,7 @@ from linid.identification.result import Estimate, Status
 from linid.identification.uncertainty import Uncertainty
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.physics.wording import scaled_unit
 
 Array = NDArray[np.float64]
 _NORMAL = 1.959964
@@ -38,9 +39,10 @@ def make_estimates(
     estimates = []
     for parameter in space.model.parameters:
         value = float(vector[space.model.slot(parameter.name)])
-        unit = _unit(parameter.unit_on(axis), parameter.name, input_unit, per_mass)
+        unit = _unit(parameter.unit_on(axis), axis, input_unit, per_mass)
         if parameter.name not in names:
-            note = "per kilogram: no mass is known" if per_mass and parameter.name == "mass" else "given"
+            note = "per kilogram: no mass is known" if axis != "rotary" else "per kg m^2: no inertia is known"
+            note = note if per_mass and parameter.name == "mass" else "given"
             if parameter.name in structural:
                 note = "set by the recordings"
             if not space.stribeck and parameter.name in ("static_force", "stribeck_velocity"):
@@ -53,7 +55,7 @@ def make_estimates(
             continue
         column = names.index(parameter.name)
         std = float(deviations[column])
-        status, note = _status(space, column, float(genes[column]), float(gene_std[column]), value, std)
+        status, note = _status(space, column, float(genes[column]), float(gene_std[column]), value, std, axis)
         if column in uncertainty.intervals:
             ends = space.genes[column].value(np.array(uncertainty.intervals[column]))
             low, high = float(ends[0]), float(ends[1])
@@ -74,14 +76,14 @@ def plain_estimates(model: Model, values: dict[str, float]) -> tuple[Estimate, .
 
 
 def _status(
-    space: SearchSpace, column: int, gene: float, gene_std: float, value: float, std: float
+    space: SearchSpace, column: int, gene: float, gene_std: float, value: float, std: float, axis: str
 ) -> tuple[Status, str]:
     name = space.names[column]
     useless = is_useless(space, column, gene_std)
     if space.genes[column].log and value > 0.0:
         useless = useless or is_useless_ratio(std / value)
     if useless:
-        return "not_identifiable", f"these recordings do not tell it: {advice(name)}"
+        return "not_identifiable", f"these recordings do not tell it: {advice(name, axis, space.model.kind)}"
     if gene < _EDGE or gene > 1.0 - _EDGE:
         if name == "static_force" and gene < _EDGE:
             return "at_bound", "equals F_C: no Stribeck effect is visible"
@@ -97,9 +99,7 @@ def is_useless_ratio(relative_std: float) -> bool:
     return bool(relative_std > LOG_LIMIT)
 
 
-def _unit(unit: str, name: str, input_unit: str, per_mass: bool) -> str:
+def _unit(unit: str, axis: str, input_unit: str, per_mass: bool) -> str:
     if input_unit != "A":
         unit = re.sub(r"\bA\b", input_unit, unit)
-    if per_mass and "N" in unit.split("/")[0].split():
-        return f"{unit}/kg"
-    return unit
+    return scaled_unit(unit, axis, "kg" if per_mass else "")

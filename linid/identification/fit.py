@@ -66,9 +66,10 @@ def fit(
             warnings.append("the mass is that of the friction result: these recordings cannot tell it")
         else:
             fixed["mass"], per_mass = 1.0, True
+            mass, scale = ("inertia", "per kg m^2") if recordings[0].axis == "rotary" else ("mass", "per kilogram")
             warnings.append(
-                "no mass is known and the recordings cannot tell it: all forces are per kilogram "
-                "(give --mass, or record free wheels with a known added mass)"
+                f"no {mass} is known and the recordings cannot tell it: all forces are {scale} "
+                f"(give --mass, or record free wheels with a known added {mass})"
             )
     first, densities = first_values(model, recordings, fixed, start)
     rivals: list[Values] = []
@@ -310,8 +311,10 @@ def _assemble(
     step_error = step_halving_error(replace(model, winding=""), recordings, vector, substeps, settings.jobs)
     usual = float(np.median([x for label, x in residual_rms.items() if not label.endswith(": currents")]))
     if step_error > 0.1 * usual:
+        command = "fit-friction" if model.kind == "friction" else "fit-motor"
         warnings.append(
-            f"halving the internal step moves the predictions by {step_error:.2g} RMS; give --substeps {2 * substeps}"
+            f"halving the internal step moves the predictions by {step_error:.2g} RMS; fit the model by "
+            f"linid {command} --substeps {2 * substeps}"
         )
     if uncertainty.aligned and _phase_is_loose(problem.space, uncertainty):
         warnings.append(_ALIGNED)
@@ -323,7 +326,7 @@ def _assemble(
         fitted=fitted,
         correlation=correlation,
         condition_number=uncertainty.condition_number,
-        pairs=inseparable_pairs(estimates, fitted, correlation, balanced),
+        pairs=inseparable_pairs(estimates, fitted, correlation, balanced, axis, model.kind),
         starts=_starts(problem, polished),
         objectives={
             r.name: part.name for part in problem.parts if part.name != "winding_currents" for r in part.recordings

@@ -9,6 +9,7 @@ from linid.identification.genes import SearchSpace
 from linid.identification.problem import Cost
 from linid.identification.result import Estimate
 from linid.physics.effects.registry import EFFECTS
+from linid.physics.wording import fitting_words
 
 Array = NDArray[np.float64]
 
@@ -38,12 +39,13 @@ ADVICE = {
 }
 
 
-def advice(name: str) -> str:
-    """The recording that would make parameter `name` identifiable."""
+def advice(name: str, axis: str, kind: str) -> str:
+    """The recording that would make parameter `name` identifiable, in the words of the axis and the motor model."""
+    text = ADVICE.get(name, "record a motion that excites it")
     for effect in EFFECTS:
         if any(parameter.name == name for parameter in effect.parameters):
-            return f"record {effect.exposed_by}"
-    return ADVICE.get(name, "record a motion that excites it")
+            text = f"record {effect.exposed_by}"
+    return fitting_words(text, axis, kind)
 
 
 def without_effect(space: SearchSpace, cost: Cost, genes: Array) -> tuple[str, ...]:
@@ -69,8 +71,9 @@ def is_useless(space: SearchSpace, column: int, gene_std: float) -> bool:
 
 
 def inseparable_pairs(
-    estimates: tuple[Estimate, ...], names: tuple[str, ...], correlation: Array, balanced_currents: bool
-) -> tuple[tuple[str, str, float, str], ...]:
+    estimates: tuple[Estimate, ...], names: tuple[str, ...], correlation: Array, balanced_currents: bool,
+    axis: str, kind: str,
+) -> tuple[tuple[str, str, float, str], ...]:  # fmt: skip
     """Pairs of parameters with a correlation beyond PAIR_LIMIT that costs precision, and what would separate them.
 
     Pairs whose members are both known to LOOSE (relative; angles in rad) are left out: nobody need separate them.
@@ -82,7 +85,7 @@ def inseparable_pairs(
             rho = float(correlation[a, b])
             if abs(rho) < PAIR_LIMIT or not (loose[names[a]] or loose[names[b]]):
                 continue
-            why = advice(names[b])
+            why = advice(names[b], axis, kind)
             if balanced_currents and {names[a], names[b]} <= _FIELD:
                 why = "the phase currents sum to zero: feed one phase alone"
             pairs.append((names[a], names[b], rho, why))

@@ -10,7 +10,14 @@ from linid.recording.recording import Array, Axis, Campaign, Kind, Reading, Reco
 if TYPE_CHECKING:
     from linid.recording.campaign import is_campaign, read_campaign
     from linid.recording.check_findings import Finding, RecordingChecks
-    from linid.recording.checks import all_findings, checks_data, checks_of, checks_table, joined_findings
+    from linid.recording.checks import (
+        CHECKS_LEGEND,
+        all_findings,
+        checks_data,
+        checks_of,
+        checks_table,
+        joined_findings,
+    )
     from linid.recording.coastdown import CoastDown, find_coast_down
     from linid.recording.inspection import Inspection, inspect_file, starter_mapping
     from linid.recording.mapping import ChannelMapping, ChannelSpec
@@ -21,7 +28,7 @@ _WHERE = {
     "is_campaign": "campaign", "read_campaign": "campaign",
     "Finding": "check_findings", "RecordingChecks": "check_findings",
     "all_findings": "checks", "checks_data": "checks", "checks_of": "checks", "checks_table": "checks",
-    "joined_findings": "checks",
+    "joined_findings": "checks", "CHECKS_LEGEND": "checks",
     "CoastDown": "coastdown", "find_coast_down": "coastdown",
     "Inspection": "inspection", "inspect_file": "inspection", "starter_mapping": "inspection",
     "ChannelMapping": "mapping", "ChannelSpec": "mapping",
@@ -30,6 +37,7 @@ _WHERE = {
 }  # fmt: skip
 
 __all__ = [
+    "CHECKS_LEGEND",
     "Array",
     "Axis",
     "Campaign",

@@ -19,6 +19,10 @@ HEADER = (
     "Recording", "Follows", "Band Hz", "Late ms", "Jitter %", "Missing", "At limit %", "Step", "Noise", "Floor %",
     "Field",
 )  # fmt: skip
+CHECKS_LEGEND = """\
+Follows: share of the acceleration's power in the band that follows the input; in brackets where it proves nothing.
+Late: acceleration after input. At limit: of the time. Step, noise: of the position, SI. Floor: acceleration that the
+position's noise feigns in 15 ms. Field: electrical angle per position, 1/m or pole pairs."""
 
 
 def checks_of(

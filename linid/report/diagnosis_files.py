@@ -8,16 +8,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linid.report.diagnosis_content import closure, ranked
 from linid.report.diagnosis_markdown import diagnosis_markdown
+from linid.report.diagnosis_words import in_axis_words
 from linid.report.files import write_atomic
 
 if TYPE_CHECKING:
-    from linid.diagnosis.report_data import Candidate, Change, Diagnosis
+    from linid.diagnosis.report_data import Budget, Change, Diagnosis, Entry, PairShare, Share
     from linid.identification.result import Estimate
     from linid.report.figures.write import Progress
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 def write_diagnosis(
@@ -37,7 +37,7 @@ def write_diagnosis(
     from linid.report.figures.diagnosis_write import write_diagnosis_figures
     from linid.report.page.build import page_html
 
-    folder = Path(folder)
+    folder, diagnosis = Path(folder), in_axis_words(diagnosis)
     drawn: list[Path] = []
     if figures:
         drawn = write_diagnosis_figures(
@@ -54,6 +54,9 @@ def write_diagnosis(
 
 def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
     """The content of `diagnosis.json`, SI units, shares from 0 to 1; None where a number is not finite."""
+    from linid.recording.checks import checks_data
+
+    diagnosis = in_axis_words(diagnosis)
     verdict = diagnosis.verdict
     data = {
         "schema": SCHEMA,
@@ -62,43 +65,46 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "axis": diagnosis.axis,
         "model": diagnosis.model,
         "base_effects": diagnosis.base_effects,
+        "force_scale": diagnosis.force_scale,
         "verdict": {
             "status": verdict.status,
             "effects": verdict.effects,
             "equivalent": verdict.equivalent,
             "sentence": verdict.sentence,
+            "next_experiment": verdict.next_experiment,
         },
-        "ranking": [_candidate(candidate) for candidate in ranked(diagnosis)],
-        "where": [
+        "budget": _budget(diagnosis.budget),
+        "tried": [
             {
-                "coordinate": share.coordinate,
-                "share": share.share,
-                "p_value": share.p_value,
-                "label": share.label,
-                "unit": share.unit,
-                "x": share.x.tolist(),
-                "mean": share.mean.tolist(),
-                "spread": share.spread.tolist(),
+                "effect": one.effect, "explained": one.explained, "outcome": one.outcome,
+                "certainty": one.certainty, "closed": one.closed,
             }
-            for share in diagnosis.where
+            for one in diagnosis.tried
         ],
-        "next_experiment": verdict.next_experiment,
+        # What readers of schema 1 look for.
+        "ranking": [
+            {
+                "effect": entry.effect, "held_out": _changes(entry.measures), "closure": entry.share,
+                "interval": _interval(entry.low, entry.high),
+            }
+            for entry in diagnosis.budget.entries
+        ],
+        "where": [_share(share) for share in diagnosis.where],
+        "pairs": [_pair(pair) for pair in diagnosis.pairs],
+        "measures": _changes(diagnosis.measures),
         "recordings": [
             {
-                "recording": one.recording,
-                "kind": one.kind,
-                "split": one.split,
-                "measures": {name: _change(change) for name, change in one.changes.items()},
+                "recording": one.recording, "kind": one.kind, "split": one.split, "measures": _changes(one.changes),
             }
             for one in diagnosis.recordings
         ],
-        "ceiling": {"share": diagnosis.ceiling, "coordinates": diagnosis.ceiling_coordinates},
-        "excess": {"before": diagnosis.excess_before, "after": diagnosis.excess_after, "floor": diagnosis.floor},
+        "checks": checks_data(diagnosis.checks),
         "assumptions": diagnosis.assumptions,
         "warnings": diagnosis.warnings,
+        "combinations": diagnosis.combinations,
         "field_wavenumber": diagnosis.field_wavenumber,
         "seed": diagnosis.seed,
-    }
+    }  # fmt: skip
     cleaned = finite(data)
     assert isinstance(cleaned, dict)
     return cleaned
@@ -115,28 +121,89 @@ def finite(value: Any) -> Any:
     return value
 
 
-def _candidate(candidate: Candidate) -> dict[str, Any]:
-    interval = [candidate.low, candidate.high]
+def _budget(budget: Budget) -> dict[str, Any]:
     return {
-        "effect": candidate.name,
-        "effects": candidate.effects,
-        "held_out": {name: _change(change) for name, change in candidate.held_out.items()},
-        "closure": candidate.closure,
-        "interval": interval if all(map(math.isfinite, interval)) else None,
-        "screened": candidate.explained,
-        "parameters": [_estimate(one) for one in candidate.parameters],
-        "note": candidate.note,
+        "gap": budget.excess_before,
+        "before": budget.before,
+        "after": budget.after,
+        "floor": budget.floor,
+        "excess_before": budget.excess_before,
+        "excess_after": budget.excess_after,
+        "closed": budget.closed,
+        "closed_interval": _interval(budget.closed_low, budget.closed_high),
+        "unexplained": {
+            "share": budget.unexplained,
+            "low": budget.unexplained_low,
+            "high": budget.unexplained_high,
+            "ceiling": budget.ceiling,
+            "depends_on": budget.depends_on,
+        },
+        "entries": [_entry(entry) for entry in budget.entries],
     }
 
 
-def _change(change: Change) -> dict[str, Any]:
-    interval = [change.low, change.high]
+def _entry(entry: Entry) -> dict[str, Any]:
     return {
-        "before": change.before,
-        "after": change.after,
-        "floor": change.floor,
-        "closure": closure(change),
-        "interval": interval if all(map(math.isfinite, interval)) else None,
+        "effect": entry.effect,
+        "rivals": entry.rivals,
+        "share": entry.share,
+        "low": entry.low,
+        "high": entry.high,
+        "first_in": entry.first_in,
+        "last_in": entry.last_in,
+        "certainty": entry.certainty,
+        "parameters": [_estimate(one) for one in entry.parameters],
+        "combinations": entry.combinations,
+        "measures": {
+            name: {"before": change.before, "after": change.after, "floor": change.floor}
+            for name, change in entry.measures.items()
+        },
+        "worsens": entry.worsens,
+        "note": entry.note,
+    }
+
+
+def _changes(changes: Mapping[str, Change]) -> dict[str, Any]:
+    return {
+        name: {
+            "before": change.before,
+            "after": change.after,
+            "floor": change.floor,
+            "interval": _interval(change.low, change.high),
+        }
+        for name, change in changes.items()
+    }
+
+
+def _interval(low: float, high: float) -> list[float] | None:
+    return [low, high] if math.isfinite(low) and math.isfinite(high) else None
+
+
+def _share(share: Share) -> dict[str, Any]:
+    return {
+        "coordinate": share.coordinate,
+        "share": share.share,
+        "p_value": share.p_value,
+        "label": share.label,
+        "unit": share.unit,
+        "x": share.x.tolist(),
+        "mean": share.mean.tolist(),
+        "spread": share.spread.tolist(),
+    }
+
+
+def _pair(pair: PairShare) -> dict[str, Any]:
+    return {
+        "coordinates": [pair.x_coordinate, pair.y_coordinate],
+        "labels": [pair.x_label, pair.y_label],
+        "units": [pair.x_unit, pair.y_unit],
+        "form": pair.form,
+        "share": pair.share,
+        "p_value": pair.p_value,
+        "x_edges": pair.x_edges.tolist(),
+        "y_edges": pair.y_edges.tolist(),
+        "mean": pair.mean.tolist(),
+        "rows": pair.rows.tolist(),
     }
 
 

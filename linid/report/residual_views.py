@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from linid.diagnosis.report_data import ResidualTrace
+    from linid.diagnosis.report_data import PairShare, ResidualTrace
 
 Array = NDArray[np.float64]
 Which = Literal["before", "after"]
@@ -163,3 +163,20 @@ def _even(t: Array, force: Array) -> tuple[Array, Array, float]:
     step = float(np.median(np.diff(t)))
     even = t[0] + step * np.arange(round((t[-1] - t[0]) / step) + 1)
     return even, np.interp(even, t[good], force[good]), step
+
+
+def centres(edges: Array) -> Array:
+    """Middles of cells with (b + 1,) edges."""
+    return np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
+
+
+def pair_slopes(pair: PairShare) -> Array:
+    """(a,) slopes of the mean residual in y for each x, N per unit of y, weighted by rows; nan where y has one bin."""
+    y = centres(pair.y_edges)[:, None]
+    rows = np.where(np.isfinite(pair.mean), pair.rows, 0).astype(float)
+    mean = np.where(rows > 0, pair.mean, 0.0)
+    count = np.maximum(np.sum(rows, axis=0), 1e-300)
+    about = y - np.sum(rows * y, axis=0) / count
+    spread = np.sum(rows * about**2, axis=0)
+    filled = np.count_nonzero(rows, axis=0) > 1
+    return np.where(filled, np.sum(rows * about * mean, axis=0) / np.where(filled, spread, 1.0), np.nan)

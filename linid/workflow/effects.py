@@ -64,6 +64,8 @@ def _overview(effects: tuple[Effect, ...]) -> Any:
 
 
 def _one(effect: Effect) -> Any:
+    from linid.physics.wording import fitting_words
+
     table = _table(header=False)
     table.add_row("effect", f"{effect.name} ({effect.slot})")
     table.add_row("physics", effect.physics)
@@ -74,6 +76,9 @@ def _one(effect: Effect) -> Any:
         scale = "set by the recordings" if p.name in effect.structural else f"within {p.lower:g} to {p.upper:g}"
         table.add_row("parameter", f"{p.name} ({p.symbol}) in {unit}: {p.meaning}; {_role(effect, p.name)}, {scale}")
     table.add_row("shown by", effect.exposed_by)
+    rotary_words = fitting_words(effect.exposed_by, "rotary", "sine")
+    if rotary_words != effect.exposed_by:
+        table.add_row("rotary", rotary_words)
     table.add_row("confused with", ", ".join(effect.confused_with) or "-")
     return table
 

@@ -17,10 +17,6 @@ if TYPE_CHECKING:
     from linid.recording import Axis, Campaign, Inspection, Recording, RecordingChecks
 
 COMMAND = "inspect"
-LEGEND = """\
-Follows: share of the acceleration's power in the band that follows the input; in brackets where it proves nothing.
-Late: acceleration after input. At limit: of the time. Step, noise: of the position, SI. Floor: acceleration that the
-position's noise feigns in 15 ms. Field: electrical angle per position, 1/m or pole pairs."""
 
 
 def inspect_path(
@@ -81,7 +77,7 @@ def _checks_summary(checks: Sequence[RecordingChecks]) -> dict[str, Any]:
 
 def _checks(checks: Sequence[RecordingChecks]) -> tuple[Any, ...]:
     """What is printed of the checks: a table, a line on how to read it, and the findings."""
-    from linid.recording import checks_table, joined_findings
+    from linid.recording import CHECKS_LEGEND, checks_table, joined_findings
 
     if not checks:
         return ()
@@ -94,7 +90,7 @@ def _checks(checks: Sequence[RecordingChecks]) -> tuple[Any, ...]:
     for row in rows:
         table.add_row(*(row[k] for k in told))
     said = [f"{level.upper()} {where}: {text}." for level, where, text in joined_findings(checks)]
-    return (table, LEGEND, *(said or ["Nothing to object to."]))
+    return (table, CHECKS_LEGEND, *(said or ["Nothing to object to."]))
 
 
 def _plain(value: Any) -> Any:

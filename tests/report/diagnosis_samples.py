@@ -9,14 +9,19 @@ from typing import Any
 import numpy as np
 
 from linid.diagnosis.report_data import (
-    Candidate,
+    MEASURES,
+    Budget,
     Change,
     Diagnosis,
+    Entry,
+    PairShare,
     RecordingChange,
     ResidualTrace,
     Share,
+    Tried,
     Verdict,
 )
+from linid.recording import Reading, Recording, RecordingChecks, checks_of
 
 from .samples import NAN, estimate
 
@@ -34,6 +39,11 @@ def cogging(t: Array, y: Array, v: Array) -> Array:
 def cable(t: Array, y: Array, v: Array) -> Array:
     """A linear spring over the stroke, N."""
     return 2.4 * (y - 0.35)
+
+
+def drag(t: Array, y: Array, v: Array) -> Array:
+    """Friction that is stronger forwards, and drag with the square of the speed, N."""
+    return -0.3 * np.sign(v) * (v > 0) - 0.9 * v * np.abs(v)
 
 
 def push(t: Array, y: Array, v: Array) -> Array:
@@ -90,7 +100,7 @@ def shares(all_traces: tuple[ResidualTrace, ...], field: float | None) -> tuple[
     ]
     if field is not None:
         angle = [np.mod(t.y, 2 * np.pi / field) for t in all_traces]
-        columns.append(("pole_pitch", "position within the pole pitch", "m", angle))
+        columns.append(("pole_phase", "position within two pole pitches", "m", angle))
     return tuple(share(all_traces, *column) for column in columns)
 
 
@@ -108,21 +118,88 @@ def recordings(all_traces: tuple[ResidualTrace, ...]) -> tuple[RecordingChange, 
     return tuple(made)
 
 
-def measures(closed: float) -> dict[str, Change]:
-    """Held-out measures of a candidate that closes a share of the excess."""
+def pair_share(
+    all_traces: tuple[ResidualTrace, ...], x: tuple[str, str, str, list[Array]], y: tuple[str, str, str, list[Array]],
+    form: Any, share: float,
+) -> PairShare:  # fmt: skip
+    """Cell means of the residual over two coordinates (name, label, unit, values)."""
+    values, force = [np.concatenate(c[3]) for c in (x, y)], np.concatenate([t.before for t in all_traces])
+    edges = [np.linspace(one.min(), one.max(), count + 1) for one, count in zip(values, (24, 8), strict=True)]
+    rows, *_ = np.histogram2d(values[1], values[0], bins=edges[::-1])
+    total, *_ = np.histogram2d(values[1], values[0], bins=edges[::-1], weights=force)
+    mean = np.where(rows >= 5, total / np.maximum(rows, 1), NAN)
+    p_value = 0.001 if share > 0.02 else 0.4
+    return PairShare(
+        x[0], y[0], x[1], y[1], x[2], y[2], form, share, p_value, edges[0], edges[1], mean, rows.astype(np.int64)
+    )
 
-    def change(before: float, floor: float) -> Change:
-        after = np.sqrt(max(before**2 - closed * (before**2 - floor**2), 0.0))
-        return Change(before, float(after), floor, float(0.82 * after), float(1.31 * after))
 
-    return {"free_run": change(0.0213, 0.0009), "ahead": change(3.4e-5, 2.2e-6), "force": change(0.69, 0.057)}
+def pairs(all_traces: tuple[ResidualTrace, ...]) -> tuple[PairShare, ...]:
+    """A table, a proportion, one that overlaps with the first, one by chance."""
+    position = ("position", "position", "m", [t.y for t in all_traces])
+    velocity = ("velocity", "velocity", "m/s", [t.v for t in all_traces])
+    time = ("time", "time in the recording", "s", [t.t for t in all_traces])
+    current = ("current", "current", "A", [np.gradient(t.v, t.t) for t in all_traces])
+    direction = ("direction", "direction of motion", "1", [np.sign(t.v) for t in all_traces])
+    return (
+        pair_share(all_traces, position, velocity, "table", 0.12),
+        pair_share(all_traces, time, current, "proportional", 0.06),
+        pair_share(all_traces, position, current, "proportional", 0.04),
+        pair_share(all_traces, time, direction, "table", 0.001),
+    )
 
 
-def candidate(effects: str, explained: float, closed: float = NAN, half: float = 0.04, **more: Any) -> Candidate:
-    """A candidate, confirmed if it has a closure."""
-    held_out = measures(closed) if np.isfinite(closed) else {}
-    low, high = closed - half, min(closed + half, 1.0)
-    return Candidate(tuple(effects.split(" + ")), explained, closed, low, high, held_out, **more)
+def checks(all_traces: tuple[ResidualTrace, ...], axis: Any = "linear") -> tuple[RecordingChecks, ...]:
+    """The checks of the recordings behind the traces; the second one has gaps."""
+    made = []
+    for place, t in enumerate(all_traces):
+        rng = np.random.default_rng(place)
+        y = np.round((t.y + 2e-7 * rng.normal(size=t.y.size)) / 1e-7) * 1e-7
+        made.append(
+            Recording(
+                t.recording, t.t.copy(), y, drive_input=np.gradient(t.v, t.t), axis=axis, split=t.split,  # type: ignore[arg-type]
+                reading=Reading(0.0, gaps=2, missing=170, longest_gap=0.11) if place == 1 else None,
+            )
+        )  # fmt: skip
+    return checks_of(made)
+
+
+def together(rows: tuple[RecordingChange, ...]) -> dict[str, Change]:
+    """Root mean square over the held-out recordings, with an interval for a new one."""
+    found = {}
+    for measure in MEASURES:
+        some = [r.changes[measure] for r in rows if r.split == "held_out"]
+        before, after, floor = (
+            float(np.sqrt(np.mean([getattr(c, end) ** 2 for c in some]))) for end in ("before", "after", "floor")
+        )
+        found[measure] = Change(before, after, floor, 0.82 * after, 1.31 * after)
+    return found
+
+
+def entry(effect: str, share: float, half: float = 0.04, rivals: tuple[str, ...] = (), **more: Any) -> Entry:
+    """An entry whose measures shrink by its share."""
+
+    def change(after: float, floor: float) -> Change:
+        return Change(after * float(np.sqrt(1.0 + 3.0 * share)), after, floor)
+
+    measures = {"free_run": change(0.006, 0.0009), "ahead": change(9e-6, 2.2e-6), "force": change(0.21, 0.057)}
+    values: dict[str, Any] = {
+        "first_in": share + 0.03, "last_in": share - 0.02, "certainty": 60 * share, "measures": measures,
+    }  # fmt: skip
+    return Entry(effect, rivals, share, share - half, share + half, **{**values, **more})
+
+
+def budget_of(*entries: Entry, measures: dict[str, Change], **more: Any) -> Budget:
+    """The budget of some entries: what they leave is unexplained."""
+    before, floor = measures["force"].before, measures["force"].floor
+    closed = sum(e.share for e in entries)
+    after = float(np.sqrt(before**2 - closed * (before**2 - floor**2)))
+    excess = (before**2 - floor**2) / floor**2
+    values: dict[str, Any] = {"ceiling": 0.4, "depends_on": ("time in the recording",)}
+    return Budget(
+        before, after, floor, excess, (1 - closed) * excess, closed, closed - 0.02, min(closed + 0.02, 1.0), 1 - closed,
+        max(1 - closed - 0.02, 0.0), min(1 - closed + 0.02, 1.0), entries, **{**values, **more},
+    )  # fmt: skip
 
 
 COGGING = (
@@ -133,32 +210,26 @@ COGGING = (
     estimate("cogging_cosine_2", "C_c2", "N", 0.0021, 0.0101),
     estimate("cogging_sine_4", "C_s4", "N", 0.0, NAN, status="not_identifiable", note="the speed never stays low"),
 )
-RIVALS = (
-    candidate("current_offset", 0.31, 0.29, 0.06),
-    candidate("force_ripple", 0.22, 0.18, 0.07, note="the gain comes from one recording"),
-    candidate("encoder_periodic_error", 0.21, -0.08, 0.11),
-    candidate("position_dependent_friction", 0.06),
-    candidate("end_effect", 0.03),
-    candidate("quadratic_drag", 0.004),
-    candidate("payload_change", NAN, note="all recordings carry the same mass"),
+CABLE = (estimate("cable_stiffness", "k_cable", "N/m", 2.412, 0.051),)
+FRICTION = (
+    estimate("friction_asymmetry", "a", "1", 0.112, 0.021),
+    estimate("viscous_asymmetry", "b", "N s/m", 0.4, 0.31),
+)
+TRIED = (
+    Tried("cogging", 0.71, "named", 38.0, 0.94),
+    Tried("current_offset", 0.31, "screened"),
+    Tried("force_ripple", 0.22, "dropped", 1.1, -0.03),
+    Tried("encoder_periodic_error", 0.21, "screened"),
+    Tried("position_dependent_friction", 0.06, "dropped", 0.4, 0.004),
+    Tried("end_effect", 0.03, "screened"),
+    Tried("payload_change", NAN, "screened"),
 )
 
 
-def together(rows: tuple[RecordingChange, ...]) -> dict[str, Change]:
-    """Root mean square over the held-out recordings, with an interval for a new one."""
-    found = {}
-    for measure in ("free_run", "ahead", "force"):
-        some = [r.changes[measure] for r in rows if r.split == "held_out"]
-        before, after, floor = (
-            float(np.sqrt(np.mean([getattr(c, end) ** 2 for c in some]))) for end in ("before", "after", "floor")
-        )
-        found[measure] = Change(before, after, floor, 0.82 * after, 1.31 * after)
-    return found
-
-
-def identified(**changes: Any) -> Diagnosis:
+def explained(**changes: Any) -> Diagnosis:
     """One effect: cogging."""
-    made = traces(cogging)
+    made = traces(cogging, lambda t, y, v: 0.24 * cogging(t, y, v))
+    rows = recordings(made)
     values: dict[str, Any] = {
         "name": "axis_01", "model": "sine", "axis": "linear", "base_effects": (),
         "assumptions": (
@@ -167,71 +238,73 @@ def identified(**changes: Any) -> Diagnosis:
             "Current and position are sampled at the same instants.",
         ),
         "verdict": Verdict(
-            "identified", ("cogging",), (),
-            "Cogging explains the gap: it closes 94 % of the held-out excess over the floor, the next candidate 29 %.",
+            "explained", ("cogging",), (),
+            "The gap depends on the position within two pole pitches; cogging explains it: 94 % of it closes.",
             "Record slow steady moves (about 20 mm/s) over the whole stroke in both directions: they would show the "
             "6th order of the cogging, which these fast moves blur.",
         ),
-        "candidates": (*RIVALS[:2], candidate("cogging", 0.88, 0.94, 0.025, parameters=COGGING), *RIVALS[2:]),
-        "where": shares(made, FIELD), "ceiling": 0.95, "ceiling_coordinates": "position, velocity and current",
-        "excess_before": 0.21, "excess_after": 0.013, "floor": 0.0008, "recordings": recordings(made), "traces": made,
-        "field_wavenumber": FIELD, "seed": 1,
-    }  # fmt: skip
-    made_of = Diagnosis(**{**values, **changes})
-    cause = made_of.verdict.effects
-    return replace(
-        made_of,
-        candidates=tuple(
-            replace(c, held_out=together(made_of.recordings)) if c.effects == cause else c for c in made_of.candidates
+        "budget": budget_of(
+            entry("cogging", 0.94, 0.025, parameters=COGGING, measures=together(rows)), measures=together(rows)
         ),
-    )
+        "tried": TRIED, "where": shares(made, FIELD), "pairs": pairs(made), "measures": together(rows),
+        "recordings": rows, "traces": made, "checks": checks(made), "force_scale": "", "field_wavenumber": FIELD,
+        "seed": 1,
+    }  # fmt: skip
+    return Diagnosis(**{**values, **changes})
 
 
-def pair() -> Diagnosis:
-    """Two effects: cogging and a cable, both confirmed alone and together."""
-    made = traces(lambda t, y, v: cogging(t, y, v) + cable(t, y, v))
-    parameters = (*COGGING[:4], estimate("cable_stiffness", "k_cable", "N/m", 2.412, 0.051))
-    both = candidate("cogging + cable_force", 0.93, 0.96, 0.02, parameters=parameters)
-    verdict = Verdict(
-        "identified", ("cogging", "cable_force"), (),
-        "Two effects explain the gap: cogging (78 % of the held-out excess) and, with it, the cable's force (96 %).",
-        "Record one slow move over the full stroke with the cable chain detached.",
+def partly() -> Diagnosis:
+    """Four effects, one of them with a rival, one that worsens a measure, and a remainder."""
+
+    def left(t: Array, y: Array, v: Array) -> Array:
+        return 1.6 * push(t, y, v)
+
+    made = traces(lambda t, y, v: cogging(t, y, v) + cable(t, y, v) + drag(t, y, v) + left(t, y, v), left)
+    worse = {"free_run": Change(0.0058, 0.006, 0.0009), "ahead": Change(9.4e-6, 9e-6, 2.2e-6),
+             "force": Change(0.24, 0.21, 0.057)}  # fmt: skip
+    entries = (
+        entry("cogging", 0.46, 0.03, parameters=COGGING),
+        entry(
+            "cable_force", 0.21, 0.05, rivals=("position_dependent_friction",), parameters=CABLE,
+            combinations=("cable_stiffness and constant_force: only 2.41 y - 0.83 N is known, to 0.02 N",),
+        ),
+        entry("asymmetric_friction", 0.09, 0.03, parameters=FRICTION, note="from three of the recordings"),
+        entry("quadratic_drag", 0.05, 0.04, measures=worse),
     )  # fmt: skip
-    candidates = (candidate("cogging", 0.74, 0.78), candidate("cable_force", 0.19, 0.2), both, *RIVALS)
-    return identified(
-        verdict=verdict, candidates=candidates, traces=made, recordings=recordings(made), where=shares(made, FIELD)
-    )
+    verdict = Verdict(
+        "partly explained", tuple(e.effect for e in entries), ("position_dependent_friction",),
+        "The gap depends on position and velocity. Four effects explain 81 % of it: cogging 46 %, cable_force or "
+        "position_dependent_friction 21 %, asymmetric_friction 9 %, quadratic_drag 5 %. 19 % stay unexplained.",
+        "To tell cable_force from position_dependent_friction, record slow moves and free wheels over the whole "
+        "stroke.",
+    )  # fmt: skip
+    tried = (
+        *(Tried(e.effect, e.share + 0.1, "named", e.certainty, e.first_in) for e in entries),
+        Tried("position_dependent_friction", 0.3, "rival", 12.0, 0.2),
+        *(t for t in TRIED[1:] if t.effect != "position_dependent_friction"),
+    )  # fmt: skip
+    rows = recordings(made)
+    return explained(
+        name="axis_07", verdict=verdict, budget=budget_of(*entries, measures=together(rows)), tried=tried, traces=made,
+        recordings=rows,
+        measures=together(rows), where=shares(made, FIELD), pairs=pairs(made), checks=checks(made),
+        combinations=("coulomb_force and mass: only their ratio 0.73 m/s^2 is known, to 0.4 %",),
+        warnings=("Only two recordings are held out.",),
+    )  # fmt: skip
 
 
 def at_floor() -> Diagnosis:
-    """No gap: nothing was confirmed."""
+    """No gap: nothing is missing."""
     made = traces(nothing)
     verdict = Verdict(
         "none", (), (), "The model is at the floor: what remains on the held-out recordings is measurement noise.", ""
     )
-    candidates = tuple(replace(c, explained=0.01, closure=NAN, low=NAN, high=NAN, held_out={}) for c in RIVALS[:5])
-    return identified(
-        verdict=verdict, candidates=candidates, traces=made, recordings=recordings(made), where=shares(made, FIELD),
-        ceiling=NAN, ceiling_coordinates="", excess_before=0.0, excess_after=0.0,
-    )  # fmt: skip
-
-
-def ambiguous() -> Diagnosis:
-    """Cogging of the first order and a current offset look alike while the motor drives."""
-    made = traces(lambda t, y, v: 0.9 * np.sin(FIELD * y))
-    verdict = Verdict(
-        "ambiguous", ("cogging",), ("current_offset",),
-        "Cogging or an offset of the current sensors explains the gap (91 % and 90 %); these recordings cannot tell "
-        "them apart.",
-        "Record three free wheels at 0.1 to 0.3 m/s with the drive switched off: only cogging acts without current.",
-    )  # fmt: skip
-    candidates = (
-        candidate("cogging", 0.86, 0.91, parameters=COGGING[:3]), candidate("current_offset", 0.85, 0.90), *RIVALS[1:],
-    )  # fmt: skip
-    warnings = ("Only driven recordings: effects that need zero current cannot be separated.",)
-    return identified(
-        verdict=verdict, candidates=candidates, traces=made, recordings=recordings(made), where=shares(made, FIELD),
-        warnings=warnings,
+    rows = recordings(made)
+    nothing_left = Budget(0.058, 0.058, 0.057, 0.03, 0.03, 0.0, NAN, NAN, NAN, NAN, NAN, (), NAN, ())
+    return explained(
+        verdict=verdict, budget=nothing_left, tried=tuple(replace(t, outcome="screened", certainty=NAN, closed=NAN)
+        for t in TRIED), traces=made, recordings=rows, measures=together(rows), where=shares(made, FIELD), pairs=(),
+        checks=checks(made),
     )  # fmt: skip
 
 
@@ -244,15 +317,18 @@ def unknown(force: Force = push) -> Diagnosis:
         "Repeat one move five times at fixed intervals: if the residual repeats with the clock, look for a "
         "neighbouring drive or a pump.",
     )  # fmt: skip
-    return identified(
-        model="force", verdict=verdict, candidates=RIVALS, traces=made, recordings=recordings(made),
-        where=shares(made, None), ceiling=0.61, field_wavenumber=None, warnings=("Only two recordings are held out.",),
+    rows = recordings(made)
+    return explained(
+        model="force", verdict=verdict, budget=budget_of(measures=together(rows), ceiling=0.61), tried=TRIED[1:],
+        recordings=rows,
+        measures=together(rows), where=shares(made, None), field_wavenumber=None, traces=made, pairs=pairs(made)[1:],
+        checks=checks(made), warnings=("Only two recordings are held out.",),
     )  # fmt: skip
 
 
 def rotary() -> Diagnosis:
-    """A rotary axis in rad and N m with its own scale and without field wavenumber."""
-    base = identified()
+    """A rotary axis with one input, without field wavenumber, whose inertia no recording tells."""
+    base = explained()
     made = tuple(
         replace(t, y=40 * t.y, v=40 * t.v, before=0.02 * t.before, after=0.02 * t.after, deviation=0.02 * t.deviation)
         for t in base.traces
@@ -261,18 +337,35 @@ def rotary() -> Diagnosis:
     where = tuple(
         replace(s, unit=units.get(s.unit, s.unit), x=40 * s.x if s.unit in units else s.x, mean=0.02 * s.mean,
                 spread=0.02 * s.spread)
-        for s in base.where if s.coordinate != "pole_pitch"
+        for s in base.where if s.coordinate != "pole_phase"
+    )  # fmt: skip
+    both = tuple(
+        replace(
+            p, x_unit=units.get(p.x_unit, p.x_unit), y_unit=units.get(p.y_unit, p.y_unit), mean=0.02 * p.mean,
+            x_edges=40 * p.x_edges if p.x_unit in units else p.x_edges,
+            y_edges=40 * p.y_edges if p.y_unit in units else p.y_edges,
+        )
+        for p in base.pairs
     )  # fmt: skip
     parameters = tuple(replace(e, unit="N m" if e.unit == "N" else "1/rad") for e in COGGING[:3])
+    parameters += (
+        estimate("force_constant", "K_f", "N m/A", 0.1, NAN, status="not_identifiable",
+                 note="these recordings do not tell it: feed one phase alone, so that the currents do not sum to zero"),
+    )  # fmt: skip
     rows = recordings(made)
-    cause = replace(candidate("cogging", 0.88, 0.94, parameters=parameters), held_out=together(rows))
+    verdict = Verdict(
+        "explained", ("cogging",), (), "The gap depends on the position; cogging explains it: 94 % of it closes.",
+        "Record slow steady moves over several pole pitches, then free wheels over the whole stroke.",
+    )  # fmt: skip
+    cause = entry("cogging", 0.94, 0.025, parameters=parameters, measures=together(rows))
     return replace(
-        base, name="mn4004", axis="rotary", model="force", traces=made, where=where, field_wavenumber=None,
-        candidates=(cause, *RIVALS), recordings=rows,
+        base, name="mn4004", axis="rotary", model="force", traces=made, where=where, field_wavenumber=None, pairs=both,
+        budget=budget_of(cause, measures=together(rows)), recordings=rows, measures=together(rows),
+        checks=checks(made, "rotary"), force_scale="kg m^2", verdict=verdict,
+        assumptions=("The added masses in the campaign are exact.",),
     )  # fmt: skip
 
 
 SAMPLES: dict[str, Callable[[], Diagnosis]] = {
-    "identified": identified, "pair": pair, "none": at_floor, "ambiguous": ambiguous, "unknown": unknown,
-    "rotary": rotary,
+    "none": at_floor, "explained": explained, "partly": partly, "unknown": unknown, "rotary": rotary,
 }  # fmt: skip

@@ -17,16 +17,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from linid.diagnosis.report_data import Change, Diagnosis, Verdict
+from linid.diagnosis.report_data import Budget, Change, Diagnosis, Verdict
+from linid.report.diagnosis_budget import budget_lines, waterfall
 from linid.report.diagnosis_console import diagnosis_console
-from linid.report.diagnosis_content import closure, percent, ranked, totals
+from linid.report.diagnosis_content import percent
 from linid.report.diagnosis_files import diagnosis_data, write_diagnosis
 from linid.report.diagnosis_markdown import diagnosis_markdown
+from linid.report.diagnosis_words import in_axis_words
 from linid.report.figures.diagnosis_traces import residual_trace_figure
-from linid.report.figures.diagnosis_which import ranking_figure
+from linid.report.figures.diagnosis_waterfall import waterfall_figure
 from linid.report.style import ERROR, MEASURED
 
-from .diagnosis_samples import DEVIATION, SAMPLES, candidate, identified, recordings, traces, unknown
+from .diagnosis_samples import DEVIATION, SAMPLES, entry, explained, partly, rotary, unknown
 from .samples import NAN
 
 
@@ -41,32 +43,51 @@ def strict(text: str) -> Any:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All files of the sample with one cause."""
+    """All files of the sample with four effects."""
     path = tmp_path_factory.mktemp("diagnosis")
-    written = write_diagnosis(identified(), path)
+    written = write_diagnosis(partly(), path)
     assert sorted(written) == sorted(p for p in path.rglob("*") if p.is_file())
     return path
 
 
 def test_json_has_the_agreed_schema(folder: Path) -> None:
-    data, source = strict((folder / "diagnosis.json").read_text(encoding="utf-8")), identified()
-    assert data["schema"] == 1
-    verdict = {"status": "identified", "effects": ["cogging"], "equivalent": []}
-    assert {key: data["verdict"][key] for key in verdict} == verdict
-    assert data["next_experiment"] == source.verdict.next_experiment
-    by_name = {c.name: c for c in source.candidates}
-    assert [row["effect"] for row in data["ranking"]] == [c.name for c in ranked(source)]
-    for row in data["ranking"]:
-        one = by_name[row["effect"]]
-        confirmed = np.isfinite(one.closure)
-        assert row["closure"] == (one.closure if confirmed else None)
-        assert row["interval"] == ([one.low, one.high] if confirmed else None)
-        for measure, change in one.held_out.items():
-            assert {k: row["held_out"][measure][k] for k in ("before", "after", "floor")} == {
-                "before": change.before, "after": change.after, "floor": change.floor,
-            }  # fmt: skip
+    data, source = strict((folder / "diagnosis.json").read_text(encoding="utf-8")), partly()
+    assert data["schema"] == 2 and data["name"] == "axis_07" and data["force_scale"] == ""
+    assert data["verdict"] == {
+        "status": "partly explained",
+        "effects": ["cogging", "cable_force", "asymmetric_friction", "quadratic_drag"],
+        "equivalent": ["position_dependent_friction"],
+        "sentence": source.verdict.sentence,
+        "next_experiment": source.verdict.next_experiment,
+    }
+    stated, budget = data["budget"], source.budget
+    assert stated["gap"] == stated["excess_before"] == budget.excess_before
+    for key in ("before", "after", "floor", "excess_after", "closed"):
+        assert stated[key] == getattr(budget, key)
+    assert stated["closed_interval"] == [budget.closed_low, budget.closed_high]
+    assert stated["unexplained"] == {
+        "share": budget.unexplained, "low": budget.unexplained_low, "high": budget.unexplained_high,
+        "ceiling": budget.ceiling, "depends_on": ["time in the recording"],
+    }  # fmt: skip
+    for row, ranked, one in zip(stated["entries"], data["ranking"], budget.entries, strict=True):
+        for key in ("effect", "share", "low", "high", "first_in", "last_in", "certainty", "note"):
+            assert row[key] == getattr(one, key)
+        assert row["rivals"] == list(one.rivals) and row["combinations"] == list(one.combinations)
+        assert row["worsens"] == (["free_run"] if one.effect == "quadratic_drag" else [])
+        assert row["measures"] == {
+            m: {"before": c.before, "after": c.after, "floor": c.floor} for m, c in one.measures.items()
+        }
+        assert [p["value"] for p in row["parameters"]] == [p.value for p in one.parameters]
+        assert (ranked["effect"], ranked["closure"], ranked["interval"]) == (one.effect, one.share, [one.low, one.high])
+    assert [(t["effect"], t["outcome"]) for t in data["tried"]] == [(t.effect, t.outcome) for t in source.tried]
     for row, share in zip(data["where"], source.where, strict=True):
         assert (row["coordinate"], row["share"], row["p_value"]) == (share.coordinate, share.share, share.p_value)
+    for row, pair in zip(data["pairs"], source.pairs, strict=True):
+        assert row["coordinates"] == [pair.x_coordinate, pair.y_coordinate] and row["form"] == pair.form
+        assert np.array_equal(np.array(row["mean"], dtype=float), pair.mean, equal_nan=True)
+    assert [c["name"] for c in data["checks"]] == [t.recording for t in source.traces]
+    assert data["checks"][1]["findings"][0]["check"] == "gaps"
+    assert data["combinations"] == list(source.combinations) and data["seed"] == 1
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -75,29 +96,18 @@ def test_json_is_strict_for_every_verdict(name: str) -> None:
     assert strict(text)["verdict"]["status"] == SAMPLES[name]().verdict.status
 
 
-def test_ranking_puts_the_verdict_first_then_the_confirmed() -> None:
-    candidates = (
-        candidate("a", 0.9), candidate("b", 0.1, 0.3), candidate("c", NAN), candidate("d + e", 0.5, 0.8),
-        candidate("f", 0.2, 0.85),
-    )  # fmt: skip
-    verdict = Verdict("identified", ("e", "d"), (), "", "")
-    assert [c.name for c in ranked(identified(candidates=candidates, verdict=verdict))] == ["d + e", "f", "b", "a", "c"]
-
-
-def test_totals_are_root_mean_squares_of_the_held_out_only() -> None:
-    rows = recordings(traces(lambda t, y, v: y))
-    base = unknown()
-    found = totals(replace(base, recordings=rows))["force"]
-    held = [r.changes["force"].before for r in rows if r.split == "held_out"]
-    assert found.before == pytest.approx(np.sqrt(np.mean(np.square(held))))
-    assert len(held) < len(rows)
-
-
-def test_closure_by_hand() -> None:
-    assert closure(Change(5.0, 3.0, 3.0)) == pytest.approx(1.0)
-    assert closure(Change(5.0, 4.0, 3.0)) == pytest.approx(9 / 16)
-    assert closure(Change(5.0, 6.0, 3.0)) < 0
-    assert np.isnan(closure(Change(3.0, 3.0, 3.0)))
+@pytest.mark.parametrize("name", ["explained", "partly", "unknown", "rotary"])
+def test_closed_is_one_number_everywhere(name: str, tmp_path: Path) -> None:
+    diagnosis = SAMPLES[name]()
+    closed = percent(diagnosis.budget.closed)
+    console = io.StringIO()
+    Console(file=console, width=200, color_system=None).print(diagnosis_console(diagnosis))
+    for text in (console.getvalue(), diagnosis_markdown(diagnosis)):
+        assert re.search(rf"{closed}( \[\d+, \d+\] %)? of the gap closes", text)
+    steps = waterfall(diagnosis)
+    assert sum(s.start - s.end for s in steps if s.kind == "effect") == pytest.approx(diagnosis.budget.closed)
+    assert steps[-1].start == pytest.approx(1 - diagnosis.budget.closed)
+    assert diagnosis_data(diagnosis)["budget"]["closed"] == diagnosis.budget.closed
 
 
 @given(st.floats(-2, 2))
@@ -117,21 +127,31 @@ def test_markdown_tables_are_whole_and_nothing_is_left_out(name: str) -> None:
     for table in re.findall(r"(?:^\|.*\n)+", text, re.M):
         assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
     assert "nan" not in text
-    for part in (diagnosis.verdict.sentence, diagnosis.verdict.next_experiment, *diagnosis.warnings):
+    diagnosis = in_axis_words(diagnosis)
+    verdict = diagnosis.verdict
+    for part in (diagnosis.name, verdict.sentence, verdict.next_experiment, *diagnosis.warnings):
         assert part in text
-    for part in (*diagnosis.assumptions, *(c.name for c in diagnosis.candidates), *(s.label for s in diagnosis.where)):
+    for part in (*diagnosis.assumptions, *(t.effect for t in diagnosis.tried), *(s.label for s in diagnosis.where)):
         assert part in text
+    for line in budget_lines(diagnosis):
+        for part in (line.label, line.share, line.interval, line.worsens, line.note, *line.combinations):
+            assert part in text
 
 
 def test_markdown_survives_hostile_names() -> None:
-    text = diagnosis_markdown(identified(name="a|b <script>x</script>\n# c"))
+    text = diagnosis_markdown(explained(name="a|b <script>x</script>\n# c"))
     assert "<script>" not in text and text.startswith("# Diagnosis of a|b &lt;script>x&lt;/script> # c\n")
 
 
 def test_markdown_shows_the_written_figures(folder: Path) -> None:
     shown = re.findall(r"!\[[^]]*\]\(([^)]*)\)", (folder / "diagnosis.md").read_text(encoding="utf-8"))
     assert {folder / path for path in shown} == set((folder / "figures").iterdir())
-    assert {"figures/pole_pair.png", "figures/ranking.png", "figures/residual_moves_3.png"} <= set(shown)
+    assert {
+        "figures/pole_pair.png",
+        "figures/waterfall.png",
+        "figures/pairs.png",
+        "figures/residual_moves_3.png",
+    } <= set(shown)
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -141,8 +161,10 @@ def test_console_fits_80_columns(name: str) -> None:
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= 80
     words = " ".join(stream.getvalue().split())
-    for part in (diagnosis.verdict.sentence, diagnosis.verdict.next_experiment, *diagnosis.warnings):
+    verdict = in_axis_words(diagnosis).verdict
+    for part in (diagnosis.name, verdict.sentence, verdict.next_experiment, *diagnosis.warnings):
         assert part in words
+    assert "…" not in words  # nothing was cut
     assert ("After" in words) == bool(diagnosis.verdict.effects)
 
 
@@ -155,7 +177,7 @@ def test_figures_without_poles_and_without_change(tmp_path: Path) -> None:
 
 
 def test_residuals_share_one_pdf_of_a_page_each(tmp_path: Path) -> None:
-    made = identified()
+    made = explained()
     seen: list[tuple[int, int]] = []
     for processes, folder in enumerate(("one", "two"), 1):
         written = write_diagnosis(
@@ -178,7 +200,7 @@ def figures_of_none(diagnosis: Diagnosis, folder: Path) -> list[Path]:
 
 
 def test_trace_figure_shows_residuals_and_two_sigma() -> None:
-    diagnosis = identified()
+    diagnosis = explained()
     upper = residual_trace_figure(diagnosis, diagnosis.traces[2]).axes[0]
     colours = [line.get_color() for line in upper.lines]
     assert colours == [ERROR, MEASURED]
@@ -191,13 +213,56 @@ def test_trace_figure_shows_residuals_and_two_sigma() -> None:
     assert [line.get_color() for line in residual_trace_figure(bare, bare.traces[0]).axes[0].lines] == [ERROR]
 
 
-def test_ranking_figure_has_a_bar_per_number() -> None:
-    diagnosis = identified()
-    widths = [patch.get_width() for patch in ranking_figure(diagnosis).axes[0].patches]
-    expected = []
-    for one in ranked(diagnosis):
-        expected += [100 * x for x in (one.explained, one.closure) if np.isfinite(x)]
-    assert widths == pytest.approx(expected)
+def test_waterfall_figure_has_a_bar_per_step_and_whiskers() -> None:
+    diagnosis = partly()
+    axes = waterfall_figure(diagnosis).axes[0]
+    solid = [p for p in axes.patches if not p.get_hatch()]
+    entries = diagnosis.budget.entries
+    assert [abs(p.get_width()) for p in solid] == pytest.approx([100, *(100 * e.share for e in entries), 19])
+    (hatched,) = [p for p in axes.patches if p.get_hatch()]
+    assert hatched.get_width() == pytest.approx(0.4 * 19)
+    whiskers = [line.get_xdata() for line in axes.lines if line.get_marker() == "|"]
+    assert [float(np.ptp(x)) for x in whiskers] == pytest.approx([6, 10, 6, 8, 4])
+    labels = [text.get_text().replace("\n", " ") for text in axes.get_yticklabels()]
+    assert labels[2] == "cable_force or position_dependent_friction" and labels[-1] == "unexplained"
+    written = " ".join(text.get_text() for text in axes.texts).replace("\n", " ")
+    assert "floor" in written and "46 % [43, 49] %" in written
+
+
+def test_an_effect_that_adds_to_the_gap_steps_upwards() -> None:
+    base = explained()
+    odd = replace(base, budget=replace(base.budget, entries=(*base.budget.entries, entry("gravity", -0.05))))
+    step = waterfall(odd)[2]
+    assert step.end == pytest.approx(step.start + 0.05)
+    bar = [p for p in waterfall_figure(odd).axes[0].patches if not p.get_hatch()][2]
+    assert bar.get_facecolor()[:3] == pytest.approx(tuple(int(ERROR[k : k + 2], 16) / 255 for k in (1, 3, 5)))
+
+
+def test_a_rotary_axis_of_unknown_inertia_is_told_in_its_words_and_units(tmp_path: Path) -> None:
+    diagnosis, console = rotary(), io.StringIO()
+    Console(file=console, width=80, color_system=None).print(diagnosis_console(diagnosis))
+    write_diagnosis(diagnosis, tmp_path, figures=False)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = re.sub(r"<script>/\*\*\n\* plotly\.js.*?</script>", "", page, flags=re.S)
+    data = strict((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
+    written = json.dumps({key: value for key, value in data.items() if key != "checks"})  # whose keys name a stroke
+    for text in (console.getvalue(), diagnosis_markdown(diagnosis), page, written):
+        assert not re.search(r"stroke|mm/s|pole pitch|guideway|one phase|added mass", text)
+    for text in (console.getvalue(), diagnosis_markdown(diagnosis), page):
+        assert "rad/s²" in text and "inertia, which no recording tells" in text.replace("\n", " ").replace(
+            "inertia (N m per kg m² is rad/s²), which", "inertia, which")  # fmt: skip
+        assert not re.search(r"\d N m\b(?! per)", text)
+    units = [p["unit"] for p in data["budget"]["entries"][0]["parameters"]]
+    assert units == ["1/rad", "rad/s^2", "rad/s^2", "N m/A per kg m^2"]
+    known = replace(diagnosis, force_scale="")
+    assert "rad/s²" not in diagnosis_markdown(known) and "mN m" in diagnosis_markdown(known)
+    assert in_axis_words(in_axis_words(diagnosis)).budget == in_axis_words(diagnosis).budget
+
+
+def test_a_linear_axis_of_unknown_mass_has_forces_per_kilogram() -> None:
+    text = diagnosis_markdown(explained(force_scale="kg"))
+    assert "N/kg" in text and "which no recording tells" in text and "| N |" not in text
+    assert "N/kg" not in diagnosis_markdown(explained())
 
 
 def test_heavy_packages_are_imported_late() -> None:
@@ -217,11 +282,15 @@ def test_what_is_missing_or_diverged_breaks_nothing(tmp_path: Path) -> None:
     rows = tuple(replace(one, changes=diverged) for one in base.recordings)
     unclear = tuple(replace(share, share=NAN, p_value=NAN) for share in base.where)
     cases = {
-        "empty": replace(base, candidates=(), where=(), recordings=(), traces=(), ceiling=NAN),
+        "empty": replace(
+            base, tried=(), where=(), pairs=(), recordings=(), traces=(), measures={}, checks=(),
+            budget=Budget(*[NAN] * 11, (), NAN, ()),
+        ),
         "odd": replace(base, recordings=rows, traces=(silent, short), where=unclear, field_wavenumber=222.0),
         "after": replace(
-            base, recordings=rows, traces=(), candidates=(candidate("cogging", NAN),),
-            verdict=Verdict("identified", ("cogging",), (), "s", ""),
+            base, recordings=rows, measures=diverged, traces=(),
+            budget=replace(base.budget, entries=(replace(entry("cogging", NAN), measures=diverged),), closed=NAN),
+            verdict=Verdict("explained", ("cogging",), (), "s", ""),
         ),
     }  # fmt: skip
     for name, diagnosis in cases.items():

@@ -16,10 +16,13 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.report_data import Diagnosis
+from linid.report.diagnosis_budget import budget_lines
+from linid.report.diagnosis_content import STATUS_WORDS
+from linid.report.diagnosis_words import in_axis_words
 from linid.report.page.build import page_html
 from linid.report.page.pieces import wrapped
 
-from .diagnosis_samples import SAMPLES, identified, recordings, traces
+from .diagnosis_samples import SAMPLES, explained, recordings, traces
 
 CHROMIUM = shutil.which("chromium")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
@@ -56,10 +59,10 @@ def hostile() -> Diagnosis:
     """The sample with a recording whose name is a script."""
     made = traces(lambda t, y, v: np.sin(222.0 * y))
     made = (*made[:2], replace(made[2], recording=HOSTILE), *made[3:])
-    return identified(traces=made, recordings=recordings(made), name=HOSTILE, where=identified().where)
+    return explained(traces=made, recordings=recordings(made), name=HOSTILE, where=explained().where)
 
 
-PAGES = {"identified": identified, "unknown": SAMPLES["unknown"], "hostile": hostile}
+PAGES = {"explained": explained, "partly": SAMPLES["partly"], "unknown": SAMPLES["unknown"], "hostile": hostile}
 
 
 @cache
@@ -98,7 +101,7 @@ def seen(pages: dict[str, Path]) -> tuple[dict[str, Any], list[str]]:
         for name in pages
         for width in WIDTHS
     )
-    path = pages["identified"].with_name("frames.html")
+    path = pages["explained"].with_name("frames.html")
     path.write_text(FRAMES + frames, encoding="utf-8")
     dom, console = chromium(path, "--window-size=1400,1000", "--dump-dom")
     found = re.search(r'<pre id="found">(.*?)</pre>', dom, re.S)
@@ -129,9 +132,9 @@ def test_an_error_would_be_seen(tmp_path: Path) -> None:
 
 @needs_chromium
 def test_it_prints_within_the_paper(pages: dict[str, Path]) -> None:
-    pdf = pages["identified"].with_name("page.pdf")
+    pdf = pages["explained"].with_name("page.pdf")
     _, console = chromium(
-        pages["identified"], "--window-size=1280,1000", "--no-pdf-header-footer", f"--print-to-pdf={pdf}"
+        pages["explained"], "--window-size=1280,1000", "--no-pdf-header-footer", f"--print-to-pdf={pdf}"
     )
     assert pdf.read_bytes().startswith(b"%PDF") and 2 <= len(re.findall(rb"/Type\s*/Page\b", pdf.read_bytes())) <= 12
     (message,) = console  # the probe's own, and no error
@@ -140,8 +143,8 @@ def test_it_prints_within_the_paper(pages: dict[str, Path]) -> None:
 
 
 def test_the_page_needs_no_network_and_is_reproducible() -> None:
-    text = page_of("identified")
-    assert text == page_html(identified())
+    text = page_of("explained")
+    assert text == page_html(explained())
     without_plotly = re.sub(r"<script>/\*\*\n\* plotly\.js.*?</script>", "", text, flags=re.S)
     assert len(without_plotly) < len(text) - 1e6
     assert not re.search(r"(?:src|href)\s*=|url\(|@import|https?:", without_plotly)
@@ -150,13 +153,53 @@ def test_the_page_needs_no_network_and_is_reproducible() -> None:
 
 def test_the_page_says_what_the_diagnosis_says() -> None:
     for name, make in SAMPLES.items():
-        diagnosis, text = make(), html.unescape(page_of(name))
-        for part in (diagnosis.verdict.sentence, diagnosis.verdict.next_experiment, *diagnosis.warnings):
+        diagnosis, text = in_axis_words(make()), html.unescape(page_of(name)).replace("<wbr>", "")
+        verdict = diagnosis.verdict
+        for part in (diagnosis.name, verdict.sentence, verdict.next_experiment, *diagnosis.warnings):
             assert part in text
-        for part in (*diagnosis.assumptions, *(one.name for one in diagnosis.candidates)):
+        for part in (*diagnosis.assumptions, *diagnosis.combinations, *(one.effect for one in diagnosis.tried)):
             assert part in text
+        for line in budget_lines(diagnosis):
+            for part in (line.label, line.share, line.interval, line.alone, line.missed, line.worsens, line.note):
+                assert part in text
+            assert all(one in text for one in line.combinations)
+        assert all(finding.text in text for one in diagnosis.checks for finding in one.findings)
         assert ">nan<" not in text.lower()
-    assert "0.828 ± 0.011" in page_of("identified")
+    assert "0.828 ± 0.011" in page_of("explained")
+
+
+def test_the_first_screen_names_axis_status_and_answers() -> None:
+    text = html.unescape(page_of("partly")).replace("<wbr>", "")
+    order = [
+        text.index(part, text.index("<body>"))
+        for part in ("axis_07", STATUS_WORDS["partly explained"], "Four effects explain 81 %", "<dt>Where</dt>",
+                     "<dt>Which</dt>", "<dt>How far</dt>", 'id="waterfall"', "Budget of the gap", "Data checks",
+                     "Where the gap lies", "Which effects were tried", "Traces", "Recording by recording",
+                     "Assumptions and terms")
+    ]  # fmt: skip
+    assert order == sorted(order)
+
+
+def test_the_waterfall_steps_from_the_whole_gap_to_what_is_left() -> None:
+    (plot,) = [one for one in figures_of(page_of("partly")) if one["id"] == "waterfall"]
+    bars, whiskers = plot["data"][0], plot["data"][-1]
+    entries = SAMPLES["partly"]().budget.entries
+    assert bars["x"] == pytest.approx([100, *(100 * e.share for e in entries), 19])
+    tops = np.add(bars["base"], bars["x"])
+    assert tops[1:-1] == pytest.approx([100, *bars["base"][1:-2]])  # each begins where the one before ends
+    assert bars["base"][-1] == 0 and tops[-1] == pytest.approx(bars["base"][-2])
+    assert whiskers["error_x"]["array"][1:] == pytest.approx([3, 5, 3, 4, 2])
+    assert "cable_force or" in bars["y"][2] and "5 % [1, 9] %" in bars["y"][4]
+    assert not [one for one in figures_of(page_of("none")) if one["id"] == "waterfall"]
+
+
+def test_pairs_are_maps_or_lines() -> None:
+    plots = [one for one in figures_of(page_of("partly")) if one["id"].startswith("pair-")]
+    assert [one["data"][0]["type"] for one in plots] == ["heatmap", "scatter"]
+    pair = SAMPLES["partly"]().pairs[0]
+    drawn = plots[0]["data"][0]
+    assert len(drawn["z"]) == pair.mean.shape[0] and len(drawn["x"]) == pair.mean.shape[1] + 1
+    assert "(N/A)" in plots[1]["layout"]["yaxis"]["title"]["text"]
 
 
 def test_no_name_becomes_markup() -> None:
@@ -191,7 +234,7 @@ def test_a_large_campaign_stays_small_and_keeps_its_peaks() -> None:
         for number, one in enumerate(traces(lambda t, y, v: np.sin(222.0 * y)) * 5)
     )  # fmt: skip
     made[7].before[12_345] = 77.0
-    text = page_html(identified(traces=made, recordings=recordings(made)))
+    text = page_html(explained(traces=made, recordings=recordings(made)))
     assert len(text.encode()) < 8e6
     lines = [line for one in figures_of(text) for line in one["data"] if line["type"] == "scatter"]
     assert max(len(line["x"]) for line in lines) <= 3000

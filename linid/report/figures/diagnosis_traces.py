@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linid.report.diagnosis_content import after_words, before_words, changed, force_display
+from linid.report.diagnosis_content import after_words, before_words, changed, force_display, force_word
 from linid.report.display import display_unit, envelope, peak, rms
 from linid.report.figures.common import TIME_LABEL, legend_above, shorten
 from linid.report.numbers import format_number
@@ -26,7 +26,7 @@ def residual_trace_figure(diagnosis: Diagnosis, trace: ResidualTrace) -> Figure:
         figure = new_figure(92.0)
         axes: Any = stacked(figure, (3, 1), caption_mm=caption(figure, _sizes(diagnosis, trace)))
         upper, lower = axes
-        upper.set_title(f"Residual force, {shorten(trace.recording, 40)} ({_kind(trace)})")
+        upper.set_title(f"Residual {force_word(diagnosis.axis)}, {shorten(trace.recording, 40)} ({_kind(trace)})")
         noise = 2 * trace.deviation * force.factor
         if np.isfinite(noise):
             upper.axhspan(-noise, noise, color=SHADE, zorder=1, label="noise, ±2σ")

@@ -12,10 +12,10 @@ from linid.report.diagnosis_content import (
     after_words,
     before_words,
     by_share,
-    ceiling_words,
     changed,
     coordinate_display,
     force_display,
+    force_word,
     p_words,
     share_words,
     significant,
@@ -49,7 +49,7 @@ def residual_map_figure(diagnosis: Diagnosis) -> Figure:
     maps = [residual_map(diagnosis.traces, which, diagnosis.field_wavenumber) for which, _, _ in shown]
     limit = symmetric_limit(*maps) * force.factor
     with style():
-        figure = new_figure(72.0, "Residual force over position and velocity, all recordings")
+        figure = new_figure(72.0, f"Residual {force_word(diagnosis.axis)} over position and velocity, all recordings")
         row: Any = figure.subplots(1, len(shown), sharex=True, sharey=True, squeeze=False)[0]
         for axes, one, (_, words, _) in zip(row, maps, shown, strict=True):
             axes.grid(False)
@@ -74,13 +74,18 @@ def map_words(diagnosis: Diagnosis) -> str:
     return how
 
 
+def pitch_words(diagnosis: Diagnosis) -> str:
+    """What the middle of the pole pair marks."""
+    return "one pole" if diagnosis.axis == "rotary" else "one pole pitch"
+
+
 def pole_pair_figure(diagnosis: Diagnosis) -> Figure:
     """Residual over the position within the pole pair, mean and standard deviation; needs `field_wavenumber`."""
     assert diagnosis.field_wavenumber is not None
     force, pitch = force_display(diagnosis), math.pi / diagnosis.field_wavenumber
     position = display_unit("position", diagnosis.axis, 2 * pitch)
     with style():
-        figure = new_figure(75.0, "Residual force within the pole pair, all recordings")
+        figure = new_figure(75.0, f"Residual {force_word(diagnosis.axis)} within the pole pair, all recordings")
         axes: Any = figure.subplots()
         axes.axhline(0.0, color=MUTED, linewidth=0.5)
         for which, words, colour in states(diagnosis):
@@ -90,12 +95,12 @@ def pole_pair_figure(diagnosis: Diagnosis) -> Figure:
             axes.plot(x, mean, color=colour, linewidth=1.3, label=words)
         axes.axvline(pitch * position.factor, color=MUTED, linewidth=0.8, linestyle="--")
         axes.annotate(
-            "one pole pitch", (pitch * position.factor, 0.02), xycoords=("data", "axes fraction"), xytext=(3, 0),
+            pitch_words(diagnosis), (pitch * position.factor, 0.02), xycoords=("data", "axes fraction"), xytext=(3, 0),
             textcoords="offset points", fontsize=7, color=MUTED,
         )  # fmt: skip
         axes.set_xlim(0, 2 * pitch * position.factor)
-        axes.set_xlabel(f"position modulo two pole pitches ({position.unit})")
-        axes.set_ylabel(f"residual force ({force.unit})")
+        axes.set_xlabel(f"position within the pole pair ({position.unit})")
+        axes.set_ylabel(f"residual {force_word(diagnosis.axis)} ({force.unit})")
         legend_above(axes)
         caption(figure, "Line: mean. Shade: standard deviation of the samples.")
     return figure
@@ -105,7 +110,7 @@ def spectrum_figure(diagnosis: Diagnosis) -> Figure:
     """Amplitude of the residual over frequency, before and after."""
     force = force_display(diagnosis)
     with style():
-        figure = new_figure(75.0, "Amplitude spectrum of the residual force, all recordings")
+        figure = new_figure(75.0, f"Amplitude spectrum of the residual {force_word(diagnosis.axis)}, all recordings")
         axes: Any = figure.subplots()
         for which, words, colour in states(diagnosis):
             frequency, amplitude = amplitude_spectrum(diagnosis.traces, which)
@@ -121,7 +126,7 @@ def shares_figure(diagnosis: Diagnosis) -> Figure:
     """Share of the residual's variance that each coordinate explains, with its p-value."""
     rows = by_share(diagnosis)
     with style():
-        figure = new_figure(34.0 + 5.5 * len(rows), "What the residual force depends on")
+        figure = new_figure(34.0 + 5.5 * len(rows), f"What the residual {force_word(diagnosis.axis)} depends on")
         axes: Any = figure.subplots()
         values = [max(0.0, 100 * share.share) if math.isfinite(share.share) else 0.0 for share in rows]
         colours = [MEASURED if share.p_value < SIGNIFICANT else "#C9C9C9" for share in rows]
@@ -137,8 +142,7 @@ def shares_figure(diagnosis: Diagnosis) -> Figure:
         axes.set_xlabel("share of the residual's variance, cross-validated (%)")
         axes.grid(False, axis="y")
         axes.tick_params(axis="y", length=0)
-        words = f"Blue: beyond chance (p < {SIGNIFICANT:g}, against residuals permuted in blocks of time). "
-        caption(figure, words + ceiling_words(diagnosis))
+        caption(figure, f"Blue: beyond chance (p < {SIGNIFICANT:g}, against residuals permuted in blocks of time).")
     return figure
 
 
@@ -147,7 +151,8 @@ def curves_figure(diagnosis: Diagnosis) -> Figure:
     shown = significant(diagnosis)[:MOST_CURVES]
     rows = -(-len(shown) // 2)
     with style():
-        figure = new_figure(14.0 + 46.0 * rows, "Mean residual force over the coordinates that matter")
+        word = force_word(diagnosis.axis)
+        figure = new_figure(14.0 + 46.0 * rows, f"Mean residual {word} over the coordinates that matter")
         grid: Any = figure.subplots(rows, min(2, len(shown)), sharey=True, squeeze=False)
         for axes, share in zip(grid.flat, shown, strict=False):
             _curve(axes, diagnosis, share)
@@ -160,7 +165,7 @@ def curves_figure(diagnosis: Diagnosis) -> Figure:
 
 
 def _curve(axes: Any, diagnosis: Diagnosis, share: Share) -> None:
-    display, force = coordinate_display(share, diagnosis.axis), force_display(diagnosis)
+    display, force = coordinate_display(share.x, share.unit, diagnosis.axis), force_display(diagnosis)
     x, mean, spread = share.x * display.factor, share.mean * force.factor, 2 * share.spread * force.factor
     axes.axhline(0.0, color=MUTED, linewidth=0.5)
     if len(x) > 4:

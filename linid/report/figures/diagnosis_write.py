@@ -7,8 +7,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from linid.report.diagnosis_content import significant, totals
+from linid.report.diagnosis_budget import waterfall
+from linid.report.diagnosis_content import shown_pairs, significant
+from linid.report.figures.diagnosis_measures import measures_figure
+from linid.report.figures.diagnosis_pairs import pairs_figure
 from linid.report.figures.diagnosis_traces import residual_trace_figure
+from linid.report.figures.diagnosis_waterfall import waterfall_figure
 from linid.report.figures.diagnosis_where import (
     curves_figure,
     pole_pair_figure,
@@ -16,7 +20,6 @@ from linid.report.figures.diagnosis_where import (
     shares_figure,
     spectrum_figure,
 )
-from linid.report.figures.diagnosis_which import measures_figure, ranking_figure
 from linid.report.figures.write import Drawing, Progress, write_drawings
 from linid.report.files import file_stems
 
@@ -35,14 +38,16 @@ def write_diagnosis_figures(
     The residuals of all recordings share one PDF, a page each. processes, progress: as in `write_drawings`.
     """
     wanted: list[tuple[str, Callable[[Diagnosis], Figure]]] = []
-    if totals(diagnosis):
+    if waterfall(diagnosis):
+        wanted.append(("waterfall", waterfall_figure))
+    if diagnosis.measures:
         wanted.append(("measures", measures_figure))
-    if diagnosis.candidates:
-        wanted.append(("ranking", ranking_figure))
     if diagnosis.where:
         wanted.append(("shares", shares_figure))
     if significant(diagnosis):
         wanted.append(("coordinates", curves_figure))
+    if shown_pairs(diagnosis):
+        wanted.append(("pairs", pairs_figure))
     if diagnosis.traces:
         wanted.append(("position_velocity", residual_map_figure))
         if diagnosis.field_wavenumber is not None:

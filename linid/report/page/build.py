@@ -7,55 +7,53 @@ from dataclasses import asdict
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from linid.report.diagnosis_budget import (
+    budget_lines,
+    closed_words,
+    rest_words,
+    waterfall,
+    waterfall_words,
+    where_words,
+    which_words,
+)
 from linid.report.diagnosis_content import (
-    CLOSURE_MEANING,
-    MEASURE_MEANING,
     STATUS_WORDS,
+    TRIED_MEANING,
     after_words,
     before_words,
-    by_share,
-    ceiling_words,
     changed,
-    chosen,
     effect_meanings,
+    force_word,
     held_out,
-    measure_lines,
-    p_words,
-    rank_lines,
-    share_words,
-    totals,
+    pairs_left_out,
+    scale_words,
+    tried_rows,
 )
+from linid.report.diagnosis_measures import measure_lines, measure_meanings, measure_remarks, state_meaning
+from linid.report.diagnosis_words import in_axis_words
+from linid.report.figures.diagnosis_pairs import PAIRS_MEANING
 from linid.report.figures.diagnosis_where import map_words
-from linid.report.numbers import estimate_text, interval_text
-from linid.report.page.plots import (
-    Plot,
-    curve_plots,
-    map_plots,
-    measure_plots,
-    pole_pair_plot,
-    ranking_plot,
-    shares_plot,
-    spectrum_plot,
-    trace_plot,
-)
+from linid.report.page.pieces import Plot
+from linid.report.page.plots import curve_plots, map_plots, pole_pair_plot, shares_plot, spectrum_plot, trace_plot
+from linid.report.page.plots_budget import measure_plots, pair_plots, waterfall_plot
 from linid.report.residual_views import worst_first
-from linid.report.symbols import symbol_parts, unit_label
-from linid.report.tables import rounded
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis
 
 
 def page_html(diagnosis: Diagnosis) -> str:
-    """The whole page: verdict, numbers, figures, next recording, assumptions; equal diagnoses give equal bytes."""
+    """The whole page: verdict, budget, figures, next recording, assumptions; equal diagnoses give equal bytes."""
     import jinja2
     from plotly.offline import get_plotlyjs
 
+    diagnosis = in_axis_words(diagnosis)
     folder = files("linid.report.page")
     texts = {name: (folder / name).read_text(encoding="utf-8") for name in ("page.html.j2", "page.css", "page.js")}
     environment = jinja2.Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
+    environment.filters["breakable"] = _breakable
     plots = _plots(diagnosis)
     traces = {t.recording: trace_plot(diagnosis, t) for t in worst_first(diagnosis.traces)}
     first = list(traces.values())[:1]
@@ -78,10 +76,11 @@ def _plots(diagnosis: Diagnosis) -> dict[str, list[Plot]]:
     traces = bool(diagnosis.traces)
     poles = traces and diagnosis.field_wavenumber is not None
     return {
+        "waterfall": [waterfall_plot(diagnosis)] if waterfall(diagnosis) else [],
         "measures": measure_plots(diagnosis),
-        "ranking": [ranking_plot(diagnosis)] if diagnosis.candidates else [],
         "shares": [shares_plot(diagnosis)] if diagnosis.where else [],
         "curves": curve_plots(diagnosis),
+        "pairs": pair_plots(diagnosis),
         "maps": map_plots(diagnosis) if traces else [],
         "pole_pair": [pole_pair_plot(diagnosis)] if poles else [],
         "spectrum": [spectrum_plot(diagnosis)] if traces else [],
@@ -90,28 +89,40 @@ def _plots(diagnosis: Diagnosis) -> dict[str, list[Plot]]:
 
 def _words(diagnosis: Diagnosis) -> dict[str, Any]:
     """All texts and tables of the page."""
-    measures = measure_lines(diagnosis, totals(diagnosis))
-    candidate = chosen(diagnosis)
+    from linid.recording.checks import CHECKS_LEGEND, checks_table, joined_findings
+
+    measures, meanings = measure_lines(diagnosis, diagnosis.measures), measure_meanings(diagnosis.axis)
     return {
         "name": diagnosis.name,
-        "status": diagnosis.verdict.status,
+        "status": diagnosis.verdict.status.split()[0],
         "status_words": STATUS_WORDS[diagnosis.verdict.status],
         "verdict": diagnosis.verdict,
+        "where_words": where_words(diagnosis),
+        "which_words": which_words(diagnosis),
+        "closed_words": closed_words(diagnosis),
+        "waterfall_words": waterfall_words(diagnosis),
+        "rest_words": rest_words(diagnosis),
+        "scale_words": scale_words(diagnosis),
+        "word": force_word(diagnosis.axis),
         "meanings": effect_meanings(diagnosis),
         "changed": changed(diagnosis),
         "before_words": before_words(diagnosis),
         "after_words": after_words(diagnosis),
+        "budget": budget_lines(diagnosis),
         "measures": measures,
+        "remarks": measure_remarks(diagnosis, diagnosis.measures),
+        "state_meaning": state_meaning(),
         "per_recording": [(one.recording, measure_lines(diagnosis, one.changes)) for one in held_out(diagnosis)],
-        "ranking": rank_lines(diagnosis),
-        "parameters": [_parameter(one) for one in candidate.parameters] if candidate is not None else [],
-        "where": [(s.label, share_words(s), p_words(s.p_value)) for s in by_share(diagnosis)],
-        "ceiling": ceiling_words(diagnosis),
+        "tried": tried_rows(diagnosis),
+        "tried_meaning": TRIED_MEANING,
+        "pairs_meaning": f"{PAIRS_MEANING} {pairs_left_out(diagnosis)}".strip(),
         "map_words": map_words(diagnosis),
-        "closure_meaning": CLOSURE_MEANING,
-        "terms": [(m.label, MEASURE_MEANING[m.measure]) for m in measures],
+        "checks": checks_table(diagnosis.checks),
+        "checks_legend": CHECKS_LEGEND,
+        "findings": joined_findings(diagnosis.checks),
+        "terms": [(m.label, meanings[m.measure]) for m in measures],
         "warnings": diagnosis.warnings,
-        "assumptions": diagnosis.assumptions,
+        "assumptions": (*diagnosis.assumptions, *diagnosis.combinations),
         "model": diagnosis.model,
         "axis": diagnosis.axis,
         "base_effects": ", ".join(diagnosis.base_effects),
@@ -121,16 +132,11 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _parameter(estimate: Any) -> dict[str, Any]:
-    value = rounded(estimate)
-    return {
-        "name": estimate.name.replace("_", " "),
-        "symbol": symbol_parts(estimate.symbol),
-        "value": estimate_text(value),
-        "interval": interval_text(value),
-        "unit": "" if estimate.unit == "1" else unit_label(estimate.unit),
-        "note": estimate.note,
-    }
+def _breakable(name: str) -> Any:
+    """A name that a narrow table may break after its underscores."""
+    from markupsafe import Markup, escape
+
+    return Markup(str(escape(name)).replace("_", "_<wbr>"))
 
 
 def _script_data(value: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,16 @@ from linid.report.display import log_limits
 Array = NDArray[np.float64]
 DIVERGING = [[0.0, "#053061"], [0.25, "#4393C3"], [0.5, "#F7F7F7"], [0.75, "#D6604D"], [1.0, "#67001F"]]
 _DIGITS = 5
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One figure: HTML id, what it shows in words (for those who cannot see it), plotly data and layout."""
+
+    id: str
+    alt: str
+    data: list[dict[str, Any]]
+    layout: dict[str, Any]
 
 
 def short(values: Sequence[float] | Array, digits: int = _DIGITS) -> list[float | None]:

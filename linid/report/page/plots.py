@@ -1,51 +1,38 @@
-"""The page's figures as plotly.js dictionaries: where the gap lies and which effect explains it."""
+"""The page's figures as plotly.js dictionaries: where the gap lies."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.report_data import MEASURES
 from linid.report.diagnosis_content import (
-    MEASURE_WORDS,
     SIGNIFICANT,
-    after_words,
-    before_words,
     by_share,
-    changed,
     coordinate_display,
     force_display,
-    held_out,
-    measure_display,
+    force_word,
     p_words,
-    percent,
-    ranked,
-    role,
     share_words,
     significant,
-    totals,
 )
 from linid.report.display import display_unit, envelope, peak
-from linid.report.figures.diagnosis_where import MOST_CURVES, states
-from linid.report.figures.diagnosis_which import MOST_CANDIDATES
+from linid.report.figures.diagnosis_where import MOST_CURVES, pitch_words, states
 from linid.report.page.pieces import (
     DIVERGING,
+    Plot,
     band,
     base_layout,
-    dots,
     line,
-    log_axis,
     percent_ticks,
     short,
     small_title,
     wrapped,
 )
 from linid.report.residual_views import amplitude_spectrum, folded, residual_map, symmetric_limit
-from linid.report.style import ACCENT, ERROR, MEASURED, MUTED
+from linid.report.style import MEASURED, MUTED
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis, ResidualTrace, Share
@@ -53,88 +40,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 MOST_POINTS = 3000  # of a drawn line
 _ALL_POINTS = 240_000  # of all recordings together: the page stays below 8 MB
-_ENDS = ("before", "after", "floor", "low", "high")
 _GREY = "#C9C9C9"
-
-
-@dataclass(frozen=True)
-class Plot:
-    """One figure: HTML id, what it shows in words (for those who cannot see it), plotly data and layout."""
-
-    id: str
-    alt: str
-    data: list[dict[str, Any]]
-    layout: dict[str, Any]
-
-
-def measure_plots(diagnosis: Diagnosis) -> list[Plot]:
-    """For each measure the held-out recordings before, after and at the floor, on logarithmic axes."""
-    together = totals(diagnosis)
-    rows = [("all together", together), *((one.recording, one.changes) for one in held_out(diagnosis))]
-    plots = []
-    for measure in MEASURES:
-        if measure not in together:
-            continue
-        display = measure_display(diagnosis, measure)
-        some = [(wrapped(name), changes[measure]) for name, changes in rows if measure in changes]
-        names = [name for name, _ in some]
-        columns = {end: [getattr(c, end) * display.factor for _, c in some] for end in ("before", "after", "floor")}
-        data = [
-            dots(columns["floor"], names, "floor", MUTED, "line-ns-open", 14),
-            dots(columns["before"], names, before_words(diagnosis), ERROR, "circle-open", 10),
-        ]
-        if changed(diagnosis):
-            after = dots(columns["after"], names, after_words(diagnosis), MEASURED, "circle", 10)
-            low, high = (np.array([getattr(c, end) for _, c in some]) * display.factor for end in ("low", "high"))
-            now = np.array(columns["after"])
-            after["error_x"] = {
-                "type": "data", "symmetric": False, "array": short(high - now), "arrayminus": short(now - low),
-                "thickness": 2, "width": 4, "color": MEASURED,
-            }  # fmt: skip
-            data.append(after)
-        shown = [getattr(c, end) * display.factor for _, c in some for end in _ENDS]
-        layout = base_layout(f"{MEASURE_WORDS[measure]}<br>({display.unit})", "", 130 + 30 * len(some))
-        layout["xaxis"] |= log_axis(shown)
-        layout["showlegend"] = False
-        layout["yaxis"] |= {"autorange": "reversed", "showgrid": False}
-        alt = (
-            f"{MEASURE_WORDS[measure]} of each held-out recording before, after and at the floor; numbers in the table."
-        )
-        plots.append(Plot(f"measure-{measure}", alt, data, layout))
-    return plots
-
-
-def ranking_plot(diagnosis: Diagnosis) -> Plot:
-    """Candidates with screened share (light) and confirmed closure with its interval (dark)."""
-    rows = ranked(diagnosis)[:MOST_CANDIDATES]
-    names = [wrapped(one.name) for one in rows]
-    colours = [{"cause": MEASURED, "equivalent": ACCENT}.get(role(diagnosis, one), MUTED) for one in rows]
-    closures = np.array([one.closure for one in rows])
-    ends = [np.array([getattr(one, end) for one in rows]) for end in ("low", "high")]
-    data: list[dict[str, Any]] = [
-        {
-            "type": "bar", "orientation": "h", "name": "screened", "y": names, "width": 0.74,
-            "x": short([100 * one.explained for one in rows]), "marker": {"color": "#DDDDDD"},
-            "hovertemplate": "%{y}<br>screened %{x:.0f} %<extra></extra>",
-        },
-        {
-            "type": "bar", "orientation": "h", "name": "closed (confirmed)", "y": names, "x": short(100 * closures),
-            "marker": {"color": colours}, "width": 0.36,
-            "error_x": {
-                "type": "data", "symmetric": False, "array": short(100 * (ends[1] - closures)),
-                "arrayminus": short(100 * (closures - ends[0])), "color": "#111111", "thickness": 1.2, "width": 3,
-            },
-            "text": [percent(one.closure) if math.isfinite(one.closure) else "" for one in rows],
-            "textposition": "none", "hovertemplate": "%{y}<br>closed %{text}<extra></extra>",
-        },
-    ]  # fmt: skip
-    layout = base_layout("share (%)", "", 110 + 36 * len(rows))
-    layout |= {"barmode": "overlay"}
-    layout["yaxis"] |= {"autorange": "reversed", "showgrid": False}
-    lowest = min((100 * x for x in (*ends[0], *closures) if math.isfinite(x)), default=0.0)
-    layout["xaxis"] |= {"zeroline": True, "zerolinecolor": "#888888", "range": [max(-60.0, min(0.0, lowest - 2)), 103]}
-    alt = "Candidate effects with the share of the residual that they explain; numbers in the table of candidates."
-    return Plot("ranking", alt, data, layout)
 
 
 def shares_plot(diagnosis: Diagnosis) -> Plot:
@@ -185,7 +91,7 @@ def map_plots(diagnosis: Diagnosis) -> list[Plot]:
         layout["margin"] |= {"t": 34}
         for axis in ("xaxis", "yaxis"):
             layout[axis] |= {"showgrid": False, "zeroline": False}
-        alt = f"Map of the mean residual force over position and velocity, {words}."
+        alt = f"Map of the mean residual {force_word(diagnosis.axis)} over position and velocity, {words}."
         plots.append(Plot(f"map-{which}", alt, [data], layout))
     return plots
 
@@ -200,7 +106,9 @@ def pole_pair_plot(diagnosis: Diagnosis) -> Plot:
         one = folded(diagnosis.traces, which, diagnosis.field_wavenumber)
         x, mean, spread = one.x * position.factor, one.mean * force.factor, one.spread * force.factor
         data += [band(x, mean - spread, mean + spread, colour), line(x, mean, words, colour)]
-    layout = base_layout(f"position modulo two pole pitches ({position.unit})", f"residual force ({force.unit})", 330)
+    layout = base_layout(
+        f"position within the pole pair ({position.unit})", f"residual {force_word(diagnosis.axis)} ({force.unit})", 330
+    )
     edge = pitch * position.factor
     layout["shapes"] = [
         {
@@ -218,13 +126,18 @@ def pole_pair_plot(diagnosis: Diagnosis) -> Plot:
             "x": edge,
             "y": 0,
             "yref": "paper",
-            "text": "one pole pitch",
+            "text": pitch_words(diagnosis),
             "showarrow": False,
             "xanchor": "left",
             "yanchor": "bottom",
         }
     ]
-    return Plot("pole-pair", "Mean residual force over the position within a pair of poles.", data, layout)
+    return Plot(
+        "pole-pair",
+        f"Mean residual {force_word(diagnosis.axis)} over the position within a pair of poles.",
+        data,
+        layout,
+    )
 
 
 def spectrum_plot(diagnosis: Diagnosis) -> Plot:
@@ -237,7 +150,9 @@ def spectrum_plot(diagnosis: Diagnosis) -> Plot:
     layout = base_layout("frequency (Hz)", f"amplitude ({force.unit})", 330)
     for axis in ("xaxis", "yaxis"):
         layout[axis] |= {"type": "log", "tickformat": "~g", "dtick": 1}
-    return Plot("spectrum", "Amplitude spectrum of the residual force over frequency.", data, layout)
+    return Plot(
+        "spectrum", f"Amplitude spectrum of the residual {force_word(diagnosis.axis)} over frequency.", data, layout
+    )
 
 
 def trace_plot(diagnosis: Diagnosis, trace: ResidualTrace) -> Plot:
@@ -253,29 +168,33 @@ def trace_plot(diagnosis: Diagnosis, trace: ResidualTrace) -> Plot:
         data.append(line(*drawn, words, colour, width=0.9))
     motion = line(*envelope(trace.t, trace.y * position.factor, bins // 3), "position", MUTED)
     data.append({**motion, "yaxis": "y2", "showlegend": False})
-    layout = base_layout("time (s)", f"residual force ({force.unit})", 420)
+    layout = base_layout("time (s)", f"residual {force_word(diagnosis.axis)} ({force.unit})", 420)
     layout["yaxis"] |= {"domain": [0.32, 1.0]}
     layout["yaxis2"] = layout["yaxis"] | {"domain": [0.0, 0.24], "title": {"text": f"position ({position.unit})"}}
     layout["xaxis"] |= {"anchor": "y2"}
-    return Plot("trace", f"Residual force of {trace.recording} over time with its noise band.", data, layout)
+    return Plot(
+        "trace",
+        f"Residual {force_word(diagnosis.axis)} of {trace.recording} over time with its noise band.",
+        data,
+        layout,
+    )
 
 
 def _curve(diagnosis: Diagnosis, share: Share, place: int) -> Plot:
-    display, force = coordinate_display(share, diagnosis.axis), force_display(diagnosis)
+    display, force = coordinate_display(share.x, share.unit, diagnosis.axis), force_display(diagnosis)
     x, mean, spread = share.x * display.factor, share.mean * force.factor, 2 * share.spread * force.factor
     if len(x) > 4:
         data = [band(x, mean - spread, mean + spread, MEASURED), line(x, mean, share.label, MEASURED)]
     else:
         bars = {"type": "data", "array": short(spread), "color": MEASURED}
         data = [{**line(x, mean, share.label, MEASURED), "mode": "markers", "marker": {"size": 9}, "error_y": bars}]
-    layout = base_layout(
-        share.label + (f" ({display.unit})" if display.unit else ""), f"residual force ({force.unit})", 270
-    )
+    word = force_word(diagnosis.axis)
+    title = share.label + (f" ({display.unit})" if display.unit else "")
+    layout = base_layout(title, f"residual {word} ({force.unit})", 270)
     layout |= {"showlegend": False, "title": small_title(f"{share_words(share)} explained")}
     layout["margin"] |= {"t": 34}
     if len(x) <= 4:
         layout["xaxis"]["tickvals"] = short(x)
         layout["xaxis"]["range"] = [float(np.min(x)) - 0.7, float(np.max(x)) + 0.7]
-    return Plot(
-        f"curve-{place}", f"Mean residual force over {share.label}, {share_words(share)} explained.", data, layout
-    )
+    alt = f"Mean residual {word} over {share.label}, {share_words(share)} explained."
+    return Plot(f"curve-{place}", alt, data, layout)
