@@ -155,9 +155,7 @@ def diagnose(
 class _Seen:
     """Where the gap lies, before and after, as the judge sees it."""
 
-    def __init__(
-        self, judge: Judge, found: Selection, kind: str, recordings: Sequence[Recording], seed: int
-    ) -> None:
+    def __init__(self, judge: Judge, found: Selection, kind: str, recordings: Sequence[Recording], seed: int) -> None:
         self.judge, self.found = judge, found
         balance = judge.balance
         self.field = _field_wavenumber(kind, found.base.values)

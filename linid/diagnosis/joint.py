@@ -101,9 +101,9 @@ class Coordinates:
 
     Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
     step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
-    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as F_S/F_C,
-    stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its presliding
-    growing too.
+    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as
+    F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its
+    presliding growing too.
     """
 
     def __init__(
@@ -139,9 +139,7 @@ class Coordinates:
                 out.append(self._coordinate(parameter, values, held))
         return tuple(out)
 
-    def _coordinate(
-        self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]
-    ) -> Coordinate:
+    def _coordinate(self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]) -> Coordinate:
         name = parameter.name
         size = abs(self.kind_values.get(name, values.get(name, parameter.default)))
         if name in self.limits:
@@ -452,9 +450,7 @@ class JointFit:
         return x, residual
 
 
-def _step(
-    columns: Array, aim: Array, pull: Array, damping: float, room: tuple[Array, Array]
-) -> tuple[Array, float]:
+def _step(columns: Array, aim: Array, pull: Array, damping: float, room: tuple[Array, Array]) -> tuple[Array, float]:
     """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
 
     columns: (n, p) slopes of aim (n,), both weighted; pull: (p,) half the slope of what else is to be lessened.

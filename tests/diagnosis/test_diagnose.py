@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.diagnosis.alone import acts_in
 from linid.diagnosis.diagnose import Found, diagnose
 from linid.errors import UsageError
 from linid.identification.result import ModelKind
+from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 from tests.identification.stand import stand
 
@@ -32,7 +32,7 @@ def run(chosen: tuple[Recording, ...], kind: ModelKind = "sine") -> Found:
 def test_nothing_is_missing_where_nothing_is_hidden() -> None:
     found = run(recordings())
     assert found.diagnosis.verdict.status == "none"
-    assert found.diagnosis.excess_before < 0.3 * found.diagnosis.floor
+    assert found.diagnosis.budget.excess_before < 0.3 and found.diagnosis.budget.entries == ()
     assert found.after is found.before
 
 
@@ -48,12 +48,12 @@ def test_a_wrong_added_mass_is_found_with_its_recordings(kind: ModelKind, config
     wrong = tuple(replace(r, added_mass=r.added_mass - 0.15) if r.name in heavier else r for r in recordings(config))
     found = run(wrong, kind).diagnosis
     assert found.model == kind
-    assert (found.verdict.status, found.verdict.effects) == ("identified", ("payload_change",))
-    named = found.candidates[0]
-    assert named.closure > 0.9
-    values = {e.name: e for e in named.parameters}
-    assert abs(values["payload_mass"].value - 0.15) < 0.003
-    assert {r.name for r in wrong if acts_in("payload_change", {k: e.value for k, e in values.items()}, r)} == heavier
+    assert (found.verdict.status, found.verdict.effects) == ("explained", ("payload_change",))
+    (named,) = found.budget.entries
+    assert found.budget.closed > 0.9 and named.share > 0.9
+    values = {e.name: e.value for e in named.parameters}
+    assert abs(values["payload_mass"] - 0.15) < 0.003
+    assert {r.name for r in wrong if find_effect("payload_change").acts_in(values, r.number)} == heavier
 
 
 def test_what_is_seen_in_held_out_recordings_alone_is_not_named() -> None:

@@ -1,53 +1,73 @@
-"""The four verdicts, each from the figures that call for it."""
+"""The four verdicts, each from the figures that call for it, and what their sentences say."""
 
 from __future__ import annotations
-
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from linid.diagnosis.report_data import Share
-from linid.diagnosis.select import Confirmed
-from linid.diagnosis.verdict import decide
+from linid.diagnosis.report_data import Budget, Change, Entry, Share
+from linid.diagnosis.verdict import decide, status_of
 
-FITTED: Any = None  # the verdict reads figures, not models
-COGGING = Confirmed(("cogging",), 0.9, FITTED, 0.95, 0.9, 1.0, 0.0, 9.0, 1.0)
 NONE = np.zeros(0)
 WHERE = (Share("position", "position", "m", 0.6, 0.01, NONE, NONE, NONE),)
 
 
-def said(
-    chosen: Confirmed | None, excess: float, rivals: tuple[str, ...] = (), motion: float = 0.99
-) -> tuple[str, str]:
-    verdict = decide(chosen, (rivals,), excess, WHERE, 0.8, (("cogging", 0.9),), motion)
+def entry(name: str = "cogging", share: float = 0.9, **more: object) -> Entry:
+    return Entry(name, (), share, share - 0.1, share + 0.1, share, share, 9.0, **more)  # type: ignore[arg-type]
+
+
+def budget(entries: tuple[Entry, ...], before: float, after: float) -> Budget:
+    closed = sum(e.share for e in entries)
+    rest = 1.0 - closed
+    return Budget(2.0, 1.0, 0.5, before, after, closed, closed, closed, rest, rest, rest, entries, 0.4, ("velocity",))
+
+
+def said(entries: tuple[Entry, ...], before: float, after: float, motion: float = 0.99) -> tuple[str, str]:
+    verdict = decide(budget(entries, before, after), WHERE, (("cogging", 0.9),), motion, ())
     return verdict.status, verdict.sentence
 
 
-def test_what_lies_at_the_floor_misses_nothing() -> None:
-    assert said(None, 0.05)[0] == "none"
+@pytest.mark.parametrize(
+    ("entries", "before", "after", "status"),
+    [
+        ((), 0.05, 0.05, "none"),
+        ((), 2.0, 2.0, "unknown"),
+        ((), 30.0, 30.0, "unknown"),
+        ((entry(),), 20.0, 0.1, "explained"),
+        ((entry(),), 20.0, 2.0, "partly explained"),
+        ((entry(), entry("cable_force", 0.05)), 20.0, 0.29, "explained"),
+        # What evidence was found for is named, however small the gap in which it stood.
+        ((entry(),), 0.2, 0.0, "explained"),
+    ],
+)
+def test_status_follows_from_entries_and_what_is_left(
+    entries: tuple[Entry, ...], before: float, after: float, status: str
+) -> None:
+    assert status_of(budget(entries, before, after)) == status
+    assert said(entries, before, after)[0] == status
 
 
-def test_a_gap_that_closes_is_identified_and_with_a_rival_ambiguous() -> None:
-    assert said(COGGING, 20.0)[0] == "identified"
-    status, sentence = said(COGGING, 20.0, ("end_effect",))
-    assert status == "ambiguous" and "cogging or end effect" in sentence
+def test_the_sentence_gives_each_cause_its_share_and_names_the_rest() -> None:
+    sentence = said((entry(share=0.6), entry("cable_force", 0.3)), 20.0, 2.0)[1]
+    assert "cogging (60 %)".capitalize() in sentence and "cable force (30 %)" in sentence
+    assert "10 % stay unexplained" in sentence and "velocity" in sentence
 
 
-@pytest.mark.parametrize("excess", [0.4, 2.0, 30.0])
-def test_a_gap_that_stays_open_is_unknown_and_says_where_it_lies(excess: float) -> None:
-    status, sentence = said(replace(COGGING, closure=0.2), excess)
-    assert status == "unknown" and "20 %" in sentence and "position" in sentence
-    assert said(None, excess)[0] == "unknown"
+def test_a_rival_belongs_to_its_entry() -> None:
+    twin = Entry("current_offset", ("constant_force",), 0.9, 0.8, 1.0, 0.9, 0.9, 9.0)
+    found = decide(budget((twin,), 20.0, 0.1), WHERE, (), 0.99, ())
+    assert found.status == "explained" and found.equivalent == ("constant_force",)
+    assert "urrent offset or constant force" in found.sentence
 
 
-def test_a_faint_effect_after_which_nothing_is_left_is_identified() -> None:
-    """Most of a tiny excess is doubt about the floor: what counts is that nothing more is missing."""
-    assert said(replace(COGGING, closure=0.3), 0.2)[0] == "identified"
+def test_an_effect_that_worsens_a_measure_is_not_named_without_saying_so() -> None:
+    worse = entry(measures={"ahead": Change(1.0, 3.0, 0.1), "force": Change(3.0, 1.0, 0.1)})
+    sentence = said((worse,), 20.0, 0.1)[1]
+    assert "0.1 s ahead" in sentence and "worse" in sentence and "force balance" not in sentence
 
 
-@pytest.mark.parametrize("motion", [-3.0, 0.2, np.nextafter(0.5, 0.0)])
-def test_a_model_that_misses_the_motion_names_nothing(motion: float) -> None:
-    status, sentence = said(COGGING, 20.0, motion=float(motion))
-    assert status == "unknown" and "units, signs or channels" in sentence
+@pytest.mark.parametrize("motion", [-3.0, 0.2, float(np.nextafter(0.5, 0.0))])
+def test_a_model_that_misses_the_motion_says_so_and_blames_no_channel_without_evidence(motion: float) -> None:
+    status, sentence = said((), 20.0, 20.0, motion)
+    assert status == "unknown" and "of the held-out accelerations" in sentence
+    assert "channels" not in sentence and "units" not in sentence

@@ -1,0 +1,77 @@
+"""The joint fit: known parameters come back from anywhere; what nothing tells stays; noise of inputs draws nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.diagnosis.balance import Balance
+from linid.diagnosis.base import numbered
+from linid.diagnosis.joint import THOROUGH, Fitted
+from linid.diagnosis.judge import Judge, judge_of
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from tests.diagnosis.machine import COULOMB, MASS, VISCOUS, K, Noise, recording
+
+TRUE = {
+    "force_constant": K, "coulomb_force": COULOMB, "static_force": 1.01 * COULOMB, "stribeck_velocity": 1e-3,
+    "stribeck_exponent": 2.0, "bristle_stiffness": 1e5, "bristle_damping": 100.0, "viscous_friction": VISCOUS,
+    "mass": MASS,
+}  # fmt: skip
+
+
+def judged(noise: Noise, reference: dict[str, float]) -> Judge:
+    runs: list[Recording] = [
+        recording(f"run_{k}", noise=noise, seed=k, split="held_out" if k == 3 else "fit") for k in range(4)
+    ]
+    balance = Balance(Model("force"), numbered(runs), 1, 1)
+    return judge_of(balance, Model("force"), reference, {"mass": MASS}, {}, 1)
+
+
+def fitted(judge: Judge, first: dict[str, float]) -> Fitted:
+    return judge.fits.fit(Model("force"), first, {}, (0, 1, 2), THOROUGH)
+
+
+@pytest.mark.parametrize("factor", [0.02, 0.3, 3.0, 40.0])
+def test_forces_come_back_from_far_away(factor: float) -> None:
+    """The residual is linear in the forces: a fit that starts at a fiftieth arrives all the same."""
+    judge = judged(Noise(encoder=1e-7), TRUE)
+    found = fitted(judge, {**TRUE, "force_constant": factor * K, "coulomb_force": factor * COULOMB})
+    assert found.values["force_constant"] == pytest.approx(K, rel=0.01)
+    assert found.values["viscous_friction"] == pytest.approx(VISCOUS, rel=0.03)
+    assert found.values["mass"] == MASS
+    assert abs(found.level) < 0.3
+
+
+def test_noise_of_the_logged_current_does_not_draw_the_force_constant_to_zero() -> None:
+    """Plain least squares would lose the share of noise in the input's power (attenuation)."""
+    judge = judged(Noise(encoder=1e-7, current=0.05), TRUE)
+    found = fitted(judge, TRUE)
+    rows = judge.fits.rows_of((0, 1, 2))
+    balance = judge.balance
+    current = balance.rows.current[rows]
+    assert np.std(current) > 0.05
+    assert found.values["force_constant"] == pytest.approx(K, rel=0.03)
+
+
+def test_what_no_row_tells_stays_where_it_is() -> None:
+    """A machine that only slides says nothing of its presliding."""
+    judge = judged(Noise(encoder=1e-7), TRUE)
+    found = fitted(judge, TRUE)
+    start = TRUE["coulomb_force"] / TRUE["bristle_stiffness"]
+    now = found.values["coulomb_force"] / found.values["bristle_stiffness"]
+    assert 0.3 < now / start < 3.0
+
+
+def test_a_block_counts_once_however_wrong_it_is() -> None:
+    """A burst in one block moves the sliding friction by less than its interval."""
+    plain = judged(Noise(encoder=1e-7), TRUE)
+    runs = list(plain.balance.recordings)
+    y = runs[0].y.copy()
+    y[1500:1560] += 1e-4 * np.hanning(60)
+    runs[0] = replace(runs[0], y=y)
+    balance = Balance(Model("force"), runs, 1, 1)
+    judge = judge_of(balance, Model("force"), TRUE, {"mass": MASS}, {}, 1)
+    assert fitted(judge, TRUE).values["force_constant"] == pytest.approx(K, rel=0.03)

@@ -1,0 +1,60 @@
+"""The tests that an effect must stand, one by one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from linid.diagnosis.judge import Evidence
+from linid.diagnosis.screen import Screened
+from linid.diagnosis.select import Part, contenders, look_alikes, stands, structural_of
+from linid.identification.effect_guess import Trial
+from linid.physics.model import Model
+
+NOTHING: Any = None  # the tests read figures, not models
+
+
+@pytest.mark.parametrize(
+    ("name", "gain", "certainty", "closed", "stays"),
+    [
+        ("cogging", 1.0, 9.0, 0.9, True),
+        ("cogging", 1.0, 9.0, 0.05, False),  # a tenth of what is left anyway
+        ("cogging", 1.0, 2.5, 0.2, False),  # not sure, and not clear
+        ("cogging", 1.0, 2.5, 0.5, True),  # clear
+        ("cogging", 1.0, 1.0, 0.9, False),
+        ("cogging", 0.002, 9.0, 0.9, False),  # nothing to speak of
+        ("payload_change", 1.0, 9.0, 0.2, False),  # fits itself to much
+        ("payload_change", 1.0, 9.0, 0.6, True),
+        ("external_disturbance", 0.1, 0.9, 0.6, True),  # a moment has no other blocks
+    ],
+)
+def test_an_effect_stands_by_gain_certainty_and_what_it_closes(
+    name: str, gain: float, certainty: float, closed: float, stays: bool
+) -> None:
+    assert stands(Part(name, Evidence(gain, certainty, closed, 1.0, closed), NOTHING)) is stays
+
+
+def test_contenders_explain_nearly_as_much_as_the_best() -> None:
+    def found(name: str, explained: float, lead: float = 1e9) -> Screened:
+        return Screened(name, Trial({}, {}, explained, lead))
+
+    chosen = contenders(
+        [found("cogging", 0.6), found("cable_force", 0.5), found("external_disturbance", 0.5, 1.2),
+         found("quadratic_drag", 0.1)]
+    )  # fmt: skip
+    assert [s.name for s in chosen] == ["cogging", "cable_force"]
+    assert contenders([found("cogging", 0.0005)]) == []
+
+
+def test_look_alikes_say_so_on_either_side() -> None:
+    model = Model("sine", ("constant_force",))
+    assert "cable_force" in look_alikes("constant_force", model)
+    assert "constant_force" in look_alikes("cable_force", Model("sine", ("cable_force",)))
+    assert "cable_force" not in look_alikes("constant_force", Model("sine", ("constant_force", "cable_force")))
+
+
+def test_marks_are_not_searched() -> None:
+    model = Model("sine", ("payload_change", "cogging"))
+    held = structural_of(model, {"payload_recordings": 6.0, "payload_mass": 0.2, "cogging_order_1": 1.0})
+    assert held == {"payload_recordings": 6.0, "cogging_order_1": 1.0}
