@@ -52,7 +52,7 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 # The models start from where the force balance has brought them.
-_STEPS, _PRECISION = 20, 0.03
+_STEPS, _PRECISION = 10, 0.1
 _TELLING, _SURE = 0.05, 0.02  # share from which, and p-value below which, what is left depends on a coordinate
 
 

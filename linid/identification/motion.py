@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 _ORDER = 3
+_LEAST_STEPPED = 0.02  # of its quantum: an encoder's steps alone bring 0.29 of it as noise, less only at rest
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
 
 
@@ -130,6 +131,8 @@ def _noise_of(track: _Track) -> tuple[float, Array]:
     """Quantum of a track's positions (0: none), and the standard deviation (n,) of their white noise beyond it."""
     step = quantum(track.y)
     level = noise_profile(track.y)
+    if noise_level(track.y) < _LEAST_STEPPED * step:  # samples of a fast motion may lie on a lattice by chance
+        step = 0.0
     return step, np.sqrt(np.maximum(level**2 - step**2 / 12.0, 0.0))
 
 
