@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 AT_FLOOR, WORSE = "at the floor", "worse"
 _SAME = 1e-3  # relative change of a measure that is none
+_TOO_HIGH = 0.7  # of the floor: what the base model misses lies below it by more than a floor is known
 _STUCK = 0.2  # of its excess closed, below which a free run has not followed the force
 
 
@@ -103,20 +104,24 @@ def state_meaning() -> str:
 
 def measure_remarks(diagnosis: Diagnosis, changes: Mapping[str, Change]) -> tuple[str, ...]:
     """Sentences on what the measures cannot say, and why."""
-    said, labels = [], measure_labels(diagnosis.axis)
-    for name, words in labels.items():
-        if name not in changes:
-            continue
-        change = changes[name]
-        if math.isnan(change.floor):
-            said.append(f"{words}: no floor is known, since no recording is repeated and its noise is not told.")
-        elif change.before < change.floor * (1.0 - _SAME):
-            said.append(
-                f"{words}: its floor is too high (above what the base model misses), so no improvement can be seen; "
-                "repeats that scatter less would lower it."
-            )
-        if math.isinf(change.before) or math.isinf(change.after):
-            said.append(f"{words}: the simulation diverges, because small errors add up from the first sample on.")
+    labels = measure_labels(diagnosis.axis)
+    known = {name: change for name, change in changes.items() if name in labels}
+    reasons = (
+        (
+            [n for n, c in known.items() if math.isnan(c.floor)],
+            "no floor is known, since no recording is repeated and its noise is not told.",
+        ),
+        (
+            [n for n, c in known.items() if c.before < _TOO_HIGH * c.floor],
+            "the floor is too high (above what the base model misses), so no improvement can be seen; repeats that "
+            "scatter less would lower it.",
+        ),
+        (
+            [n for n, c in known.items() if math.isinf(c.before) or math.isinf(c.after)],
+            "the simulation diverges, because small errors add up from the first sample on.",
+        ),
+    )
+    said = [f"{'; '.join(labels[name] for name in names)}: {reason}" for names, reason in reasons if names]
     free, closed = changes.get("free_run"), diagnosis.budget.closed
     if free is not None and closed > 0.5 and math.isfinite(free.before) and math.isfinite(free.after):
         excess = free.before**2 - free.floor**2

@@ -1,7 +1,8 @@
-"""A diagnosis in the words and units of its axis and motor model."""
+"""A diagnosis as it is told: in the words and units of its axis and motor model, with the floors of its entries."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,11 @@ if TYPE_CHECKING:
 
 
 def in_axis_words(diagnosis: Diagnosis) -> Diagnosis:
-    """The same diagnosis with all texts and parameter units as they fit its axis; twice changes nothing more."""
+    """The same diagnosis with all texts and parameter units as they fit its axis; twice changes nothing more.
+
+    Parts of an effect that do not act (of 50 disturbances all but a few) are left out. A measure of an entry without
+    a floor gets that of the whole diagnosis: both are over the held-out recordings.
+    """
 
     def say(text: str) -> str:
         return fitting_words(text, diagnosis.axis, diagnosis.model)
@@ -25,9 +30,15 @@ def in_axis_words(diagnosis: Diagnosis) -> Diagnosis:
         return replace(one, unit=scaled_unit(one.unit, diagnosis.axis, diagnosis.force_scale), note=say(one.note))
 
     def entry(one: Entry) -> Entry:
+        measures = {
+            name: replace(change, floor=diagnosis.measures[name].floor)
+            if math.isnan(change.floor) and name in diagnosis.measures
+            else change
+            for name, change in one.measures.items()
+        }
         return replace(
-            one, parameters=tuple(map(estimate, one.parameters)), combinations=all_of(one.combinations),
-            note=say(one.note),
+            one, parameters=tuple(map(estimate, parameters_in_use(one))), combinations=all_of(one.combinations),
+            note=say(one.note), measures=measures,
         )  # fmt: skip
 
     def pair(one: PairShare) -> PairShare:
@@ -44,3 +55,19 @@ def in_axis_words(diagnosis: Diagnosis) -> Diagnosis:
         combinations=all_of(diagnosis.combinations),
         warnings=all_of(diagnosis.warnings),
     )
+
+
+def parameters_in_use(entry: Entry) -> tuple[Estimate, ...]:
+    """The parameters of an entry without those of parts that do not act: all their amplitudes are 0."""
+    from linid.physics.effects.registry import EFFECTS
+
+    effect = next((one for one in EFFECTS if one.name == entry.effect and one.parts > 1), None)
+    if effect is None:
+        return entry.parameters
+    values = {one.name: one.value for one in entry.parameters}
+    idle = tuple(
+        f"_{part}"
+        for part in range(1, effect.parts + 1)
+        if all(values.get(name, 0.0) == 0.0 for name in effect.amplitudes_of_part(part))
+    )
+    return tuple(one for one in entry.parameters if not one.name.endswith(idle))

@@ -10,12 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from linid.diagnosis.report_data import Change, PairShare
+from linid.physics.effects.registry import find_effect
 from linid.report.diagnosis_content import pairs_left_out, shown_pairs, tried_in_order
 from linid.report.diagnosis_measures import AT_FLOOR, WORSE, measure_remarks, state
+from linid.report.diagnosis_words import in_axis_words, parameters_in_use
 from linid.report.residual_views import pair_slopes
 
-from .diagnosis_samples import explained, partly
-from .samples import NAN
+from .diagnosis_samples import COGGING, entry, explained, partly
+from .samples import NAN, estimate
 
 INF = float("inf")
 
@@ -44,8 +46,12 @@ def test_what_cannot_be_said_is_told_with_its_reason() -> None:
     assert measure_remarks(base, base.measures) == ()
     changes = {"free_run": Change(0.02, INF, 0.001), "ahead": Change(1e-5, 9e-6, 3e-5), "force": Change(1.0, 0.2, NAN)}
     said = measure_remarks(base, changes)
-    assert [text.split(",")[0] for text in said] == ["Free run", "0.1 s ahead", "Residual force"]
-    assert "diverges" in said[0] and "floor is too high" in said[1] and "no floor is known" in said[2]
+    assert [text.split(",")[0] for text in said] == ["Residual force", "0.1 s ahead", "Free run"]
+    assert "no floor is known" in said[0] and "floor is too high" in said[1] and "diverges" in said[2]
+    assert measure_remarks(base, {name: Change(0.9, 0.9, 1.0) for name in base.measures}) == ()
+    high = {name: Change(0.1, 0.1, 1.0) for name in base.measures}
+    (one,) = measure_remarks(base, high)
+    assert one.startswith("Free run, NRMSE; 0.1 s ahead, RMS; Residual force, RMS: the floor is too high")
     stuck = {**base.measures, "free_run": Change(0.02, 0.0195, 0.001)}
     (one,) = measure_remarks(base, stuck)
     assert "first state" in one
@@ -79,3 +85,23 @@ def test_slopes_of_a_proportion() -> None:
     pair = PairShare("t", "i", "t", "i", "s", "A", "proportional", 0.1, 0.01, x_edges, y_edges, mean, rows)
     assert pair_slopes(pair)[:2] == pytest.approx([1.0, -2.0])
     assert np.isnan(pair_slopes(pair)[2])
+
+
+def test_entries_without_floors_of_their_own_get_those_of_the_diagnosis() -> None:
+    base = partly()
+    (first, *_), floors = base.budget.entries, {name: c.floor for name, c in base.measures.items()}
+    bare = replace(first, measures={name: replace(c, floor=NAN) for name, c in first.measures.items()})
+    told = in_axis_words(replace(base, budget=replace(base.budget, entries=(bare, first))))
+    assert {name: c.floor for name, c in told.budget.entries[0].measures.items()} == floors
+    assert told.budget.entries[1].measures == first.measures
+
+
+def test_parts_of_an_effect_that_do_not_act_are_left_out() -> None:
+    names = [p.name for p in find_effect("external_disturbance").parameters]
+    acting = {name for name in names if name.endswith(("_1", "_3")) and name.startswith("disturbance_force")}
+    values = [estimate(name, "x", "N", 0.4 if name in acting else 0.0, 0.1) for name in names]
+    told = parameters_in_use(entry("external_disturbance", 0.5, parameters=tuple(values)))
+    assert {one.name.rsplit("_", 1)[1] for one in told} == {"1", "3"}
+    assert len(told) == 2 * sum(name.endswith("_1") for name in names)
+    one_part = entry("cogging", 0.5, parameters=COGGING)
+    assert parameters_in_use(one_part) == COGGING
