@@ -200,9 +200,9 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
 def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: Any) -> None:
     """Say where the simulation differs from the machine, which effect is missing, and how far the gap shrinks with it.
 
-    The campaign's `fit` recordings identify base model and effects, its `held_out` ones judge. The verdict is `none`,
-    `identified`, `ambiguous` or `unknown`; report.html in the run folder shows it. Effects given by --effect belong to
-    the base.
+    The campaign's `fit` recordings identify base model and effects, its `held_out` ones judge. The verdict is a budget:
+    every effect with evidence, its share of the gap, and what stays unexplained (`none`, `explained`, `partly
+    explained`, `unknown`); report.html in the run folder shows it. Effects given by --effect belong to the base.
 
     \b
     Example:

@@ -136,7 +136,7 @@ def diagnose(
         assumptions=tuple(assumptions),
         verdict=verdict,
         budget=budget,
-        tried=_tried(found),
+        tried=tuple(one for one in _tried(found) if one.effect not in effects),
         where=seen.where,
         pairs=seen.pairs,
         measures=together(changes, traces_after, seed),
@@ -236,7 +236,7 @@ def measured(
     gaps, _ = measure_gaps(result, held, seed=seed, among=among, floors=False)
     out = {}
     for name in MEASURES:
-        values = np.nan_to_num([getattr(gap, name) for gap in gaps], nan=1e3)
+        values = np.nan_to_num([getattr(gap, name) for gap in gaps], nan=np.inf)
         out[name] = float(np.sqrt(np.mean(np.square(values))))
     return out
 

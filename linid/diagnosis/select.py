@@ -36,6 +36,7 @@ LEAST_GAIN = 0.01
 LEAST_CLOSED = 0.15
 # Effects of single recordings fit themselves to much: of what they leave they must close more.
 LEAST_CLOSED_ALONE = 0.4
+LEAST_POWER_ALONE = 0.3  # floors in the power of the judged rows: a recording without a gap has nothing unlogged in it
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,13 @@ def only_effects(fits: JointFit, full: Fitted, effects: Iterable[str], effort: E
 
 def select(base: Base, screening: Screening, watch: Watch) -> Selection:
     """As many effects as pay, added to the base one at a time and tested together at the end."""
-    judge, fits = base.judge, base.judge.fits
+    full, screened = forward(base, screening, watch)
+    return backward(base.judge, screening, base.fitted, full, screened)
+
+
+def forward(base: Base, screening: Screening, watch: Watch) -> tuple[Fitted, tuple[Screened, ...]]:
+    """The model with all effects that the fitted rows propose, and what the first step screened."""
+    fits = base.judge.fits
     step = base.fitted
     # A base that is caught in a wrong place, as where a loop's input cancels what is missing, shows little of it: the
     # first step also starts from where a regression beside a free periodic force puts the base.
@@ -125,7 +132,7 @@ def select(base: Base, screening: Screening, watch: Watch) -> Selection:
             break
         steps = [best]
         step = best
-    return backward(judge, screening, base.fitted, step, first)
+    return step, first
 
 
 def proposed(
@@ -270,4 +277,6 @@ def stands(part: Part) -> bool:
     effect = find_effect(part.name)
     least = CERTAINTY_OF_CLEAR if e.closed >= CLEAR else CERTAINTY
     sure = e.certainty >= least or effect.acts == "one"
-    return sure and e.gain >= LEAST_GAIN and e.closed >= (LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED)
+    if effect.per_recording:
+        return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED_ALONE and e.power >= LEAST_POWER_ALONE
+    return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED

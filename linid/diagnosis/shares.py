@@ -27,7 +27,7 @@ _ORDERS = 40
 _RESAMPLES = 1000
 # Of a share, by which a form that is not the library's may put it wrong for each share that stays unexplained.
 _FORM = 1.0
-_LEAST_GAP = 0.02  # of the floor
+_LEAST_GAP = 0.1  # of the floor, below which a gap has no shares to speak of
 
 
 @dataclass(frozen=True)
