@@ -69,7 +69,7 @@ def test_an_effect_may_belong_to_the_base(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.stderr
     stated = json.loads((tmp_path / "out/diagnosis.json").read_text(encoding="utf-8"))
     assert stated["base_effects"] == ["constant_force"]
-    assert all("constant_force" != one["effect"] for one in (*stated["ranking"], *stated["tried"]))
+    assert all(one["effect"] != "constant_force" for one in stated["ranking"])
     before = json.loads((tmp_path / "out/model_before.json").read_text(encoding="utf-8"))
     assert before["effects"] == ["constant_force"]
 
