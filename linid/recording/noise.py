@@ -10,6 +10,7 @@ _MEDIAN, _GAIN = 0.6745, 70.0  # of a Gaussian's absolute values; of fourth diff
 # A channel is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
 # lower nine tenths have this share of the mean.
 _COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
+_BURST = 10.0  # deviations, beyond which a fourth difference is a burst of the motion
 _AROUND = 101  # samples over which noise is taken to be the same
 _MOST_SAMPLES = 20_000  # a resolution shows in that many, taken evenly; more cost time and memory
 _LATTICE = 0.2  # RMS distance from a lattice, in quanta: 0.29 is what chance gives, 0.13 printing 314 as 300 or 400
@@ -37,14 +38,20 @@ def noise_level(samples: Array) -> float:
 
 def noise_profile(samples: Array) -> Array:
     """Standard deviation (n,) of white noise around each of the samples (n,): an interpolating encoder, or time stamps
-    that jitter, are noisier in motion than at rest. Of a channel with coarse steps the mean over all."""
-    from scipy.ndimage import median_filter
+    that jitter, are noisier in motion than at rest."""
+    from scipy.ndimage import median_filter, uniform_filter1d
 
     level = noise_level(samples)
-    if samples.size < 2 * _AROUND or level * np.sqrt(_GAIN) < _COARSE * smallest_step(samples):
+    if samples.size < 2 * _AROUND:
         return np.full(samples.size, level)
-    spread = median_filter(np.abs(np.diff(samples, 4)), _AROUND, mode="nearest") / _MEDIAN / np.sqrt(_GAIN)
-    return np.asarray(np.pad(spread, 2, mode="edge"))
+    differences = np.abs(np.diff(samples, 4))
+    limit = level * np.sqrt(_GAIN)
+    if limit < _COARSE * smallest_step(samples):  # a median of few different values says nothing
+        squares = np.minimum(differences, _BURST * limit) ** 2
+        spread = np.sqrt(uniform_filter1d(squares, _AROUND, mode="nearest"))
+    else:
+        spread = median_filter(differences, _AROUND, mode="nearest") / _MEDIAN
+    return np.asarray(np.pad(spread / np.sqrt(_GAIN), 2, mode="edge"))
 
 
 def smallest_step(samples: Array) -> float:

@@ -26,7 +26,7 @@ from linid.diagnosis.screen import Screening
 from linid.physics.effects.registry import find_effect
 from linid.workflow.diagnose import base_kind
 
-# (kinds, campaigns, seed): none of them is a seed of a recorded run.
+# (kind, campaigns, seed); none of the seeds is that of a recorded run.
 SETS = (("crowd", 12, 901), ("single", 12, 902), ("none", 4, 903), ("unknown", 6, 904))
 THRESHOLDS = ("CERTAINTY", "LEAST_GAIN", "LEAST_CLOSED", "LEAST_CLOSED_ALONE", "LEAST_POWER_ALONE", "CLEAR", "CERTAINTY_OF_CLEAR")
 MATTERS = 0.05  # of the gap: true effects of less are counted apart
