@@ -48,7 +48,7 @@ def noise_profile(samples: Array) -> Array:
     limit = level * np.sqrt(_GAIN)
     if limit < _COARSE * smallest_step(samples):  # a median of few different values says nothing
         squares = np.minimum(differences, _BURST * limit) ** 2
-        spread = np.sqrt(uniform_filter1d(squares, _AROUND, mode="nearest"))
+        spread = np.sqrt(np.maximum(uniform_filter1d(squares, _AROUND, mode="nearest"), 0.0))
     else:
         spread = median_filter(differences, _AROUND, mode="nearest") / _MEDIAN
     return np.asarray(np.pad(spread / np.sqrt(_GAIN), 2, mode="edge"))
