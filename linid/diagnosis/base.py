@@ -25,6 +25,7 @@ Progress = Callable[[str, int, int], None]
 # as a share of the travel between reversals (all tried, the best of them fitted), damping ratio of the bristle.
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
 _TRIED = 2
+_UNBALANCED = 0.05  # of the currents' RMS: a sum below that is noise of the sensors
 _DISAGREEING = 2.0  # factor between a base and a regression beside a free force, from which on the base is biased
 _FORCES = ("N", "N m", "Nm")  # units of an input that is a force
 _LEAST_FRICTION = 1e-2  # of the inertial force
@@ -72,6 +73,10 @@ def fit_base_model(
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
+    if kind == "theta" and _balanced(driven):
+        for name in ("winding_length", "nome"):
+            held.setdefault(name, starts[0][name])
+        assumptions.append("the phase currents sum to zero: what of the field is beyond its first harmonic is not identified")
     balance = Balance(model, recordings, jobs, seed, memory)
     judge = judge_of(balance, model, starts[0], held, {}, seed)
     watch("base", 1, 3)
@@ -92,6 +97,13 @@ def fit_base_model(
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
     watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)
+
+
+def _balanced(driven: Sequence[Recording]) -> bool:
+    """Whether the phase currents sum to zero but for some per cent, so that the field's third harmonic is invisible."""
+    sums = [float(np.sum(r.phase_currents.sum(axis=0) ** 2)) for r in driven if r.phase_currents is not None]
+    whole = [float(np.sum(r.phase_currents**2)) for r in driven if r.phase_currents is not None]
+    return sum(sums) < _UNBALANCED**2 * sum(whole)
 
 
 def _starts(model: Model, fitted: Sequence[Recording], held: dict[str, float]) -> list[dict[str, float]]:

@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from linid.diagnosis.base import Base
 from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge
@@ -21,7 +23,8 @@ from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
-PROPOSED_CERTAINTY, PROPOSED_GAIN = 3.0, 0.004
+PROPOSED_CERTAINTY, PROPOSED_GAIN, CLEAR_GAIN = 2.5, 0.004, 0.1
+_SHARED = 4.0  # rows that say about as much as one
 LARGEST = 10  # effects in one model
 CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of the best's screening that they need
 # A push must explain so many times as much as pushes at other moments do.
@@ -30,8 +33,8 @@ MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments
 # A look-alike must explain this share of an effect's gain to be fitted in its place, and keep as much to be as good.
 ALIKE = 0.7
 # The tests on held-out rows.
-CERTAINTY = 3.0
-CLEAR, CERTAINTY_OF_CLEAR = 0.3, 2.0  # an effect that closes so much needs to be no surer: its blocks differ in size
+# An effect must be the surer the less it closes: where it closes nearly all, blocks that differ in size are no doubt.
+CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
 LEAST_GAIN = 0.01
 LEAST_CLOSED = 0.15
 # Effects of single recordings fit themselves to much: of what they leave they must close more.
@@ -152,8 +155,22 @@ def proposed(
         # A moment has no other blocks that could vouch for it: its lead over other moments did.
         fitted.append((gained(fits, before, one), one, find_effect(item.name).acts == "one"))
         watch(f"fit effect {number + 1}", len(fitted), len(items))
-    able = [f for f in fitted if f[0].gain >= PROPOSED_GAIN and (f[0].certainty >= PROPOSED_CERTAINTY or f[2])]
-    return max(able, key=lambda f: f[0].gain)[1] if able else None
+    able = [(evidence, one) for evidence, one, moment in fitted if moment or worth_proposing(evidence)]
+    able = [pair for pair in able if pair[0].gain >= PROPOSED_GAIN]
+    return max(able, key=lambda pair: pair[0].gain - price(fits, pair[1]))[1] if able else None
+
+
+def price(fits: JointFit, one: Fitted) -> float:
+    """What the parameters of a model cost in log power per row (Schwarz 1978, Ann. Stat. 6, 461): of two effects that
+    explain as much, the simpler one goes first. Neighbouring rows share their samples."""
+    count = max(float(np.count_nonzero(fits.rows_of(one.recordings))) / _SHARED, 2.0)
+    return len(fits.unknowns(one)) * math.log(count) / count
+
+
+def worth_proposing(evidence: Evidence) -> bool:
+    """Whether a gain on fitted rows is sure enough, or so large that few blocks of unlike size are no doubt."""
+    clear = evidence.gain >= CLEAR_GAIN and evidence.certainty >= LEAST_CERTAINTY
+    return clear or evidence.certainty >= PROPOSED_CERTAINTY
 
 
 def contenders(found: Sequence[Screened]) -> list[Screened]:
@@ -197,7 +214,7 @@ def backward(
     """The effects that stand the tests with all others there; what fails goes, the weakest first."""
     fits = judge.fits
     dropped: list[Part] = []
-    while True:
+    while full.model.effects != base.model.effects:
         full = fits.fit(full.model, full.values, full.structural, screening.to_fit(full), THOROUGH)
         parts = []
         for _, part in side_by_side(partial(part_of, judge, screening, full), full.model.effects, screening.jobs):
@@ -212,6 +229,7 @@ def backward(
         weakest = min(failing, key=lambda p: p.evidence.closed)
         dropped.append(weakest)
         full = weakest.without
+    return Selection(base, base, (), screened, tuple(dropped), {})
 
 
 def part_of(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int) -> Part:
@@ -275,7 +293,7 @@ def stands(part: Part) -> bool:
     e = part.evidence
     # A single moment has no other blocks that could vouch for it: its lead over other moments did.
     effect = find_effect(part.name)
-    least = CERTAINTY_OF_CLEAR if e.closed >= CLEAR else CERTAINTY
+    least = max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
     sure = e.certainty >= least or effect.acts == "one"
     if effect.per_recording:
         return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED_ALONE and e.power >= LEAST_POWER_ALONE

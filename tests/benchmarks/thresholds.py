@@ -29,7 +29,7 @@ from linid.workflow.diagnose import base_kind
 # (kind, campaigns, seed); none of the seeds is that of a recorded run.
 SETS = (("crowd", 12, 901), ("single", 12, 902), ("none", 4, 903), ("unknown", 6, 904))
 THRESHOLDS = (
-    "CERTAINTY", "LEAST_GAIN", "LEAST_CLOSED", "LEAST_CLOSED_ALONE", "LEAST_POWER_ALONE", "CLEAR", "CERTAINTY_OF_CLEAR",
+    "CERTAINTY", "LEAST_GAIN", "LEAST_CLOSED", "LEAST_CLOSED_ALONE", "LEAST_POWER_ALONE",
 )  # fmt: skip
 MATTERS = 0.05  # of the gap: true effects of less are counted apart
 

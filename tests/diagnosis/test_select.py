@@ -20,9 +20,9 @@ NOTHING: Any = None  # the tests read figures, not models
     [
         ("cogging", 1.0, 9.0, 0.9, True),
         ("cogging", 1.0, 9.0, 0.05, False),  # a tenth of what is left anyway
-        ("cogging", 1.0, 2.5, 0.2, False),  # not sure, and not clear
+        ("cogging", 1.0, 2.0, 0.2, False),  # not sure, and not clear
         ("cogging", 1.0, 2.5, 0.5, True),  # clear
-        ("cogging", 1.0, 1.0, 0.9, False),
+        ("cogging", 1.0, 0.9, 0.9, False),
         ("cogging", 0.002, 9.0, 0.9, False),  # nothing to speak of
         ("payload_change", 1.0, 9.0, 0.2, False),  # fits itself to much
         ("payload_change", 1.0, 9.0, 0.6, True),
