@@ -76,7 +76,7 @@ def fit_base_model(
     if kind == "theta" and _balanced(driven):
         for name in ("winding_length", "nome"):
             held.setdefault(name, starts[0][name])
-        assumptions.append("the phase currents sum to zero: what of the field is beyond its first harmonic is not identified")
+        assumptions.append("the phase currents sum to zero: they tell no more of the field than its first harmonic")
     balance = Balance(model, recordings, jobs, seed, memory)
     judge = judge_of(balance, model, starts[0], held, {}, seed)
     watch("base", 1, 3)

@@ -14,16 +14,19 @@ from linid.errors import UsageError
 from linid.identification.acceleration import Acceleration
 from linid.identification.ahead import Ahead
 from linid.identification.free_run import FreeRun
-from linid.identification.motion import with_input_noise
+from linid.identification.motion import measure_motion, retaken, with_input_noise
 from linid.identification.objectives import check_recordings
 from linid.identification.polish import polish_starts
 from linid.identification.result import FitResult
 from linid.physics.model import Model
-from linid.recording.noise import noise_level
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 _DRAWS = 8
+# Times the median of its square, from where a draw is odd (of squares of Gaussians one in a hundred and fifty): now
+# and then noise looks like a bend, the speed there is smoothed hardly at all, and a prediction from there is far off.
+_ODD = 16.0
+_ABOUT_MEDIAN = 0.918  # mean square of eight Gaussian draws about their own median, whose variance is 0.168
 
 
 def model_of(result: FitResult) -> tuple[Model, Array]:
@@ -44,8 +47,9 @@ def measure_gaps(
     """Gap measures and traces of every recording under a fitted model.
 
     Free runs start from the measured state (free wheels: the start speed is refined on the recording, it is
-    a nuisance and no property of the axis). Floors: the noise of encoder and currents, estimated from the
-    recording, is added to it once more in `_DRAWS` seeded draws, and the change of the errors is the floor. Where
+    a nuisance and no property of the axis). Floors: the smoothed motion is measured anew in `_DRAWS` seeded draws, with
+    the encoder's steps and the noise of encoder and currents as the recording has them; the errors' scatter is the
+    floor. Where
     `among` (default: recordings) holds declared repeats, the floor is at least what of the error does not repeat.
     Without `floors`, which take most of the time, they come back as nan.
     Raises UsageError or DataError where a recording lacks what the model needs.
@@ -140,7 +144,7 @@ def _measure(
     force = task.force(recording, balance)
     floors = np.full(3, np.nan)
     if seed is not None:
-        floors = _noise_floors(task, recording, y_simulated, pieces.end_error, balance, force, seed)
+        floors = _noise_floors(task, recording, balance, seed)
     scatters = [_scatter(task, *pair) for pair in (aligned(recording, other) for other in repeats) if pair is not None]
     if scatters and seed is not None:
         floors = np.maximum(floors, np.sqrt(np.mean(np.square(scatters), axis=0)))
@@ -189,33 +193,34 @@ def _total_force(task: _Task, recording: Recording, balance: Acceleration) -> fl
     return mass * _rms(balance.model_acceleration(frictionless)[0])
 
 
-def _noise_floors(
-    task: _Task,
-    recording: Recording,
-    y_simulated: Array,
-    ahead_error: Array,
-    balance: Acceleration,
-    force: Array,
-    seed: int,
-) -> Array:
+def _noise_floors(task: _Task, recording: Recording, balance: Acceleration, seed: int) -> Array:
     """RMS free-run error (m), ahead error (m) and force error (N) that measurement noise alone would cause, (3,).
 
-    The errors of the recording hold its noise once; what they change when as much is added is the noise's share.
-    The measured motion is the base, because a model's own motion may rest or slip elsewhere than the machine did.
+    The smoothed motion of the recording is measured anew: the noise of each stretch and the steps of the encoder fall
+    as they might have fallen, which noise on top of readings that have steps already does not. How the errors scatter
+    about their median is the noise's share. The measured motion is the base, because a model's own motion may rest or
+    slip elsewhere than the machine did.
     """
     generator = np.random.default_rng(seed)
-    run = y_simulated if np.all(np.isfinite(y_simulated)) else recording.y
-    squares = np.zeros(3)
+    smooth = measure_motion([recording]).y
+    # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.
+    held = task.free_run(recording)[0] if recording.kind == "free_wheel" else None
+    errors: list[list[Array]] = [[], [], []]
     for _ in range(_DRAWS):
-        encoder = noise_level(recording.y) * generator.standard_normal(recording.y.size)
-        noisy = replace(with_input_noise(recording, generator), y=recording.y + encoder)
-        # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.
-        moved = run if recording.kind == "free_wheel" else task.free_run(noisy)[0]
-        squares[0] += np.mean(np.nan_to_num(moved - run - encoder, nan=np.inf) ** 2)
-        squares[1] += np.mean((task.ahead_error(noisy) - ahead_error) ** 2)
-        there = task.balance(noisy, balance.half_widths).at_rows_of(balance)
-        squares[2] += np.mean((task.force(noisy, there) - force) ** 2)
-    return np.asarray(np.sqrt(squares / _DRAWS))
+        anew = with_input_noise(retaken(recording, smooth, generator), generator)
+        run = (task.free_run(anew)[0] if held is None else held) - anew.y
+        force = task.force(anew, task.balance(anew, balance.half_widths).at_rows_of(balance))
+        for kept, error in zip(errors, (run, task.ahead_error(anew), force), strict=True):
+            kept.append(np.nan_to_num(error, nan=np.inf))
+    return np.array([_scatter_of_draws(np.array(rows)) for rows in errors])
+
+
+def _scatter_of_draws(errors: Array) -> float:
+    """RMS scatter of errors (draws, n) about their median over the draws; infinite where runs diverge."""
+    if not np.all(np.isfinite(errors)):
+        return float("inf")
+    squares = np.mean((errors - np.median(errors, axis=0)) ** 2, axis=1)
+    return float(np.sqrt(np.mean(np.minimum(squares, _ODD * np.median(squares))) / _ABOUT_MEDIAN))
 
 
 def _scatter(task: _Task, one: Recording, other: Recording) -> Array:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from linid.identification.motion import input_jumps, measure_motion
 from linid.identification.parts import TRAVEL_CLASSES, travel_class
+from linid.identification.start_states import predicted_from_before
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
@@ -25,6 +26,7 @@ class Ahead:
     """Prediction over a short horizon from the measured state, restarted every half horizon, in m.
 
     The start state's error adds a straight line to a window; that line is projected out.
+    Hidden states at the start are estimated from the samples before, see `predicted_from_before`.
     thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
     an input jumps between two samples, since nobody knows when it did. guided: the motor's field is read at the
     measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
@@ -87,6 +89,8 @@ class Ahead:
     def simulate(self, params: Array) -> Array:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
+        if self.model.states:
+            return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(
             params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=self.begins

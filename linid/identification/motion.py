@@ -16,6 +16,7 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
+SMOOTHING_REACH = _HALF_WIDTHS[-1]  # samples to either side that the smoothed motion may hang on
 _ORDER = 3
 _LEAST_STEPPED = 0.02  # of its quantum: an encoder's steps alone bring 0.29 of it as noise, less only at rest
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise

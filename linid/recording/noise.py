@@ -12,10 +12,12 @@ _MEDIAN, _GAIN = 0.6745, 70.0  # of a Gaussian's absolute values; of fourth diff
 _COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
 _BURST = 10.0  # deviations, beyond which a fourth difference is a burst of the motion
 _AROUND = 101  # samples over which noise is taken to be the same
+_LIKE = 1.5  # times that of the whole channel is no other noise: so few samples tell it to an eighth
 _MOST_SAMPLES = 20_000  # a resolution shows in that many, taken evenly; more cost time and memory
 _LATTICE = 0.2  # RMS distance from a lattice, in quanta: 0.29 is what chance gives, 0.13 printing 314 as 300 or 400
 _FEWEST_STEPS = 12  # fewer may lie on a lattice by chance
 _REACH = (3, 10, 30, 100, 300, 1000)  # quanta; longer steps once shorter ones have refined the quantum
+_LAGS = (8, 64)  # values apart: travel per sample that changes a little looks like a lattice, but not over so many
 _PARTS = (1, 2, 3, 4)  # the smallest step seen may be so many quanta
 
 
@@ -38,7 +40,8 @@ def noise_level(samples: Array) -> float:
 
 def noise_profile(samples: Array) -> Array:
     """Standard deviation (n,) of white noise around each of the samples (n,): an interpolating encoder, or time stamps
-    that jitter, are noisier in motion than at rest."""
+    that jitter, are noisier in motion than at rest. The level of all where the difference is within the estimate's
+    scatter."""
     from scipy.ndimage import median_filter, uniform_filter1d
 
     level = noise_level(samples)
@@ -46,12 +49,20 @@ def noise_profile(samples: Array) -> Array:
         return np.full(samples.size, level)
     differences = np.abs(np.diff(samples, 4))
     limit = level * np.sqrt(_GAIN)
-    if limit < _COARSE * smallest_step(samples):  # a median of few different values says nothing
+    if limit < _COARSE * _resolution(samples):  # a median of few different values says nothing
         squares = np.minimum(differences, _BURST * limit) ** 2
         spread = np.sqrt(np.maximum(uniform_filter1d(squares, _AROUND, mode="nearest"), 0.0))
     else:
-        spread = median_filter(differences, _AROUND, mode="nearest") / _MEDIAN
-    return np.asarray(np.pad(spread / np.sqrt(_GAIN), 2, mode="edge"))
+        spread = median_filter(differences, _AROUND, mode="reflect") / _MEDIAN
+    spread = np.pad(spread / np.sqrt(_GAIN), 2, mode="edge")
+    return np.asarray(np.where((spread < _LIKE * level) & (level < _LIKE * spread), level, spread))
+
+
+def _resolution(samples: Array) -> float:
+    """Quantum of samples (n,), of few different values their smallest step: on a fast run neighbours are further apart
+    than the resolution, whatever it is."""
+    few = np.unique(samples).size <= _FEWEST_STEPS
+    return smallest_step(samples) if few else quantum(samples)
 
 
 def smallest_step(samples: Array) -> float:
@@ -65,19 +76,36 @@ def quantum(samples: Array) -> float:
     """Smallest step of a channel (n,) in its unit: the lattice that all its values lie on; 0 where there is none.
 
     Neighbouring values of the sorted samples differ by whole multiples of the resolution; without a lattice (finer
-    digits than the noise, resampled or computed values) their differences are of any size.
+    digits than the noise, resampled or computed values) their differences are of any size. On a fast run each sample
+    is many steps on: there the differences of those differences are the shortest multiples.
     """
     some = samples[:: -(-samples.size // _MOST_SAMPLES) or 1]
     values = np.unique(some[np.isfinite(some)])
     if values.size <= _FEWEST_STEPS:
         return 0.0
     # Equal numbers come out of arithmetic with different last bits.
-    steps = np.diff(values)
-    steps = np.sort(steps[steps > 1e-12 * max(abs(values[0]), abs(values[-1]))])
+    rounding = 1e-12 * max(abs(values[0]), abs(values[-1]))
+    values = values[np.concatenate([[True], np.diff(values) > rounding])]
+    steps = np.sort(np.diff(values))
     if steps.size < _FEWEST_STEPS:
         return 0.0
-    smallest = float(np.median(steps[steps < 1.5 * steps[0]]))
-    return next((step for part in _PARTS if (step := _lattice(steps, smallest / part)) > 0.0), 0.0)
+    further = [values[lag:] - values[:-lag] for lag in _LAGS if values.size > lag]
+    differences = np.sort(np.diff(steps))
+    differences = differences[differences > 4.0 * rounding]
+    for lengths in (steps, differences):
+        if lengths.size:
+            smallest = float(np.median(lengths[lengths < 1.5 * lengths[0]]))
+            for part in _PARTS:
+                step = _lattice(steps, smallest / part)
+                if step > 0.0 and all(_on_lattice(spans, step) for spans in further):
+                    return step
+    return 0.0
+
+
+def _on_lattice(spans: Array, step: float) -> bool:
+    """Whether spans (n,) of values further apart are multiples of a step, too: those of an even motion are not."""
+    near = spans[spans < (_REACH[-1] + 0.5) * step] / step
+    return near.size < _FEWEST_STEPS or float(np.sqrt(np.mean((near - np.rint(near)) ** 2))) < _LATTICE
 
 
 def _lattice(steps: Array, step: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -72,12 +73,21 @@ def test_pieces_are_restarted_and_end_at_the_horizon() -> None:
     assert np.nanmax(np.diff(pieces.end_t)) == pytest.approx(HORIZON / 2)
 
 
-@pytest.mark.parametrize("noise", [NOISE, Noise(encoder=5e-6), Noise(encoder=1e-7, current=1e-2)])
+@pytest.mark.parametrize("noise", [NOISE, Noise(encoder=1e-7, current=1e-2)])
 def test_a_recording_of_the_model_with_noise_lies_at_its_floor(noise: Noise) -> None:
     gap = gap_of(recording(noise=noise, seed=3))
     assert gap.ahead == pytest.approx(gap.ahead_floor, rel=0.25)
     assert gap.force == pytest.approx(gap.force_floor, rel=0.15)
     assert gap.free_run < 3.0 * gap.free_run_floor  # one draw of a random walk: only its order is certain
+
+
+def test_pure_encoder_noise_lies_about_its_floor() -> None:
+    """Now and then noise looks like a bend and a window starts with a speed that is hardly smoothed: such windows make
+    the ahead errors of one recording in four some times larger, so that medians and not RMS values are compared."""
+    gaps = [gap_of(recording(noise=Noise(encoder=5e-6), seed=k), seed=20 + k) for k in range(12)]
+    assert np.median([gap.force / gap.force_floor for gap in gaps]) == pytest.approx(1.0, rel=0.1)
+    for name in ("free_run", "ahead"):
+        assert 0.4 < np.median([getattr(gap, name) / getattr(gap, f"{name}_floor") for gap in gaps]) < 1.3, name
 
 
 def test_the_floor_is_the_spread_of_repeated_noise() -> None:
@@ -88,6 +98,41 @@ def test_the_floor_is_the_spread_of_repeated_noise() -> None:
         spread = np.sqrt(np.mean([getattr(gap, name) ** 2 for gap in measured]))
         floor = np.sqrt(np.mean([getattr(gap, f"{name}_floor") ** 2 for gap in floors]))
         assert floor == pytest.approx(spread, rel=tolerance), name
+
+
+def ratios(runs: list[Recording]) -> dict[str, float]:
+    """Floor over actual error of the true model: RMS of twelve floors over that of all runs' errors, since of a free
+    run's random walk a few say little."""
+    actual = measure_gaps(result(), runs, floors=False)[0]
+    floors = [gap_of(one, seed=40 + k) for k, one in enumerate(runs[:12])]
+
+    def rms(gaps: Sequence[RecordingGap], name: str) -> float:
+        return float(np.sqrt(np.mean([getattr(gap, name) ** 2 for gap in gaps])))
+
+    return {name: rms(floors, f"{name}_floor") / rms(actual, name) for name in ("free_run", "ahead", "force")}
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.33])
+@pytest.mark.parametrize("step", [1e-7, 1e-6, 5e-6, 1e-5])
+def test_the_steps_of_an_encoder_have_their_floor(step: float, noise: float) -> None:
+    """The true model on readings in whole steps, each run elsewhere on the lattice; noise: in steps."""
+    runs = [recording(noise=Noise(noise * step, NOISE.current), seed=k) for k in range(80)]
+    runs = [replace(run, y=np.round(run.y / step + 0.37 * k) * step) for k, run in enumerate(runs)]
+    found = ratios(runs)
+    for name in ("ahead", "force"):
+        assert 0.8 <= found[name] <= 1.3, found
+    assert 0.7 <= found["free_run"] <= 1.3, found  # a start speed misjudged now and then is no draw's usual size
+
+
+def test_noise_that_grows_along_the_recording_has_its_floor() -> None:
+    """Ten times as much in the last third: a level of the whole recording would miss by a factor of five."""
+    runs = []
+    for k in range(40):
+        one = recording(noise=Noise(1e-7, NOISE.current), seed=k)
+        more = np.where(one.t > 2.0, 1e-5, 1e-6) * np.random.default_rng(900 + k).standard_normal(one.t.size)
+        runs.append(replace(one, y=one.y + more))
+    found = ratios(runs)
+    assert 0.8 <= found["ahead"] <= 1.3 and 0.8 <= found["force"] <= 1.3, found
 
 
 def test_the_force_floor_of_encoder_noise_is_that_of_a_linear_filter() -> None:

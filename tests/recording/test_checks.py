@@ -166,6 +166,14 @@ def test_the_step_of_an_encoder_is_found(step: float) -> None:
     assert quantum(y + np.random.default_rng(1).normal(0.0, step, y.size)) == 0.0
 
 
+@pytest.mark.parametrize("step", [1e-6, 5e-6, 1e-5])
+def test_the_travel_per_sample_is_no_step_of_an_encoder(step: float) -> None:
+    """An even, fast motion: some hundred steps per sample, a few more or less."""
+    y = 0.5 * T + 0.01 * np.sin(6.0 * T)
+    assert quantum(np.round(y / step) * step) == pytest.approx(step, rel=1e-6)
+    assert quantum(y) == 0.0
+
+
 def test_slow_motion_hides_between_the_steps_of_the_encoder() -> None:
     step = 1e-4
     y = np.round(0.02 * T / step) * step  # 0.2 steps per sample
