@@ -182,7 +182,7 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
     ]  # fmt: skip
     if not able:
         return []
-    sizes = [-math.log(1.0 - min(s.trial.explained, 0.999)) for s in able]
+    sizes = [-math.log(max(1.0 - s.trial.explained, 1e-9)) for s in able]
     best = [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]]
     return best[:CONTENDERS]
 
@@ -259,9 +259,11 @@ def contested(
             continue
         rows = judge.rows(full.model.effects, {**full.values, **full.structural})
         gain = part.without.level - full.level
+        simpler = find_effect(part.name).includes
         found = [
             s for s in screening.screen(part.without, only=alike)
-            if -math.log(1.0 - min(s.trial.explained, 0.999)) >= ALIKE * gain and s.trial.lead >= LEAST_LEAD
+            if s.name in simpler
+            or (-math.log(max(1.0 - s.trial.explained, 1e-9)) >= ALIKE * gain and s.trial.lead >= LEAST_LEAD)
         ]  # fmt: skip
         left = []
         for item in found:
@@ -271,7 +273,7 @@ def contested(
             if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
                 return instead, {}, True
             if worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain:
-                if item.name in find_effect(part.name).includes:
+                if item.name in simpler:
                     return instead, {}, True
                 if part.name not in find_effect(item.name).includes:
                     left.append((item.name, instead))
