@@ -87,7 +87,7 @@ class Balance:
 
     def __getstate__(self) -> dict[str, Any]:
         # On its way to a worker: it has one thread and a memory of its own.
-        return {**self.__dict__, "memory": {}, "jobs": 1}
+        return {**self.__dict__, "memory": dict(self.memory), "jobs": 1}
 
     def part(self, model: Model) -> Acceleration:
         """The rows under a model."""

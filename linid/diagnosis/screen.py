@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,6 +151,10 @@ class Screening:
         self.outlook = look_out(base.model, fitted, base.values)
         self.whole = look_out(base.model, self.recordings, base.values)
         self._pushes: dict[str, Moments] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        # On its way to a worker, which only fits: what was screened, and who else works, stay here.
+        return {**self.__dict__, "workers": None, "_pushes": {}, "jobs": 1}
 
     def to_fit(self, step: Fitted | None, name: str = "", values: Values | None = None) -> tuple[int, ...]:
         """Places of the recordings to which a model is fitted: the fitted ones, and those held out in which an effect

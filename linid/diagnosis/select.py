@@ -30,13 +30,13 @@ CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of 
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 4.0
 MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments one always explains something
-# A look-alike must explain this share of an effect's gain to be fitted in its place, and keep as much to be as good.
-ALIKE = 0.7
+# A look-alike must keep this share of an effect's gain to be as good, and explain this one by regression to be fitted.
+ALIKE, ALIKE_SCREENED = 0.7, 0.5
 # The tests on held-out rows.
 # An effect must be the surer the less it closes: where it closes nearly all, blocks that differ in size are no doubt.
 CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
 LEAST_GAIN = 0.01
-LEAST_CLOSED = 0.15
+LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
 # Effects of single recordings fit themselves to much: of what they leave they must close more.
 LEAST_CLOSED_ALONE = 0.4
 LEAST_POWER_ALONE = 0.3  # floors in the power of the judged rows: a recording without a gap has nothing unlogged in it
@@ -263,7 +263,7 @@ def contested(
         found = [
             s for s in screening.screen(part.without, only=alike)
             if s.name in simpler
-            or (-math.log(max(1.0 - s.trial.explained, 1e-9)) >= ALIKE * gain and s.trial.lead >= LEAST_LEAD)
+            or (-math.log(max(1.0 - s.trial.explained, 1e-9)) >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD)
         ]  # fmt: skip
         left = []
         for item in found:
@@ -299,4 +299,6 @@ def stands(part: Part) -> bool:
     sure = e.certainty >= least or effect.acts == "one"
     if effect.per_recording:
         return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED_ALONE and e.power >= LEAST_POWER_ALONE
-    return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED
+    # Where the floor is far below what any model reaches, the logarithm is large for ever: then the power speaks.
+    most = e.power_closed >= MOST_OF_POWER and e.certainty >= CERTAINTY
+    return e.gain >= LEAST_GAIN and (most or (sure and e.closed >= LEAST_CLOSED))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.identification.motion import input_jumps, measure_motion
 from linid.physics.model import Model
-from linid.recording.noise import noise_profile
+from linid.recording.noise import noise_profile, quantum
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator
@@ -96,7 +96,10 @@ class Acceleration:
             if self.half_widths:
                 half = self.half_widths[index]
             else:
-                half = _bump_half_width(recording.y, dt, float(np.sqrt(np.mean(noise_profile(recording.y) ** 2))))
+                noise = float(self.motion.position_noise[index])
+                if quantum(recording.y) > noise:  # coarse steps, which are noisier where the axis moves
+                    noise = float(np.sqrt(np.mean(noise_profile(recording.y) ** 2)))
+                half = _bump_half_width(recording.y, dt, noise)
             widths.append(half)
             self.kernels.append(bump(half))
             self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)

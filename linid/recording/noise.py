@@ -12,6 +12,7 @@ _MEDIAN, _GAIN = 0.6745, 70.0  # of a Gaussian's absolute values; of fourth diff
 _COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
 _BURST = 10.0  # deviations, beyond which a fourth difference is a burst of the motion
 _AROUND = 101  # samples over which noise is taken to be the same
+_FAR = 3.0  # times that of a coarse channel is more than how unevenly its steps fall
 _LIKE = 1.5  # times that of the whole channel is no other noise: so few samples tell it to an eighth
 _MOST_SAMPLES = 20_000  # a resolution shows in that many, taken evenly; more cost time and memory
 _LATTICE = 0.2  # RMS distance from a lattice, in quanta: 0.29 is what chance gives, 0.13 printing 314 as 300 or 400
@@ -52,6 +53,7 @@ def noise_profile(samples: Array) -> Array:
     if limit < _COARSE * _resolution(samples):  # a median of few different values says nothing
         squares = np.minimum(differences, _BURST * limit) ** 2
         spread = np.sqrt(np.maximum(uniform_filter1d(squares, _AROUND, mode="nearest"), 0.0))
+        spread[spread < _FAR * limit] = limit
     else:
         spread = median_filter(differences, _AROUND, mode="reflect") / _MEDIAN
     spread = np.pad(spread / np.sqrt(_GAIN), 2, mode="edge")

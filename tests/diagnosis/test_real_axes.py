@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from linid.diagnosis.diagnose import diagnose
 from linid.workflow.inputs import read_inputs
@@ -23,6 +24,7 @@ def test_emps_lacks_a_friction_that_knows_the_direction() -> None:
     assert force_error(found.after, held) <= 0.054
 
 
+@pytest.mark.exhaustive
 def test_mn4004_cogs_at_multiples_of_six_per_revolution() -> None:
     inputs = read_inputs([shared("real", "mn4004", "campaign.yaml")], Settings())
     found = diagnose("mn4004", inputs.recordings, "force", known=inputs.known, jobs=2)
@@ -43,6 +45,7 @@ def test_mn4004_cogs_at_multiples_of_six_per_revolution() -> None:
     assert abs(estimates["mass"] / estimates["force_constant"] / 1.93e-4 - 1.0) < 0.02
 
 
+@pytest.mark.exhaustive
 def test_a_motor_that_cogs_is_told_though_its_loop_cancels_the_cogging() -> None:
     """Current per acceleration and Coulomb friction as a regression on the spin-ups alone gives them."""
     inputs = read_inputs([shared("real", "odrive", "campaign.yaml")], Settings())
@@ -56,6 +59,7 @@ def test_a_motor_that_cogs_is_told_though_its_loop_cancels_the_cogging() -> None
     assert {7.0, 14.0} <= orders
 
 
+@pytest.mark.exhaustive
 def test_a_pendulum_hangs() -> None:
     inputs = read_inputs([shared("real", "pendulum", "campaign.yaml")], Settings())
     found = diagnose("pendulum", inputs.recordings, "force", jobs=2)
@@ -66,6 +70,7 @@ def test_a_pendulum_hangs() -> None:
     assert 0.95 * 3.31 < abs(values["gravity_sine"]) < 1.25 * 3.31
 
 
+@pytest.mark.exhaustive
 def test_two_masses_on_a_shaft_have_their_frequency() -> None:
     inputs = read_inputs([shared("real", "two_mass", "file_a.yaml")], Settings())
     found = diagnose("two_mass", inputs.recordings, "force", jobs=2)
