@@ -80,6 +80,7 @@ class Balance:
     ) -> None:
         self.recordings = tuple(recordings)
         self.memory: Memory = {} if memory is None else memory
+        self.base = base
         self.jobs = jobs
         self.seed = seed
         self._part = Acceleration(base, self.recordings, jobs)

@@ -36,7 +36,7 @@ from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Selection, fit_effects, select
 from linid.diagnosis.shares import Shares, judged_rows, shares_of
 from linid.diagnosis.side_by_side import Workers, side_by_side
-from linid.diagnosis.verdict import advice, decide
+from linid.diagnosis.verdict import SURE, TELLING, advice, decide
 from linid.errors import UsageError
 from linid.identification.estimates import plain_estimates
 from linid.identification.fit import refine
@@ -53,7 +53,6 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 # The models start from where the force balance has brought them.
 _STEPS, _PRECISION = 10, 0.1
-_TELLING, _SURE = 0.05, 0.02  # share from which, and p-value below which, what is left depends on a coordinate
 
 
 @dataclass(frozen=True)
@@ -182,7 +181,7 @@ class _Seen:
         def rms(x: Array) -> float:
             return float(np.sqrt(np.mean(x)))
 
-        telling = [s.label for s in self.later if s.share > _TELLING and s.p_value < _SURE and entries]
+        telling = [s.label for s in self.later if s.share > TELLING and s.p_value < SURE and entries]
         closed, low, high = shares.closed if entries else (0.0, 0.0, 0.0)
         rest = shares.unexplained if entries else (1.0, 1.0, 1.0)
         return Budget(

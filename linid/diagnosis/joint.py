@@ -111,8 +111,7 @@ class Coordinates:
     ) -> None:
         self.limits = dict(limits)
         recordings = balance.recordings
-        self.kind_values = dict(reference)
-        self.recordings = recordings
+        self.reference = dict(reference)
         motion = measure_motion(recordings)
         noise = max(float(np.min(motion.position_noise)), 1e-12)
         travel = travel_between_reversals(recordings)
@@ -122,18 +121,18 @@ class Coordinates:
         self.speed = speed
         low, high = _LEAST_PRESLIDING * noise, _LARGEST_PRESLIDING * travel
         self.presliding = (math.log(low), math.log(max(high, 10.0 * low)))
+        self.outlook = look_out(balance.base, recordings, self.reference)
+        self.force_scale = force_scale(recordings, self.reference)
 
     def of(self, model: Model, held: Mapping[str, float], values: Mapping[str, float]) -> tuple[Coordinate, ...]:
         """The unknowns of a model; held: SI values that are not identified; values: first values."""
-        outlook = look_out(model, self.recordings, self.kind_values)
-        force = force_scale(self.recordings, self.kind_values)
         amplitudes = {name for effect in model.effects for name in find_effect(effect).amplitudes_of(model.kind)}
         out = []
         for parameter in model.parameters:
             if parameter.name in held or parameter.name == "stribeck_exponent":
                 continue
             if parameter.name in amplitudes:
-                low, high = amplitude_range(parameter, outlook, force, self.kind_values["mass"])
+                low, high = amplitude_range(parameter, self.outlook, self.force_scale, self.reference["mass"])
                 out.append(Coordinate(parameter.name, False, low, high, high))
             else:
                 out.append(self._coordinate(parameter, values, held))
@@ -141,7 +140,7 @@ class Coordinates:
 
     def _coordinate(self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]) -> Coordinate:
         name = parameter.name
-        size = abs(self.kind_values.get(name, values.get(name, parameter.default)))
+        size = abs(self.reference.get(name, values.get(name, parameter.default)))
         if name in self.limits:
             return Coordinate(name, False, *self.limits[name], size)
         match name:
@@ -167,7 +166,7 @@ class Coordinates:
             case "shift":
                 if "force_constant" in held:
                     return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
-                top = 1e3 * abs(self.kind_values["force_constant"])
+                top = 1e3 * abs(self.reference["force_constant"])
                 return Coordinate(ACROSS, False, -top, top, 1e-3 * top)
         first = values.get(name, parameter.default)
         if parameter.log:

@@ -80,28 +80,29 @@ class Judge:
         hit = np.array([effect.acts_in(dict(values), r.number) for r in self.balance.recordings])
         return np.asarray(hit[self.balance.rows.recording])
 
-    def compare(self, before: Fitted, after: Fitted, chosen: Chosen) -> Evidence:
-        """The evidence for `after`, which has what `before` lacks."""
-        first, noise, counts = self.fits.block_powers(before.residual, before.floor, chosen)
-        second, floor, _ = self.fits.block_powers(after.residual, after.floor, chosen)
-        known = counts > 0
-        first, second, noise, floor, counts = first[known], second[known], noise[known], floor[known], counts[known]
-        levels = counts * np.log((second + floor) / (2.0 * floor))
-        gains = counts * np.log((first + noise) / (2.0 * noise)) - levels
-        total = float(counts.sum())
-        deviation = math.sqrt(gains.size) * float(np.std(gains))
-        gain = float(gains.sum()) / total
-        left = max(float(levels.sum()) / total, 0.0)
-        power = float((first - second).sum()) / float(floor.sum())
-        excess = max(float(second.sum()) / float(floor.sum()) - 1.0, 0.0)
-        positive, went = max(gain, 0.0), max(power, 0.0)
-        return Evidence(
-            gain=gain,
-            certainty=float(gains.sum()) / max(deviation, 1e-300),
-            closed=positive / (positive + max(left, FLOOR_DOUBT)),
-            power=power,
-            power_closed=went / (went + max(excess, FLOOR_DOUBT)),
-        )
+
+def compare(fits: JointFit, before: Fitted, after: Fitted, chosen: Chosen) -> Evidence:
+    """The evidence for `after`, which has what `before` lacks."""
+    first, noise, counts = fits.block_powers(before.residual, before.floor, chosen)
+    second, floor, _ = fits.block_powers(after.residual, after.floor, chosen)
+    known = counts > 0
+    first, second, noise, floor, counts = first[known], second[known], noise[known], floor[known], counts[known]
+    levels = counts * np.log((second + floor) / (2.0 * floor))
+    gains = counts * np.log((first + noise) / (2.0 * noise)) - levels
+    total = float(counts.sum())
+    deviation = math.sqrt(gains.size) * float(np.std(gains))
+    gain = float(gains.sum()) / total
+    left = max(float(levels.sum()) / total, 0.0)
+    power = float((first - second).sum()) / float(floor.sum())
+    excess = max(float(second.sum()) / float(floor.sum()) - 1.0, 0.0)
+    positive, went = max(gain, 0.0), max(power, 0.0)
+    return Evidence(
+        gain=gain,
+        certainty=float(gains.sum()) / max(deviation, 1e-300),
+        closed=positive / (positive + max(left, FLOOR_DOUBT)),
+        power=power,
+        power_closed=went / (went + max(excess, FLOOR_DOUBT)),
+    )
 
 
 def judge_of(

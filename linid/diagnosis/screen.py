@@ -43,6 +43,11 @@ class Screened:
     name: str
     trial: Trial
 
+    @property
+    def gain(self) -> float:
+        """What the regression promises in log power."""
+        return -math.log(max(1.0 - self.trial.explained, 1e-9))
+
 
 class StepRegression:
     """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.

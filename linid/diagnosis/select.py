@@ -8,15 +8,15 @@ be beyond doubt and a share of what no effect here explains. What fails goes, th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from linid.diagnosis.base import Base
-from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
-from linid.diagnosis.judge import Evidence, Judge
+from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Fitted, JointFit
+from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.side_by_side import side_by_side
 from linid.physics.effects.registry import EFFECTS, find_effect
@@ -93,20 +93,13 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
     return fits.fit(model, values, structural, recordings, QUICK, fits.slopes(step))
 
 
-def without_effect(fits: JointFit, screening: Screening, full: Fitted, name: str, effort: Effort = SETTLING) -> Fitted:
+def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """The model without one of its effects, fitted again to the same recordings."""
-    effects = tuple(e for e in full.model.effects if e != name)
-    return only_effects(fits, full, effects, effort)
-
-
-def only_effects(fits: JointFit, full: Fitted, effects: Iterable[str], effort: Effort = SETTLING) -> Fitted:
-    """The model with some of its effects alone, fitted again to the same recordings."""
-    kept = set(effects)
-    model = Model(full.model.kind, tuple(e for e in full.model.effects if e in kept))
+    model = Model(full.model.kind, tuple(e for e in full.model.effects if e != name))
     own = {p.name for p in model.parameters}
     values = {k: x for k, x in full.values.items() if k in own}
     structural = {k: x for k, x in full.structural.items() if k in own}
-    return fits.fit(model, values, structural, full.recordings, effort, fits.slopes(full))
+    return fits.fit(model, values, structural, full.recordings, SETTLING, fits.slopes(full))
 
 
 def select(base: Base, screening: Screening, watch: Watch) -> Selection:
@@ -182,9 +175,7 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
     ]  # fmt: skip
     if not able:
         return []
-    sizes = [-math.log(max(1.0 - s.trial.explained, 1e-9)) for s in able]
-    best = [s for s, size in zip(able, sizes, strict=True) if size >= CONTENDING * sizes[0]]
-    return best[:CONTENDERS]
+    return [s for s in able if s.gain >= CONTENDING * able[0].gain][:CONTENDERS]
 
 
 def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:
@@ -204,8 +195,7 @@ def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fit
 
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
     """What a model gains over the step before, on the rows that it is fitted to."""
-    judge = Judge(fits.balance, fits, fits.noise, fits.scale, 0)
-    return judge.compare(step, one, fits.rows_of(one.recordings))
+    return compare(fits, step, one, fits.rows_of(one.recordings))
 
 
 def backward(
@@ -216,9 +206,7 @@ def backward(
     dropped: list[Part] = []
     while full.model.effects != base.model.effects:
         full = fits.fit(full.model, full.values, full.structural, screening.to_fit(full), THOROUGH)
-        parts = []
-        for _, part in side_by_side(partial(part_of, judge, screening, full), full.model.effects, screening.jobs):
-            parts.append(part)
+        parts = [part for _, part in side_by_side(partial(part_of, judge, full), full.model.effects, screening.jobs)]
         failing = [p for p in parts if not stands(p)]
         if not failing:
             full, rivals, changed = contested(judge, screening, full, parts)
@@ -232,15 +220,15 @@ def backward(
     return Selection(base, base, (), screened, tuple(dropped), {})
 
 
-def part_of(judge: Judge, screening: Screening, full: Fitted, name: str, jobs: int) -> Part:
+def part_of(judge: Judge, full: Fitted, name: str, jobs: int) -> Part:
     """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
-    without = without_effect(judge.fits, screening, full, name)
+    without = without_effect(judge.fits, full, name)
     values = {**full.values, **full.structural}
     rows = judge.rows(full.model.effects, values)
     if find_effect(name).acts == "one":  # a moment shows in its own recordings or nowhere
         rows = judge.rows_of(name, values)
-    return Part(name, judge.compare(without, full, rows), without)
+    return Part(name, compare(judge.fits, without, full, rows), without)
 
 
 def contested(
@@ -263,13 +251,13 @@ def contested(
         found = [
             s for s in screening.screen(part.without, only=alike)
             if s.name in simpler
-            or (-math.log(max(1.0 - s.trial.explained, 1e-9)) >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD)
+            or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD)
         ]  # fmt: skip
         left = []
         for item in found:
             instead = extended(fits, screening, (part.without, item), 1)
             instead = fits.fit(instead.model, instead.values, instead.structural, instead.recordings, SETTLING)
-            worse = judge.compare(instead, full, rows)
+            worse = compare(fits, instead, full, rows)
             if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
                 return instead, {}, True
             if worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain:

@@ -14,7 +14,7 @@ from linid.recording.checks import joined_findings
 LEAST_EXCESS = 0.3
 # A model that explains less of the motion itself is said to.
 LEAST_MOTION = 0.5
-_TELLING, _SURE = 0.05, 0.02  # share from which, and p-value below which, a coordinate is worth a word
+TELLING, SURE = 0.05, 0.02  # share from which, and p-value below which, a coordinate is worth a word
 
 
 def status_of(budget: Budget) -> Status:
@@ -75,7 +75,7 @@ def _unknown(
     checks: Sequence[RecordingChecks],
 ) -> str:  # fmt: skip
     """What was tried and what it saw, where no effect has evidence."""
-    found = [s.label for s in where if s.share > _TELLING and s.p_value < _SURE][:3]
+    found = [s.label for s in where if s.share > TELLING and s.p_value < SURE][:3]
     depends = f"depends on {_list(found)}" if found else "depends on none of the usual coordinates"
     tried = ""
     if screened:
