@@ -27,7 +27,7 @@ def test_true_parameters_reach_the_noise_floor_in_every_recording(kind: AxisKind
     model = Model(key.motor)
     vector = model.vector(key.base)
     balance = Balance(model, recordings, 2, 1)
-    residual, noise = balance.residual(model, vector), balance.noise(model, vector)
+    residual, noise = balance.residual(model, vector), balance.noise(model, vector).deviation(balance.rows)
     owner = balance.rows.recording
     ratios = np.bincount(owner, residual**2) / np.bincount(owner) / noise**2
     named = {r.name: round(float(ratio), 2) for r, ratio in zip(recordings, ratios, strict=True)}
