@@ -115,10 +115,10 @@ def diagnose(
     watch("where", 1, 1)
     before, after = _models(found, fitted, jobs, workers, seed, judge.balance.memory, watch)
     changes, traces_before, traces_after = _changes(recordings, before, after, jobs, workers, seed, watch)
-    shares = shares_of(judge, found.best, seed)
+    shares = shares_of(judge, found.base, found.best, seed)
     known_mass = "mass" in known or "mass" not in base.held
     scale = "" if known_mass else "kg m^2" if recordings[0].axis == "rotary" else "kg"
-    budget = seen.budget(shares, _entries(found, shares, after, recordings, seed, tuple(effects)))
+    budget = seen.budget(shares, _entries(found, shares, after, recordings, seed))
     checks = checks_of(recordings)
     screened = [(s.name, s.trial.explained) for s in found.screened]
     verdict = decide(budget, seen.where, screened, seen.motion, checks)
@@ -135,7 +135,7 @@ def diagnose(
         assumptions=tuple(assumptions),
         verdict=verdict,
         budget=budget,
-        tried=tuple(one for one in _tried(found) if one.effect not in effects),
+        tried=_tried(found),
         where=seen.where,
         pairs=seen.pairs,
         measures=together(changes, traces_after, seed),
@@ -197,16 +197,13 @@ class _Seen:
 
 
 def _entries(
-    found: Selection, shares: Shares, after: FitResult, recordings: Sequence[Recording], seed: int,
-    base_effects: tuple[str, ...],
-) -> tuple[Entry, ...]:  # fmt: skip
+    found: Selection, shares: Shares, after: FitResult, recordings: Sequence[Recording], seed: int
+) -> tuple[Entry, ...]:
     """The budget's lines, the largest share first."""
     held = [r for r in recordings if r.split == "held_out"]
     best = measured(after, found.best, held, seed, recordings)
     out = []
     for part in found.parts:
-        if part.name in base_effects:
-            continue
         portion = shares.portions[part.name]
         own = {p.name for p in find_effect(part.name).parameters}
         parameters = tuple(e for e in after.estimates if e.name in own)

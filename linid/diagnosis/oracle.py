@@ -36,4 +36,4 @@ def oracle(
     if found is None:
         return None
     parts = tuple(part_of(base.judge, found, name, jobs) for name in found.model.effects)
-    return Oracle(shares_of(base.judge, found, seed), parts)
+    return Oracle(shares_of(base.judge, base.fitted, found, seed), parts)

@@ -201,12 +201,14 @@ def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
 def backward(
     judge: Judge, screening: Screening, base: Fitted, full: Fitted, screened: tuple[Screened, ...]
 ) -> Selection:
-    """The effects that stand the tests with all others there; what fails goes, the weakest first."""
+    """The effects beyond the base's that stand the tests with all others there; what fails goes, the weakest first."""
     fits = judge.fits
     dropped: list[Part] = []
     while full.model.effects != base.model.effects:
         full = fits.fit(full.model, full.values, full.structural, screening.to_fit(full), THOROUGH)
-        parts = [part for _, part in side_by_side(partial(part_of, judge, full), full.model.effects, screening.jobs)]
+        fits.slopes(full)  # once, before the threads that start from them
+        added = [name for name in full.model.effects if name not in base.model.effects]
+        parts = [part for _, part in side_by_side(partial(part_of, judge, full), added, screening.jobs)]
         failing = [p for p in parts if not stands(p)]
         if not failing:
             full, rivals, changed = contested(judge, screening, full, parts)

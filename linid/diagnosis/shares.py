@@ -54,11 +54,12 @@ class Shares:
     portions: dict[str, Portion]
 
 
-def shares_of(judge: Judge, best: Fitted, seed: int) -> Shares:
-    """The budget's shares for the effects of a model, over held-out rows and those of single-recording effects."""
-    effects = best.model.effects
+def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
+    """The budget's shares for the effects that a model has beyond the base's, over held-out rows and those of
+    single-recording effects."""
+    effects = tuple(name for name in best.model.effects if name not in base.model.effects)
     rows = judged_rows(judge, best)
-    game = _Game(judge, best, rows)
+    game = _Game(judge, best, effects, rows)
     values = {frozenset(subset): game.power(subset) for subset in _subsets(effects, seed)}
     nothing, everything = values[frozenset()], values[frozenset(effects)]
     shapley = _shapley(effects, values, seed)
@@ -107,9 +108,10 @@ def judged_rows(judge: Judge, best: Fitted) -> NDArray[np.bool_]:
 class _Game:
     """What any subset of a model's effects leaves: squares in units of the noise per block of the judged rows."""
 
-    def __init__(self, judge: Judge, best: Fitted, rows: NDArray[np.bool_]) -> None:
+    def __init__(self, judge: Judge, best: Fitted, effects: tuple[str, ...], rows: NDArray[np.bool_]) -> None:
         self.judge = judge
         self.best = best
+        self.effects = effects
         balance = judge.balance
         self.inverse = judge.fits.inverse
         owner = balance.rows.block
@@ -130,14 +132,14 @@ class _Game:
     def power(self, subset: Sequence[str]) -> Array:
         """What is left per block with these effects alone, the rest of the model fitted again by least squares."""
         model = self.best.model
-        absent = [name for name in model.effects if name not in subset]
+        absent = [name for name in self.effects if name not in subset]
         vector = self.best.vector.copy()
         gone: set[str] = set()
         for name in absent:
             effect = find_effect(name)
             gone |= {p.name for p in effect.parameters}
             vector[[model.slot(amplitude) for amplitude in effect.amplitudes]] = 0.0
-        kept = Model(model.kind, tuple(name for name in model.effects if name in subset))
+        kept = Model(model.kind, tuple(name for name in model.effects if name not in absent))
         residual = self.judge.balance.residual(kept, vector) if absent else self.best.residual
         residual = residual * self.inverse
         free = [k for k, c in enumerate(self.unknowns) if c.name not in gone]

@@ -152,15 +152,13 @@ def _saturated(c: RecordingChecks) -> Said:
         said.append((
             "saturation", "note",
             f"the input rests at its extreme ({s.level:.3g}) for {100 * s.share:.2g} % of the time: if that is a "
-            "limit and "
-            "not the demand, move more gently",
+            "limit and not the demand, move more gently",
         ))  # fmt: skip
     if s.rate_share > _RAMPED:
         said.append((
             "rate", "note",
             f"the input changes at its highest rate ({s.rate:.3g} per s) for {100 * s.rate_share:.2g} % of the "
-            "time: a limit "
-            "if no ramp was asked for",
+            "time: a limit if no ramp was asked for",
         ))  # fmt: skip
     return said
 
@@ -184,8 +182,7 @@ def _resolved(c: RecordingChecks) -> Said:
         said.append((
             "held", "warning",
             f"{100 * r.held:.0f} % of the samples in clear motion repeat the position before: it is updated more "
-            "slowly than "
-            "it is logged; log at the encoder's rate",
+            "slowly than it is logged; log at the encoder's rate",
         ))  # fmt: skip
     return said
 

@@ -74,3 +74,11 @@ def test_what_is_seen_in_held_out_recordings_alone_is_not_named() -> None:
 def test_without_held_out_recordings_there_is_no_judge() -> None:
     with pytest.raises(UsageError, match="held-out"):
         run(tuple(replace(r, split="fit") for r in recordings()))
+
+
+def test_an_effect_of_the_base_is_never_called_in_question() -> None:
+    """Nothing is hidden, so that the effect would fail every test: it belongs to the base all the same."""
+    found = diagnose("stand", recordings(), "sine", effects=("constant_force",), jobs=2, seed=1)
+    assert found.before.effects == ("constant_force",) and found.after.effects[:1] == ("constant_force",)
+    assert "constant_force" not in {entry.effect for entry in found.diagnosis.budget.entries}
+    assert "constant_force" not in {one.effect for one in found.diagnosis.tried}

@@ -7,11 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.diagnosis.diagnose import diagnose
+from linid.diagnosis.diagnose import Found, diagnose
 from linid.workflow.inputs import read_inputs
 from linid.workflow.settings import Settings
 from tests.identification.test_real_axes import DRIVE_GAIN, emps, force_error
 from tests.shared_data import shared
+
+
+def diagnosed(machine: str, campaign: str) -> Found:
+    """The diagnosis of a machine's campaign file."""
+    inputs = read_inputs([shared("real", machine, campaign)], Settings())
+    return diagnose(machine, inputs.recordings, "force", known=inputs.known, jobs=2)
 
 
 def test_emps_lacks_a_friction_that_knows_the_direction() -> None:
@@ -26,8 +32,7 @@ def test_emps_lacks_a_friction_that_knows_the_direction() -> None:
 
 @pytest.mark.exhaustive
 def test_mn4004_cogs_at_multiples_of_six_per_revolution() -> None:
-    inputs = read_inputs([shared("real", "mn4004", "campaign.yaml")], Settings())
-    found = diagnose("mn4004", inputs.recordings, "force", known=inputs.known, jobs=2)
+    found = diagnosed("mn4004", "campaign.yaml")
     verdict, best = found.diagnosis.verdict, found.diagnosis.budget.entries[0]
     assert verdict.status in ("explained", "partly explained") and verdict.effects[0] == "cogging"
     assert best.share > 0.8
@@ -48,8 +53,7 @@ def test_mn4004_cogs_at_multiples_of_six_per_revolution() -> None:
 @pytest.mark.exhaustive
 def test_a_motor_that_cogs_is_told_though_its_loop_cancels_the_cogging() -> None:
     """Current per acceleration and Coulomb friction as a regression on the spin-ups alone gives them."""
-    inputs = read_inputs([shared("real", "odrive", "campaign.yaml")], Settings())
-    found = diagnose("odrive", inputs.recordings, "force", jobs=2)
+    found = diagnosed("odrive", "campaign.yaml")
     assert found.diagnosis.verdict.effects[0] == "cogging"
     values = {e.name: e.value for e in found.after.estimates}
     gain = values["force_constant"] / values["mass"]
@@ -61,8 +65,7 @@ def test_a_motor_that_cogs_is_told_though_its_loop_cancels_the_cogging() -> None
 
 @pytest.mark.exhaustive
 def test_a_pendulum_hangs() -> None:
-    inputs = read_inputs([shared("real", "pendulum", "campaign.yaml")], Settings())
-    found = diagnose("pendulum", inputs.recordings, "force", jobs=2)
+    found = diagnosed("pendulum", "campaign.yaml")
     assert found.diagnosis.verdict.effects[0] == "gravity"
     values = {e.name: e.value for e in found.after.estimates}
     assert 0.18 < values["mass"] < 0.25
@@ -72,8 +75,7 @@ def test_a_pendulum_hangs() -> None:
 
 @pytest.mark.exhaustive
 def test_two_masses_on_a_shaft_have_their_frequency() -> None:
-    inputs = read_inputs([shared("real", "two_mass", "file_a.yaml")], Settings())
-    found = diagnose("two_mass", inputs.recordings, "force", jobs=2)
+    found = diagnosed("two_mass", "file_a.yaml")
     assert found.diagnosis.verdict.effects[0] == "flexible_load"
     values = {e.name: e.value for e in found.after.estimates}
     anti = values["load_frequency"]
