@@ -77,8 +77,13 @@ def test_without_held_out_recordings_there_is_no_judge() -> None:
 
 
 def test_an_effect_of_the_base_is_never_called_in_question() -> None:
-    """Nothing is hidden, so that the effect would fail every test: it belongs to the base all the same."""
-    found = diagnose("stand", recordings(), "sine", effects=("constant_force",), jobs=2, seed=1)
-    assert found.before.effects == ("constant_force",) and found.after.effects[:1] == ("constant_force",)
-    assert "constant_force" not in {entry.effect for entry in found.diagnosis.budget.entries}
+    """A mass is hidden, a constant force is not: it would fail every test, but it belongs to the base."""
+    wrong = tuple(
+        replace(r, added_mass=r.added_mass - 0.15) if r.name in {"sine_position_1", "moves_3"} else r
+        for r in recordings()
+    )
+    found = diagnose("stand", wrong, "sine", effects=("constant_force",), jobs=2, seed=1)
+    assert found.before.effects == ("constant_force",)
+    assert found.after.effects == ("constant_force", "payload_change")
+    assert [entry.effect for entry in found.diagnosis.budget.entries] == ["payload_change"]
     assert "constant_force" not in {one.effect for one in found.diagnosis.tried}
