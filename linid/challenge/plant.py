@@ -213,6 +213,17 @@ def field_tables(description: HiddenAxis, effects: Sequence[HiddenEffect]) -> Ar
     return table
 
 
+def turned_field(table: Array, turn: Array) -> dict[str, Array]:
+    """A field without hidden effects, (m, 2, 3), whose phases are turned by electrical angles (3,) rad, under the names
+    that a plant gives it."""
+    angles = (2 * np.arange(len(table)) + 1)[:, None] * turn
+    sine, cosine = table[:, 0], table[:, 1]
+    turned = np.stack(
+        [sine * np.cos(angles) - cosine * np.sin(angles), sine * np.sin(angles) + cosine * np.cos(angles)], axis=1
+    )
+    return {"field": _contracted(turned), "base_field": _contracted(turned), "base_phases": turned}
+
+
 def _contracted(table: Array) -> Array:
     """Per harmonic the factors of (sin a, sin b, cos a, cos b), a and b the stationary current components."""
     turned = 2 * math.pi / 3 * np.array([-1.0, 0.0, 1.0])

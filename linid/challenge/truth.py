@@ -8,9 +8,11 @@ bump; what the encoder reads too much counts by the bump's second derivative). I
 
 a(S): acceleration of a plant with the effects S alone that is led along that motion, its bristles, windings, loads and
 delays included. r_e is the Shapley value of e as long as effects act on each other in pairs only; what threefold
-interplay and rounding leave is dealt out evenly. What the base can absorb does not count: its linear parameters
-(thrust, bristle force, viscous friction, mass) are fitted to r on the fitted recordings, and r~ = r - (that fit) is
-judged on the held-out ones, each in units of its sensors' noise. With <., .> the mean over held-out rows
+interplay and rounding leave is dealt out evenly. What the base can absorb does not count: its parameters (thrust,
+bristle force, viscous friction, mass; stiffness and damping of the bristles, static force, Stribeck velocity; phase,
+wavenumber and winding displacement of the field) are fitted to r on the fitted recordings, to first order about the
+true ones, and r~ = r - (that fit) is judged on the held-out ones, each in units of its sensors' noise. With <., .> the
+mean over held-out rows
 
     share of e = <r~_e, r~> / <r~, r~>
 
@@ -20,8 +22,8 @@ its covariance with the sum. Shares sum to 1; one is negative where an effect hi
 on plant and motion only, not on anybody's functional forms, and are what a joint fit of base and effects converges to.
 
 Rows that touch a step of the command are left out, as no balance can resolve them. Of a plant with another friction law
-than LuGre's, what LuGre's misses counts as unexplained, as do effects outside the library; stiffness, damping and
-static force of LuGre's are then fitted too, to first order: an upper bound, since a search may find better ones.
+than LuGre's, what LuGre's misses counts as unexplained, as do effects outside the library: an upper bound, since a
+search may find parameters of LuGre's that are better than those to first order.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ from numpy.typing import NDArray
 from linid.challenge import kernel
 from linid.challenge.catalogue import LISTED, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
-from linid.challenge.plant import acts, build_plant, field_tables, integrated, reading_errors
+from linid.challenge.plant import acts, build_plant, field_tables, integrated, reading_errors, turned_field
 from linid.challenge.strength import bump, half_width
 from linid.stand.mode_descriptions import Mode
 from linid.stand.modes import Command, command
@@ -45,6 +47,8 @@ from linid.stand.modes import Command, command
 Array = NDArray[np.float64]
 SUBSTEPS = 2  # integration steps per loop period; the motion need not be the recorded one to the last bit
 _STEP = 0.02  # of the current limit: a larger change of the command from one loop to the next is a step
+_TOLD = 1e-6  # of the strongest combination of the base's columns: weaker ones are noise of the integration
+_TURN = 1e-3  # rad, by which the field is turned for a difference
 _LEAST_FLOOR = 0.3  # of the median: no recording counts more than that however quiet it is
 
 
@@ -60,7 +64,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Rows:
-    """One recording's rows: causes (effects and law, n) and columns of the base (4 or 7, n); scale: noise, m/s^2."""
+    """One recording's rows: causes (effects and law, n) and columns of the base (k, n); scale: noise, m/s^2."""
 
     causes: Array
     base: Array
@@ -81,7 +85,8 @@ def true_shares(description: HiddenAxis, effects: Sequence[HiddenEffect], *, fir
     scaled = [(part, 1 / max(part.scale, least)) for part in parts]
     fit = [(part.base * w, part.causes * w) for part, w in scaled if not part.held_out]
     base, causes = (np.hstack(group) for group in zip(*fit, strict=True))
-    taken = np.linalg.lstsq(base @ base.T, base @ causes.T, rcond=1e-10)[0]
+    norms = np.linalg.norm(base, axis=1) + 1e-300
+    taken = np.linalg.lstsq((base / norms[:, None]).T, causes.T, rcond=_TOLD)[0] / norms[:, None]
     left = np.hstack([(part.causes - taken.T @ part.base) * w for part, w in scaled if part.held_out])
     whole = left.sum(axis=0)
     gap = float(np.mean(whole**2))
@@ -97,8 +102,8 @@ def contributions(
     """What each effect, and last the friction law, causes at the logged instants of one recording.
 
     Returns accelerations (effects + 1, n) in m/s^2, reading errors (effects + 1, n) in m, and the base's columns
-    (4, n): thrust, bristle force, viscous friction and inertia per mass; of another law than LuGre's (7, n), with what
-    other bristle stiffness, bristle damping and static force change.
+    (11, n): thrust, bristle force, viscous friction and inertia per mass, and what other bristle stiffness, bristle
+    damping, static force, Stribeck velocity, field phase, wavenumber and winding displacement change.
     """
     powered = told.control != 0
     whole = build_plant(description, mode, effects, index=index, powered=powered)
@@ -132,16 +137,18 @@ def contributions(
         caused[k] = 0.5 * (alone + last)
     if acting:
         caused[[effect in acting for effect in effects] + [False]] += (true - caused.sum(axis=0)) / len(acting)
-    base, bends = none, []
+    base = none
     if whole.law != kernel.LUGRE:
         base = led((), law=kernel.LUGRE)
         caused[-1] = none[kernel.ACCELERATION] - base[kernel.ACCELERATION]
-        damping = whole.sigma_1 + 0.2 * math.sqrt(whole.sigma_0 * whole.base_mass)
-        for name, value in (
-            ("sigma_0", 0.8 * whole.sigma_0), ("sigma_1", damping), ("static", whole.static + 0.1 * whole.coulomb)
-        ):  # fmt: skip
-            bent = led((), law=kernel.LUGRE, **{name: value})
-            bends.append(bent[kernel.ACCELERATION] - base[kernel.ACCELERATION])
+    damping = whole.sigma_1 + 0.2 * math.sqrt(whole.sigma_0 * whole.base_mass)
+    changes: list[dict[str, Any]] = [
+        {"sigma_0": 0.8 * whole.sigma_0}, {"sigma_1": damping}, {"static": whole.static + 0.1 * whole.coulomb},
+        {"stribeck": 0.8 * whole.stribeck},
+    ]  # fmt: skip
+    changes += [turned_field(whole.base_phases, turn) for turn in _TURN * np.array([[1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])]
+    bends = [led((), law=kernel.LUGRE, **change)[kernel.ACCELERATION] - base[kernel.ACCELERATION] for change in changes]
+    bends.append(bends[4] * columns[kernel.Y])
     errors = np.zeros_like(caused)
     t = np.arange(true.size) * description.measurement.sample_period_s
     for name, error in reading_errors(whole, effects, t, columns).items():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import MutableMapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -20,9 +21,11 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Memory = MutableMapping[str, Any]
 
-BLOCK = 0.25  # s; rows of one block have one weight in a fit, one word in a judgement, and are resampled together
+BIN = 0.05  # s; rows of one bin have one weight in a fit: a reversal that no model follows spoils its own bin only
+BLOCK = 0.25  # s; rows of one block have one word in a judgement and are resampled together
 _DRAWS = 4
-_BURST = 6.0  # deviations
+_BURST = 1e9  # deviations
+_STILL = 1e-3  # of the largest change of a residual by noise: what changes less rests within an encoder's step
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
 
 
@@ -30,13 +33,14 @@ _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that ho
 class Rows:
     """Rows of the weak-form force balance of R recordings; no row touches a jump of an input.
 
-    recording: (n,) 0 to R - 1; block: (n,) number of the stretch of `BLOCK` seconds; t, y, v, a: (n,) measured motion
-    in SI; current: (n,) signed thrust-producing current or input (A or V), 0 without; standstill: (n,) true where the
-    axis rests.
+    recording: (n,) 0 to R - 1; block, bin: (n,) number of the stretch of `BLOCK` and of `BIN` seconds; t, y, v, a: (n,)
+    measured motion in SI; current: (n,) signed thrust-producing current or input (A or V), 0 without; standstill: (n,)
+    true where the axis rests.
     """
 
     recording: Integers
     block: Integers
+    bin: Integers
     t: Array
     y: Array
     v: Array
@@ -47,7 +51,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Noise:
-    """Mean squares (B,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per block.
+    """Mean squares (B,) in (m/s^2)^2 that the noise of encoder and of inputs give the residual per bin.
 
     gain: acceleration per input at which that of the inputs was found; it grows with the square of it. A fit that did
     not count that would do best with inputs that push nowhere (errors in variables: Fuller 1987, Measurement Error
@@ -64,7 +68,7 @@ class Noise:
 
     def deviation(self, rows: Rows) -> Array:
         """Standard deviations (R,) in m/s^2 per recording under the model at which they were found."""
-        power = (self.encoder + self.inputs)[rows.block]
+        power = (self.encoder + self.inputs)[rows.bin]
         counts = np.maximum(np.bincount(rows.recording), 1)
         return np.asarray(np.sqrt(np.bincount(rows.recording, power) / counts))
 
@@ -106,25 +110,27 @@ class Balance:
     def noise(self, model: Model, vector: Array) -> Noise:
         """What encoder and input noise alone give the residual under a model.
 
-        The smoothed motion measured anew: what the residual then differs from that of the smoothed motion itself.
+        The smoothed motion measured anew, several times: how the residuals scatter about their mean. (Not about those
+        of the smoothed motion itself: without noise nobody can tell where it rests.)
         """
         generator = np.random.default_rng(self.seed)
         offsets = self._part.simulator.inputs.sample_offsets
         smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
-        still = [replace(r, y=y) for r, y in zip(self.recordings, smooth, strict=True)]
-        plain = self._remeasured(model, vector, still)
+        anew = [
+            [retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)
+        ]
+        fed = [[with_input_noise(r, generator) for r in anew[0]] for _ in range(_DRAWS)]
+        by_encoder = np.array([self._remeasured(model, vector, drawn) for drawn in anew])
+        by_inputs = np.array([self._remeasured(model, vector, drawn) for drawn in fed])
         rows = self.rows
-        found: list[list[Array]] = [[], []]
-        for _ in range(_DRAWS):
-            encoder = [retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)]
-            inputs = [with_input_noise(r, generator) for r in still]
-            for squares, anew in zip(found, (encoder, inputs), strict=True):
-                change = self._remeasured(model, vector, anew) - plain
-                # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
-                limit = _BURST * _spread_of(change, rows.recording)[rows.recording]
-                squares.append(np.clip(change, -limit, limit) ** 2)
-        encoder_part, input_part = (_per_block(np.array(squares), rows) for squares in found)
-        return Noise(encoder_part, input_part, gain_of(model, vector))
+        encoder = (by_encoder - by_encoder.mean(axis=0)) * math.sqrt(_DRAWS / (_DRAWS - 1.0))
+        inputs = by_inputs - by_encoder[0]
+        found = []
+        for changes in (encoder, inputs):
+            # A stop that moves by a sample leaves a burst, which is not the noise's usual size.
+            limits = np.array([_BURST * _spread_of(change, rows.recording)[rows.recording] for change in changes])
+            found.append(_per_bin(np.clip(changes, -limits, limits) ** 2, rows))
+        return Noise(found[0], found[1], gain_of(model, vector))
 
     def _remeasured(self, model: Model, vector: Array, recordings: Sequence[Recording]) -> Array:
         """The residual (n,) at these rows of other measurements of the same motions."""
@@ -156,20 +162,24 @@ def scale_of(noise: Array) -> Array:
 
 
 def _spread_of(x: Array, owner: Integers) -> Array:
-    """Robust standard deviation (R,) of x (n,) per recording."""
-    out = [float(np.median(np.abs(x[owner == k]))) / 0.6745 + 1e-300 for k in range(int(owner.max(initial=-1)) + 1)]
+    """Robust standard deviation (R,) of x (n,) per recording, of where it is not still: a coarse encoder rests."""
+    out = []
+    for k in range(int(owner.max(initial=-1)) + 1):
+        mine = np.abs(x[owner == k])
+        moved = mine[mine > _STILL * np.max(mine, initial=0.0)]
+        out.append(float(np.median(moved)) / 0.6745 if moved.size else 0.0)
     return np.array(out)
 
 
-def _per_block(squares: Array, rows: Rows) -> Array:
-    """Mean squares (B,) per block of draws (D, n), drawn to the mean of their recording by as much as they scatter by
+def _per_bin(squares: Array, rows: Rows) -> Array:
+    """Mean squares (B,) per bin of draws (D, n), drawn to the mean of their recording by as much as they scatter by
     chance (empirical Bayes: Efron and Morris 1973, J. Am. Stat. Assoc. 68, 117)."""
-    counts = np.maximum(np.bincount(rows.block), 1)
-    draws = np.array([np.bincount(rows.block, one) / counts for one in squares])
+    counts = np.maximum(np.bincount(rows.bin), 1)
+    draws = np.array([np.bincount(rows.bin, one) / counts for one in squares])
     means = draws.mean(axis=0)
     chance = draws.var(axis=0, ddof=1) / draws.shape[0]
     owner = np.zeros(counts.size, dtype=np.int64)
-    owner[rows.block] = rows.recording
+    owner[rows.bin] = rows.recording
     out = np.empty(counts.size)
     for index in np.unique(owner):
         mine = owner == index
@@ -196,19 +206,20 @@ def _rows(part: Acceleration, recordings: tuple[Recording, ...]) -> Rows:
     owner = part.classes
     sample = part.rows - offsets[owner]
     t, current = np.empty(part.rows.size), np.empty(part.rows.size)
-    block = np.empty(part.rows.size, dtype=np.int64)
-    first = 0
+    parts = np.empty((2, part.rows.size), dtype=np.int64)
+    first = np.zeros(2, dtype=np.int64)
     for index, recording in enumerate(recordings):
         mine = owner == index
         t[mine] = recording.t[sample[mine]]
         current[mine] = thrust_current(recording)[sample[mine]]
-        bins = ((t[mine] - recording.t[0]) // BLOCK).astype(np.int64)
-        # Without the empty ones, which jumps of an input leave.
-        bins = np.unique(bins, return_inverse=True)[1]
-        block[mine] = bins + first
-        first += int(bins.max(initial=-1)) + 1
+        for place, length in enumerate((BLOCK, BIN)):
+            number = ((t[mine] - recording.t[0]) // length).astype(np.int64)
+            # Without the empty ones, which jumps of an input leave.
+            number = np.unique(number, return_inverse=True)[1]
+            parts[place, mine] = number + first[place]
+            first[place] += int(number.max(initial=-1)) + 1
     motion = part.motion
     flat = part.rows
     return Rows(
-        owner, block, t, motion.y[flat], motion.v[flat], part.target, current, motion.standstill[flat],
+        owner, parts[0], parts[1], t, motion.y[flat], motion.v[flat], part.target, current, motion.standstill[flat],
     )  # fmt: skip

@@ -176,7 +176,7 @@ class _Seen:
         judge, found = self.judge, self.found
         rows = judged_rows(judge, found.best)
         force = self.masses[judge.balance.rows.recording[rows]]
-        noise = (judge.noise.encoder + judge.noise.inputs)[judge.balance.rows.block[rows]]
+        noise = (judge.noise.encoder + judge.noise.inputs)[judge.balance.rows.bin[rows]]
 
         def rms(x: Array) -> float:
             return float(np.sqrt(np.mean(x)))
@@ -193,6 +193,8 @@ class _Seen:
             closed=closed, closed_low=low, closed_high=high,
             unexplained=rest[0], unexplained_low=rest[1], unexplained_high=rest[2],
             entries=entries, ceiling=self.ceiling, depends_on=tuple(telling[:3]),
+            level_before=judge.fits.level(found.base.residual, found.base.floor, rows),
+            level_after=judge.fits.level(found.best.residual, found.best.floor, rows),
         )  # fmt: skip
 
 

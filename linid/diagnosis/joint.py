@@ -1,7 +1,7 @@
 """The joint fit: base model and effects identified together by the force balance, under one criterion.
 
-The criterion is the log power per block of `BLOCK` seconds, L = sum over blocks of n log((sum p + sum f)/(2 sum f)),
-with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A block that no model here
+The criterion is the log power per bin of `BIN` seconds, L = sum over bins of n log((sum p + sum f)/(2 sum f)),
+with p the squared residual and f the noise in it: what a fit lessens, a judgement weighs. A bin that no model here
 can follow has its say once, however large its residual is; one at the floor asks for nothing.
 """
 
@@ -38,8 +38,8 @@ _LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 # Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
 _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
 _LEAST_NOISE = 1e-4  # of the scale's square: recordings without noise count no more than that
-_LEAST_LEFT = 0.1  # of a block's squares, whatever noise is taken off
-_PRIOR = 1e-6  # of a block's weight: holds what no row tells where it is
+_LEAST_LEFT = 0.1  # of a bin's squares, whatever noise is taken off
+_PRIOR = 1e-6  # of a bin's weight: holds what no row tells where it is
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Effort:
     renewals: int
 
 
-THOROUGH = Effort(40, 1e-5, 6)
-SETTLING = Effort(12, 1e-4, 1)
-QUICK = Effort(8, 3e-4, 0)
+THOROUGH = Effort(60, 1e-5, 10)
+SETTLING = Effort(20, 1e-4, 3)
+QUICK = Effort(10, 3e-4, 1)
 
 
 @dataclass(frozen=True)
@@ -87,13 +87,15 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One unknown. log: its logarithm is searched; lower, upper: bounds of what is searched; scale: its size."""
+    """One unknown. log: its logarithm is searched; lower, upper: bounds of what is searched; scale: its size; force:
+    the residual is linear in it, but where the axis rests."""
 
     name: str
     log: bool
     lower: float
     upper: float
     scale: float
+    force: bool = False
 
 
 class Coordinates:
@@ -133,7 +135,7 @@ class Coordinates:
                 continue
             if parameter.name in amplitudes:
                 low, high = amplitude_range(parameter, self.outlook, self.force_scale, self.reference["mass"])
-                out.append(Coordinate(parameter.name, False, low, high, high))
+                out.append(Coordinate(parameter.name, False, low, high, high, True))
             else:
                 out.append(self._coordinate(parameter, values, held))
         return tuple(out)
@@ -145,7 +147,7 @@ class Coordinates:
             return Coordinate(name, False, *self.limits[name], size)
         match name:
             case "coulomb_force":
-                return Coordinate(name, False, 1e-4 * self.force, 1e3 * self.force, self.force)
+                return Coordinate(name, False, 1e-4 * self.force, 1e3 * self.force, self.force, True)
             case "static_force":
                 return Coordinate(name, True, 0.0, math.log(8.0), 1.0)
             case "stribeck_velocity":
@@ -156,9 +158,9 @@ class Coordinates:
                 return Coordinate(name, True, math.log(3e-3), math.log(30.0), 1.0)
             case "viscous_friction":
                 top = self.force / self.speed
-                return Coordinate(name, False, 1e-5 * top, 1e2 * top, top)
+                return Coordinate(name, False, 1e-5 * top, 1e2 * top, top, True)
             case "force_constant":
-                return Coordinate(name, False, 1e-3 * size, 1e3 * size, size)
+                return Coordinate(name, False, 1e-3 * size, 1e3 * size, size, True)
             case "mass":
                 return Coordinate(name, True, math.log(size / 8.0), math.log(8.0 * size), 1.0)
             case "guideway_density":
@@ -167,7 +169,7 @@ class Coordinates:
                 if "force_constant" in held:
                     return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
                 top = 1e3 * abs(self.reference["force_constant"])
-                return Coordinate(ACROSS, False, -top, top, 1e-3 * top)
+                return Coordinate(ACROSS, False, -top, top, 1e-3 * top, True)
         first = values.get(name, parameter.default)
         if parameter.log:
             low, high = math.log(parameter.lower), math.log(parameter.upper)
@@ -250,9 +252,9 @@ class JointFit:
         self.coordinates = Coordinates(balance, reference, limits)
         rows = balance.rows
         self.inverse = 1.0 / scale[rows.recording]
-        self.blocks = int(rows.block.max(initial=-1)) + 1
-        self.squared = np.zeros(self.blocks)
-        self.squared[rows.block] = self.inverse**2
+        self.bins = int(rows.bin.max(initial=-1)) + 1
+        self.squared = np.zeros(self.bins)
+        self.squared[rows.bin] = self.inverse**2
         self.reference = np.maximum(noise.power(noise.gain) * self.squared, _LEAST_NOISE)
         self._slopes: dict[str, Columns] = {}
 
@@ -263,32 +265,32 @@ class JointFit:
         return np.asarray(chosen[self.balance.rows.recording])
 
     def floor_of(self, model: Model, vector: Array) -> Array:
-        """Mean squares (B,) in the fit's scale that the noise gives the residuals of each block under a model."""
+        """Mean squares (B,) in the fit's scale that the noise gives the residuals of each bin under a model."""
         return np.asarray(np.maximum(self.noise.power(gain_of(model, vector)) * self.squared, _LEAST_NOISE))
 
-    def block_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
-        """Per block: sum of the squared residuals, of the base's floor, and the number of rows, over the chosen rows.
+    def bin_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
+        """Per bin: sum of the squared residuals, of the base's floor, and the number of rows, over the chosen rows.
 
         floor: (B,) under the residual's own model; what it has more noise than the base is taken off the squares
         (corrected least squares: Fuller 1987), or a fit would do best with inputs that push less than they do.
         """
-        block = self.balance.rows.block[rows]
-        power = np.bincount(block, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.blocks)
-        counts = np.bincount(block, minlength=self.blocks).astype(np.float64)
+        place = self.balance.rows.bin[rows]
+        power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
+        counts = np.bincount(place, minlength=self.bins).astype(np.float64)
         corrected = np.maximum(power - counts * (floor - self.reference), _LEAST_LEFT * power)
         return corrected, self.reference * counts, counts
 
     def level(self, residual: Array, floor: Array, rows: Chosen) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
-        power, noise, counts = self.block_powers(residual, floor, rows)
+        power, noise, counts = self.bin_powers(residual, floor, rows)
         known = counts > 0
         return float(counts[known] @ np.log((power + noise)[known] / (2.0 * noise[known]))) / float(counts.sum())
 
     def weights(self, residual: Array, floor: Array, rows: Chosen) -> Array:
         """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows."""
-        power, noise, counts = self.block_powers(residual, floor, rows)
-        per_block = np.sqrt(counts / np.maximum(power + noise, 1e-300))
-        return np.asarray(np.where(rows, per_block[self.balance.rows.block] * self.inverse, 0.0))
+        power, noise, counts = self.bin_powers(residual, floor, rows)
+        per_bin = np.sqrt(counts / np.maximum(power + noise, 1e-300))
+        return np.asarray(np.where(rows, per_bin[self.balance.rows.bin] * self.inverse, 0.0))
 
     def _pull(
         self, coordinates: Sequence[Coordinate], residual: Array, vector: Array, model: Model, rows: Chosen
@@ -298,7 +300,7 @@ class JointFit:
         if self.noise.gain == 0.0:
             return out
         gain = gain_of(model, vector)
-        power, noise, counts = self.block_powers(residual, self.floor_of(model, vector), rows)
+        power, noise, counts = self.bin_powers(residual, self.floor_of(model, vector), rows)
         inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
         known = counts > 0
         # d/d log gain of n log(p + f), halved
@@ -401,7 +403,10 @@ class JointFit:
             if c.name in known:
                 slopes[k] = known[c.name]
         slopes[missing] = self._differences(model, coordinates, held, x, phase, residual, missing)
-        renewals, fresh = 0, not known
+        shapes = [k for k, c in enumerate(coordinates) if not c.force]
+        # Slopes by forces hardly change on the way: those by all else are computed anew first.
+        stale = [shapes, list(range(x.size))] if known else []
+        renewals = 0
         vector = vectors_of(coordinates, model, held, x, phase)[0]
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, rows)
@@ -416,10 +421,11 @@ class JointFit:
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
             move, promised = _step(columns, aim, pull, damping, room)
             if promised <= effort.precision * count:
-                if fresh or renewals >= effort.renewals:
+                if not stale or renewals >= effort.renewals:
                     break
-                slopes = self._differences(model, coordinates, held, x, phase, residual, range(x.size))
-                renewals, fresh = renewals + 1, True
+                wanted = stale.pop(0)
+                slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
+                renewals += 1
                 continue
             trial = np.clip(x + move, lower, upper)
             later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
@@ -438,10 +444,11 @@ class JointFit:
                 norms = np.linalg.norm(columns, axis=0)
                 if size > 0.0:
                     slopes += np.outer(scaled * norms / size, missed)
-                fresh = False
-            elif not fresh and renewals < effort.renewals:
-                slopes = self._differences(model, coordinates, held, x, phase, residual, range(x.size))
-                renewals, fresh = renewals + 1, True
+                stale = [shapes, list(range(x.size))]
+            elif stale and renewals < effort.renewals:
+                wanted = stale.pop(0)
+                slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
+                renewals += 1
             else:
                 damping *= 10.0
                 if damping > _LARGEST_DAMPING:

@@ -58,7 +58,7 @@ class Judge:
     def floor(self, chosen: Chosen) -> float:
         """What the noise gives in the mean of `power` over the chosen rows."""
         rows = self.balance.rows
-        noise = (self.noise.encoder + self.noise.inputs)[rows.block[chosen]]
+        noise = (self.noise.encoder + self.noise.inputs)[rows.bin[chosen]]
         return float(np.mean(noise / self.scale[rows.recording[chosen]] ** 2))
 
     def excess(self, residual: Array, chosen: Chosen | None = None) -> float:
@@ -83,14 +83,18 @@ class Judge:
 
 def compare(fits: JointFit, before: Fitted, after: Fitted, chosen: Chosen) -> Evidence:
     """The evidence for `after`, which has what `before` lacks."""
-    first, noise, counts = fits.block_powers(before.residual, before.floor, chosen)
-    second, floor, _ = fits.block_powers(after.residual, after.floor, chosen)
+    first, noise, counts = fits.bin_powers(before.residual, before.floor, chosen)
+    second, floor, _ = fits.bin_powers(after.residual, after.floor, chosen)
     known = counts > 0
     first, second, noise, floor, counts = first[known], second[known], noise[known], floor[known], counts[known]
     levels = counts * np.log((second + floor) / (2.0 * floor))
     gains = counts * np.log((first + noise) / (2.0 * noise)) - levels
     total = float(counts.sum())
-    deviation = math.sqrt(gains.size) * float(np.std(gains))
+    rows = fits.balance.rows
+    block_of = np.zeros(known.size, dtype=np.int64)
+    block_of[rows.bin] = rows.block
+    by_block = np.bincount(np.unique(block_of[known], return_inverse=True)[1], gains)
+    deviation = math.sqrt(by_block.size) * float(np.std(by_block))
     gain = float(gains.sum()) / total
     left = max(float(levels.sum()) / total, 0.0)
     power = float((first - second).sum()) / float(floor.sum())

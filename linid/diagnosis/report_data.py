@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -114,7 +115,8 @@ class Budget:
     The gap is the mean square of the force that the base model misses along the measured motion, above its floor, over
     the held-out rows and the recordings that single-recording effects act in; all shares are shares of it. before,
     after, floor: RMS in N (rotary: N m) over these rows; excess_before, excess_after: the gap and what is left of it in
-    mean squares of the noise; closed: share that the entries close together, unexplained: the rest, each with a 95 %
+    mean squares of the noise; level_before, level_after: the same as mean logarithm over pieces of time, which a few
+    stops do not decide; closed: share that the entries close together, unexplained: the rest, each with a 95 %
     interval; ceiling: share of the rest that smooth functions of pairs of coordinates reach; depends_on: coordinates,
     the strongest first, that the rest depends on.
     """
@@ -133,6 +135,8 @@ class Budget:
     entries: tuple[Entry, ...]
     ceiling: float
     depends_on: tuple[str, ...]
+    level_before: float = math.inf
+    level_after: float = math.inf
 
 
 @dataclass(frozen=True)

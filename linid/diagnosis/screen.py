@@ -63,7 +63,7 @@ class StepRegression:
         self.values = step.values
         self.effects = effects
         self.weights = fits.weights(step.residual, step.floor, rows)[rows]
-        self.block = fits.balance.rows.block[rows]
+        self.bin = fits.balance.rows.bin[rows]
         self.part = copy(fits.balance.part(step.model))
         self.part.rows, self.part.classes = self.part.rows[rows], self.part.classes[rows]
         self.part.target = self.part.signal = self.part.target[rows]
@@ -78,7 +78,7 @@ class StepRegression:
         self._span = left[:, sizes > 1e-9 * sizes[0]]
         residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
         self._rest = residual - self._span @ (self._span.T @ residual)
-        power, floor, counts = fits.block_powers(step.residual, step.floor, rows)
+        power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
         self._counts = counts
         self._floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
         self._before = self._level(self._rest)
@@ -118,17 +118,17 @@ class StepRegression:
 
     def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
         """What the criterion loses (k,) when each part (m, k) is taken from the weighted residual of rows (m,)."""
-        places, block = np.unique(self.block[rows], return_inverse=True)
+        places, bins = np.unique(self.bin[rows], return_inverse=True)
         counts, floor = self._counts[places], self._floor[places]
         sums = np.zeros((places.size, parts.shape[1]))
-        np.add.at(sums, block, (self._rest[rows, None] - parts) ** 2)
-        before = np.bincount(block, self._rest[rows] ** 2)
+        np.add.at(sums, bins, (self._rest[rows, None] - parts) ** 2)
+        before = np.bincount(bins, self._rest[rows] ** 2)
         levels = np.log(before / counts + floor)[:, None] - np.log(sums / counts[:, None] + floor[:, None])
         return np.asarray(counts @ levels)
 
     def _level(self, rest: Array) -> float:
-        """Mean log of what is left, per block, beside the floor."""
-        power = np.bincount(self.block, rest[: self.block.size] ** 2, minlength=self._counts.size)
+        """Mean log of what is left, per bin, beside the floor."""
+        power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self._counts.size)
         known = self._counts > 0
         ratio = power[known] / self._counts[known] + self._floor[known]
         return float(self._counts[known] @ np.log(ratio)) / float(self._counts.sum())

@@ -13,25 +13,28 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linid.diagnosis.base import Base
-from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Fitted, JointFit
+from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.side_by_side import side_by_side
-from linid.physics.effects.registry import EFFECTS, find_effect
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
 PROPOSED_CERTAINTY, PROPOSED_GAIN, CLEAR_GAIN = 2.5, 0.004, 0.1
 _SHARED = 4.0  # rows that say about as much as one
 LARGEST = 10  # effects in one model
-CONTENDERS, CONTENDING = 3, 0.5  # candidates fitted per step, and the share of the best's screening that they need
+REVIVALS = 2  # times that all effects are tried again, once what hid them is gone
+# Candidates fitted per step, and the share of the best's screening that they need, at first and at the end.
+CONTENDERS, CONTENDING, CONTENDING_LATE = 3, 0.5, 0.3
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 4.0
 MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments one always explains something
 # A look-alike must keep this share of an effect's gain to be as good, and explain this one by regression to be fitted.
-ALIKE, ALIKE_SCREENED = 0.7, 0.5
+ALIKE, ALIKE_SCREENED = 0.7, 0.3
 # The tests on held-out rows.
 # An effect must be the surer the less it closes: where it closes nearly all, blocks that differ in size are no doubt.
 CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
@@ -93,6 +96,11 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
     return fits.fit(model, values, structural, recordings, QUICK, fits.slopes(step))
 
 
+def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
+    """The fit of a model taken further, from where it is."""
+    return fits.fit(one.model, one.values, one.structural, recordings, effort, fits.slopes(one))
+
+
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """The model without one of its effects, fitted again to the same recordings."""
     model = Model(full.model.kind, tuple(e for e in full.model.effects if e != name))
@@ -139,10 +147,24 @@ def proposed(
 
     screened: steps to start from, each with what was found there.
     """
-    items = [(step, one) for step, found in screened for one in contenders(found)]
-    if not items:
-        return None
     before = screened[0][0]
+    tried: set[str] = set()
+    for share, most in ((CONTENDING, CONTENDERS), (CONTENDING_LATE, 2 * CONTENDERS)):
+        items = [
+            (step, one) for step, found in screened for one in contenders(found, share, most) if one.name not in tried
+        ]
+        best = _best_of(fits, screening, before, items, watch, number)
+        if best is not None:
+            return best
+        tried |= {one.name for _, one in items}
+    return None
+
+
+def _best_of(
+    fits: JointFit, screening: Screening, before: Fitted, items: Sequence[tuple[Fitted, Screened]], watch: Watch,
+    number: int,
+) -> Fitted | None:  # fmt: skip
+    """The model of the candidates that lessens the criterion most, None if none does beyond doubt."""
     fitted: list[tuple[Evidence, Fitted, bool]] = []
     for (_, item), one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
         # A moment has no other blocks that could vouch for it: its lead over other moments did.
@@ -150,7 +172,10 @@ def proposed(
         watch(f"fit effect {number + 1}", len(fitted), len(items))
     able = [(evidence, one) for evidence, one, moment in fitted if moment or worth_proposing(evidence)]
     able = [pair for pair in able if pair[0].gain >= PROPOSED_GAIN]
-    return max(able, key=lambda pair: pair[0].gain - price(fits, pair[1]))[1] if able else None
+    if not able:
+        return None
+    best = max(able, key=lambda pair: pair[0].gain - price(fits, pair[1]))[1]
+    return again(fits, best, best.recordings, SETTLING)
 
 
 def price(fits: JointFit, one: Fitted) -> float:
@@ -166,8 +191,8 @@ def worth_proposing(evidence: Evidence) -> bool:
     return clear or evidence.certainty >= PROPOSED_CERTAINTY
 
 
-def contenders(found: Sequence[Screened]) -> list[Screened]:
-    """The screened effects that are worth a fit: those that explain nearly as much as the best one."""
+def contenders(found: Sequence[Screened], share: float = CONTENDING, most: int = CONTENDERS) -> list[Screened]:
+    """The screened effects that are worth a fit: at most so many, which explain that share of the best one at least."""
     able = [
         s for s in found
         if s.trial.explained > (MOMENTS_GAIN if find_effect(s.name).acts == "one" else 0.5 * PROPOSED_GAIN)
@@ -175,7 +200,7 @@ def contenders(found: Sequence[Screened]) -> list[Screened]:
     ]  # fmt: skip
     if not able:
         return []
-    return [s for s in able if s.gain >= CONTENDING * able[0].gain][:CONTENDERS]
+    return [s for s in able if s.gain >= share * able[0].gain][:most]
 
 
 def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:
@@ -189,8 +214,8 @@ def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fit
         if {s.name for s in found} != set(missing):
             return None
         step = extended(fits, screening, (step, found[0]), screening.jobs)
-        step = fits.fit(step.model, step.values, step.structural, step.recordings, SETTLING)
-    return fits.fit(step.model, step.values, step.structural, screening.to_fit(step), THOROUGH) if effects else step
+        step = again(fits, step, step.recordings, SETTLING)
+    return again(fits, step, screening.to_fit(step), THOROUGH) if effects else step
 
 
 def gained(fits: JointFit, step: Fitted, one: Fitted) -> Evidence:
@@ -203,81 +228,105 @@ def backward(
 ) -> Selection:
     """The effects beyond the base's that stand the tests with all others there; what fails goes, the weakest first."""
     fits = judge.fits
-    dropped: list[Part] = []
-    while full.model.effects != base.model.effects:
-        full = fits.fit(full.model, full.values, full.structural, screening.to_fit(full), THOROUGH)
+    dropped: dict[str, Part] = {}
+    revivals = 0
+    while True:
+        full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
         parts = [part for _, part in side_by_side(partial(part_of, judge, full), added, screening.jobs)]
         failing = [p for p in parts if not stands(p)]
-        if not failing:
-            full, rivals, changed = contested(judge, screening, full, parts)
-            if changed:
-                continue
+        if failing:
+            weakest = min(failing, key=lambda p: p.evidence.closed)
+            dropped[weakest.name] = weakest
+            full = weakest.without
+            continue
+        full, rivals, changed = contested(judge, screening, full, parts)
+        if changed:
+            continue
+        back = revived(judge, screening, full) if revivals < REVIVALS else None
+        revivals += 1
+        if back is None:
             ordered = tuple(sorted(parts, key=lambda p: -p.evidence.gain))
-            return Selection(base, full, ordered, screened, tuple(dropped), rivals)
-        weakest = min(failing, key=lambda p: p.evidence.closed)
-        dropped.append(weakest)
-        full = weakest.without
-    return Selection(base, base, (), screened, tuple(dropped), {})
+            left = tuple(part for name, part in dropped.items() if name not in full.model.effects)
+            return Selection(base, full if ordered else base, ordered, screened, left, rivals)
+        full = back
+
+
+def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
+    """The model with one more effect that stands the tests, now that what hid it is gone; None if there is none."""
+    found: list[tuple[float, Fitted]] = []
+    # A single moment had its say in the forward steps, where its lead over others was told before much was fitted.
+    lasting = [s for s in screening.screen(full) if find_effect(s.name).acts != "one"]
+    items = [(full, item) for item in contenders(lasting, CONTENDING_LATE)]
+    for (_, item), one in side_by_side(
+        partial(extended, judge.fits, screening), items, screening.jobs, screening.workers
+    ):
+        more = again(judge.fits, one, one.recordings, SETTLING)
+        evidence = compare(judge.fits, full, more, judged(judge, more, item.name))
+        if stands(Part(item.name, evidence, full)):
+            found.append((evidence.gain, more))
+    return max(found, key=lambda pair: pair[0])[1] if found else None
 
 
 def part_of(judge: Judge, full: Fitted, name: str, jobs: int) -> Part:
     """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
     without = without_effect(judge.fits, full, name)
+    return Part(name, compare(judge.fits, without, full, judged(judge, full, name)), without)
+
+
+def judged(judge: Judge, full: Fitted, name: str) -> NDArray[np.bool_]:
+    """The rows on which an effect of a model is tested: a moment shows in its own recordings or nowhere."""
     values = {**full.values, **full.structural}
-    rows = judge.rows(full.model.effects, values)
-    if find_effect(name).acts == "one":  # a moment shows in its own recordings or nowhere
-        rows = judge.rows_of(name, values)
-    return Part(name, compare(judge.fits, without, full, rows), without)
+    if find_effect(name).acts == "one":
+        return judge.rows_of(name, values)
+    return judge.rows(full.model.effects, values)
 
 
 def contested(
     judge: Judge, screening: Screening, full: Fitted, parts: Sequence[Part]
 ) -> tuple[Fitted, dict[str, tuple[tuple[str, Fitted], ...]], bool]:
-    """Each effect weighed against those that look alike, with all others there.
+    """Each effect weighed against those that could stand in for it, with all others there.
 
     Returns the model, per effect those that would do as well, and whether the model has changed: a simpler
     form that does as well takes the place of a fuller one, and a look-alike that does clearly better that of any.
     """
     fits = judge.fits
     rivals: dict[str, tuple[tuple[str, Fitted], ...]] = {}
+    # Without the force that a loop cancels, anything that takes the input's thrust away looks like a cause.
+    caught = bool(fits.coordinates.limits) and len(parts) == 1
     for part in parts:
-        alike = look_alikes(part.name, full.model)
-        if not alike:
-            continue
         rows = judge.rows(full.model.effects, {**full.values, **full.structural})
         gain = part.without.level - full.level
         simpler = find_effect(part.name).includes
         found = [
-            s for s in screening.screen(part.without, only=alike)
-            if s.name in simpler
-            or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD)
+            s for s in screening.screen(part.without)
+            if s.name not in full.model.effects and (not caught or find_effect(s.name).force is not None)
+            and (s.name in simpler or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD))
         ]  # fmt: skip
+        found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
         left = []
         for item in found:
             instead = extended(fits, screening, (part.without, item), 1)
-            instead = fits.fit(instead.model, instead.values, instead.structural, instead.recordings, SETTLING)
+            instead = again(fits, instead, instead.recordings, SETTLING)
             worse = compare(fits, instead, full, rows)
             if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
                 return instead, {}, True
             if worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain:
                 if item.name in simpler:
                     return instead, {}, True
-                if part.name not in find_effect(item.name).includes:
+                if look_alike(part.name, item.name):
                     left.append((item.name, instead))
         if left:
             rivals[part.name] = tuple(left)
     return full, rivals, False
 
 
-def look_alikes(name: str, model: Model) -> tuple[str, ...]:
-    """Effects that say they look like this one, or it like them, and are not in the model."""
-    own = find_effect(name)
-    near = {*own.confused_with, *own.includes}
-    near |= {e.name for e in EFFECTS if name in (*e.confused_with, *e.includes)}
-    return tuple(e.name for e in EFFECTS if e.name in near and e.name not in model.effects)
+def look_alike(name: str, other: str) -> bool:
+    """Whether one of two effects says that it looks like the other, and the other is no fuller form of the first."""
+    one, two = find_effect(name), find_effect(other)
+    return (other in one.confused_with or name in two.confused_with) and name not in two.includes
 
 
 def stands(part: Part) -> bool:

@@ -1,8 +1,14 @@
 """Shares of the gap: what each effect causes, whatever the order in which the effects are added.
 
-The gap is the mean square of the acceleration that the base misses, in units of the noise, above its floor. A set of
-effects closes of it what is gone once the base has been fitted again beside them; an effect's share is the mean of what
-it closes over all orders in which the effects can be added (Shapley 1953, Contributions to the Theory of Games 2, 307).
+The gap is the mean square of the acceleration r that the base misses once it has been fitted again, in units of the
+noise, above its floor. r is the sum of what the named effects cause and of what is left, and an effect's share is its
+covariance with the sum,
+
+    r = sum of r_e + rest,    share of e = <r_e, r> / gap,
+
+which is the Shapley value of e in the game "mean square of what is still missing when the effects S are known", for all
+orders at once (Shapley 1953, Contributions to the Theory of Games 2, 307). r_e is the mean of what e changes alone and
+last, at the parameters of the final model; what the base can absorb is taken off it.
 """
 
 from __future__ import annotations
@@ -10,20 +16,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.joint import Fitted
+from linid.diagnosis.joint import Coordinate, Fitted
 from linid.diagnosis.judge import Judge
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
 Array = NDArray[np.float64]
 
-_EXACT = 6  # effects up to which all subsets are taken; of more, sampled orders
-_ORDERS = 40
 _RESAMPLES = 1000
 # Of a share, by which a form that is not the library's may put it wrong for each share that stays unexplained.
 _FORM = 1.0
@@ -59,39 +62,42 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
     single-recording effects."""
     effects = tuple(name for name in best.model.effects if name not in base.model.effects)
     rows = judged_rows(judge, best)
-    game = _Game(judge, best, effects, rows)
-    values = {frozenset(subset): game.power(subset) for subset in _subsets(effects, seed)}
-    nothing, everything = values[frozenset()], values[frozenset(effects)]
-    shapley = _shapley(effects, values, seed)
-    blocks = game.floor.size
+    ledger = _Ledger(judge, base.model, best, effects, rows)
+    caused, rest = ledger.contributions()
+    whole = rest + sum(caused.values(), np.zeros_like(rest))
+    floor = ledger.floor
+    parts = {name: ledger.sums(one * whole) for name, one in caused.items()}
+    left = ledger.sums(rest * whole) - floor
+    nothing = ledger.sums(whole**2)
     generator = np.random.default_rng(seed)
+    blocks = floor.size
     draws = np.vstack([np.ones(blocks), generator.multinomial(blocks, np.full(blocks, 1.0 / blocks), _RESAMPLES)])
-    gap = draws @ (nothing - game.floor)
     # A gap that is hardly one has no shares to speak of: the floor itself is known to some per cent only.
-    least = _LEAST_GAP * (draws @ game.floor)
-    gap = np.maximum(gap, least)
+    gap = np.maximum(draws @ (nothing - floor), _LEAST_GAP * (draws @ floor))
 
-    def interval(parts: Array, doubt: float) -> tuple[float, float, float]:
-        ratio = (draws @ parts) / gap
+    def interval(part: Array, doubt: float) -> tuple[float, float, float]:
+        ratio = (draws @ part) / gap
         low, high = np.quantile(ratio[1:], [0.025, 0.975]).tolist()
         value = float(ratio[0])
         return value, value - math.hypot(value - low, doubt), value + math.hypot(high - value, doubt)
 
-    rest = interval(everything - game.floor, 0.0)
-    closed = interval(nothing - everything, 0.0)
+    unexplained = interval(left, 0.0)
+    closed = interval(nothing - floor - left, 0.0)
+    doubts = ledger.doubts(whole)
+    everything = ledger.power(effects)
     portions = {}
     for name in effects:
-        size = float(draws[0] @ shapley[name]) / float(gap[0])
+        size = float(parts[name].sum()) / float(gap[0])
         # What a cause of another form leaves is as likely to belong to a large share as it is large.
-        doubt = _FORM * max(rest[0], 0.0) * math.sqrt(min(max(size, 0.0), 1.0))
-        value, low, high = interval(shapley[name], doubt)
-        others = frozenset(effects) - {name}
-        first = float(draws[0] @ (nothing - values[frozenset({name})])) / float(gap[0])
-        last = float(draws[0] @ (values[others] - everything)) / float(gap[0])
+        form = _FORM * max(unexplained[0], 0.0) * math.sqrt(min(max(size, 0.0), 1.0))
+        value, low, high = interval(parts[name], math.hypot(form, 1.96 * doubts[name] / float(gap[0])))
+        others = tuple(other for other in effects if other != name)
+        first = float((nothing - ledger.power((name,))).sum()) / float(gap[0])
+        last = float((ledger.power(others) - everything).sum()) / float(gap[0])
         portions[name] = Portion(value, low, high, first, last)
-    floor = float(game.floor.sum())
-    before, after = (float(x.sum()) / floor - 1.0 for x in (nothing, everything))
-    return Shares(rows, before, after, closed, rest, portions)
+    sizes = float(floor.sum())
+    before, after = float(nothing.sum()) / sizes - 1.0, float(ledger.sums(rest**2).sum()) / sizes - 1.0
+    return Shares(rows, before, after, closed, unexplained, portions)
 
 
 def judged_rows(judge: Judge, best: Fitted) -> NDArray[np.bool_]:
@@ -105,90 +111,106 @@ def judged_rows(judge: Judge, best: Fitted) -> NDArray[np.bool_]:
     return rows
 
 
-class _Game:
-    """What any subset of a model's effects leaves: squares in units of the noise per block of the judged rows."""
+class _Ledger:
+    """What effects of a model cause and what any of them leave, in units of the noise, over the judged rows."""
 
-    def __init__(self, judge: Judge, best: Fitted, effects: tuple[str, ...], rows: NDArray[np.bool_]) -> None:
+    def __init__(
+        self, judge: Judge, base: Model, best: Fitted, effects: tuple[str, ...], rows: NDArray[np.bool_]
+    ) -> None:
         self.judge = judge
         self.best = best
         self.effects = effects
-        balance = judge.balance
-        self.inverse = judge.fits.inverse
-        owner = balance.rows.block
+        fits, owner = judge.fits, judge.balance.rows.block
+        self.inverse = fits.inverse
         self.places = np.unique(owner[rows])
         self.rows = rows
         self.block = np.searchsorted(self.places, owner[rows])
-        self.floor = self._sums(judge.fits.reference[owner])
-        self.fitted = judge.fits.rows_of(best.recordings)
-        slopes = judge.fits.slopes(best)
-        self.unknowns = judge.fits.unknowns(best)
-        self.columns = np.array([slopes[c.name] * self.inverse for c in self.unknowns])
-        level = math.sqrt(float(np.mean(judge.fits.reference[owner])))
-        self.ridge = np.array([level / c.scale if c.log else 0.0 for c in self.unknowns])
+        self.floor = self.sums(fits.reference[judge.balance.rows.bin])
+        self.fitted = fits.rows_of(best.recordings)
+        self.unknowns, self.columns, self.ridge = self._columns(best)
+        own = {p.name for p in base.parameters}
+        bare = fits.at(base, {k: x for k, x in best.values.items() if k in own}, best.recordings)
+        # What the base absorbs it absorbs where no effect is known.
+        _, self.base_columns, self.base_ridge = self._columns(bare)
+        self.owners = {p.name: name for name in effects for p in find_effect(name).parameters}
 
-    def _sums(self, x: Array) -> Array:
+    def sums(self, x: Array) -> Array:
+        """Sums (places,) per judged block of something (n,) per row."""
         return np.asarray(np.bincount(self.block, x[self.rows], minlength=self.places.size), dtype=np.float64)
 
-    def power(self, subset: Sequence[str]) -> Array:
-        """What is left per block with these effects alone, the rest of the model fitted again by least squares."""
+    def _columns(self, fitted: Fitted) -> tuple[tuple[Coordinate, ...], Array, Array]:
+        """Unknowns of a model (k,), the residual's slopes by them (k, n) in units of the noise, and what holds them."""
+        fits = self.judge.fits
+        slopes, unknowns = fits.slopes(fitted), fits.unknowns(fitted)
+        level = math.sqrt(float(np.mean(fits.reference[self.judge.balance.rows.bin])))
+        columns = np.array([slopes[c.name] * self.inverse for c in unknowns])
+        return unknowns, columns, np.array([level / c.scale if c.log else 0.0 for c in unknowns])
+
+    def residual(self, subset: Sequence[str]) -> Array:
+        """The residual (n,) with these effects alone, everything else as in the best model."""
         model = self.best.model
         absent = [name for name in self.effects if name not in subset]
+        if not absent:
+            return self.best.residual * self.inverse
         vector = self.best.vector.copy()
-        gone: set[str] = set()
         for name in absent:
-            effect = find_effect(name)
-            gone |= {p.name for p in effect.parameters}
-            vector[[model.slot(amplitude) for amplitude in effect.amplitudes]] = 0.0
+            vector[[model.slot(amplitude) for amplitude in find_effect(name).amplitudes]] = 0.0
         kept = Model(model.kind, tuple(name for name in model.effects if name not in absent))
-        residual = self.judge.balance.residual(kept, vector) if absent else self.best.residual
-        residual = residual * self.inverse
-        free = [k for k, c in enumerate(self.unknowns) if c.name not in gone]
-        columns = self.columns[free]
+        return self.judge.balance.residual(kept, vector) * self.inverse
+
+    def contributions(self) -> tuple[dict[str, Array], Array]:
+        """What each effect causes and what is left, (n,) each, without what the base absorbs."""
+        nothing, everything = self.residual(()), self.residual(self.effects)
+        total = nothing - everything
+        caused = {}
+        for name in self.effects:
+            others = tuple(other for other in self.effects if other != name)
+            caused[name] = total
+            if others:
+                caused[name] = 0.5 * (nothing - self.residual((name,)) + self.residual(others) - everything)
+        over = (total - sum(caused.values(), np.zeros_like(total))) / max(len(self.effects), 1)
+        return {name: self.without_base(one + over) for name, one in caused.items()}, self.without_base(everything)
+
+    def without_base(self, x: Array) -> Array:
+        """x (n,) less what the base's own parameters make of it on the fitted rows."""
+        return np.asarray(x + self._steps(x, self.base_columns, self.base_ridge) @ self.base_columns)
+
+    def _steps(self, x: Array, columns: Array, ridge: Array) -> Array:
+        """Changes of unknowns that bring x (n,) to its least square on the fitted rows."""
         matrix = columns[:, self.fitted]
-        ridge = self.ridge[free]
         norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix) + ridge**2) + 1e-300
         scaled = matrix / norms[:, None]
         normal = scaled @ scaled.T + np.diag((ridge / norms) ** 2)
-        step = -np.linalg.lstsq(normal, scaled @ residual[self.fitted], rcond=1e-9)[0] / norms
-        return self._sums((residual + step @ columns) ** 2)
+        return np.asarray(-np.linalg.lstsq(normal, scaled @ x[self.fitted], rcond=1e-9)[0] / norms)
 
+    def power(self, subset: Sequence[str]) -> Array:
+        """What is left per block (places,) with these effects alone, the rest of the model fitted again by least
+        squares."""
+        residual = self.residual(subset)
+        free = [k for k, c in enumerate(self.unknowns) if self.owners.get(c.name, "") in ("", *subset)]
+        columns = self.columns[free]
+        return self.sums((residual + self._steps(residual, columns, self.ridge[free]) @ columns) ** 2)
 
-def _subsets(effects: tuple[str, ...], seed: int) -> list[tuple[str, ...]]:
-    """All subsets, or of many effects those along sampled orders, with all that lack one and all of one."""
-    if len(effects) <= _EXACT:
-        return [subset for size in range(len(effects) + 1) for subset in combinations(effects, size)]
-    found = {(), effects, *((name,) for name in effects)}
-    found |= {tuple(e for e in effects if e != name) for name in effects}
-    for order in _orders(effects, seed):
-        found |= {tuple(e for e in effects if e in order[:k]) for k in range(len(order))}
-    return sorted(found)
+    def doubts(self, whole: Array) -> dict[str, float]:
+        """Standard deviation of <r_e, r> by what the fit leaves open of each effect's parameters.
 
-
-def _orders(effects: tuple[str, ...], seed: int) -> list[tuple[str, ...]]:
-    """Sampled orders, each with its reverse, which halves the scatter."""
-    generator = np.random.default_rng(seed)
-    out = []
-    for _ in range(_ORDERS // 2):
-        order = tuple(effects[k] for k in generator.permutation(len(effects)))
-        out += [order, order[::-1]]
-    return out
-
-
-def _shapley(effects: tuple[str, ...], values: dict[frozenset[str], Array], seed: int) -> dict[str, Array]:
-    """Per effect the mean over orders of what it takes away, per block."""
-    out = {name: np.zeros_like(values[frozenset()]) for name in effects}
-    n = len(effects)
-    if n > _EXACT:
-        orders = _orders(effects, seed)
-        for order in orders:
-            for k, name in enumerate(order):
-                out[name] += (values[frozenset(order[:k])] - values[frozenset(order[: k + 1])]) / len(orders)
+        The covariance of all unknowns is that of a fit whose residuals are alike within a block only (White 1980,
+        Econometrica 48, 817).
+        """
+        fits, best = self.judge.fits, self.best
+        weights = fits.weights(best.residual, best.floor, self.fitted)[self.fitted] / self.inverse[self.fitted]
+        matrix = self.columns[:, self.fitted] * weights
+        ridge = self.ridge
+        norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix) + ridge**2) + 1e-300
+        scaled = matrix / norms[:, None]
+        inverse = np.linalg.pinv(scaled @ scaled.T + np.diag((ridge / norms) ** 2), rcond=1e-9, hermitian=True)
+        pulls = scaled * (best.residual * self.inverse)[self.fitted] * weights
+        owner = np.unique(self.judge.balance.rows.block[self.fitted], return_inverse=True)[1]
+        scores = np.array([np.bincount(owner, row) for row in pulls])
+        covariance = inverse @ (scores @ scores.T) @ inverse
+        out = {}
+        for name in self.effects:
+            mine = [k for k, c in enumerate(self.unknowns) if self.owners.get(c.name) == name]
+            moved = np.array([self.sums(self.without_base(self.columns[k] / norms[k]) * whole).sum() for k in mine])
+            out[name] = math.sqrt(max(float(moved @ covariance[np.ix_(mine, mine)] @ moved), 0.0)) if mine else 0.0
         return out
-    for name in effects:
-        others = [e for e in effects if e != name]
-        for size in range(n):
-            weight = math.factorial(size) * math.factorial(n - size - 1) / math.factorial(n)
-            for subset in combinations(others, size):
-                chosen = frozenset(subset)
-                out[name] += weight * (values[chosen] - values[chosen | {name}])
-    return out

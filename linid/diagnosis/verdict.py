@@ -12,6 +12,10 @@ from linid.recording.checks import joined_findings
 
 # Excess over the floor (in floors) below which a campaign counts as explained: nobody knows the floor better.
 LEAST_EXCESS = 0.3
+# The same of the mean logarithm: a coarse encoder hides when exactly an axis stops and breaks away, which few pieces of
+# much power then show.
+LEAST_LEVEL = 0.15
+MOST_LEFT = 0.05  # of the gap, for one that is closed but for such pieces
 # A model that explains less of the motion itself is said to.
 LEAST_MOTION = 0.5
 TELLING, SURE = 0.05, 0.02  # share from which, and p-value below which, a coordinate is worth a word
@@ -20,8 +24,11 @@ TELLING, SURE = 0.05, 0.02  # share from which, and p-value below which, a coord
 def status_of(budget: Budget) -> Status:
     """none, explained, partly explained or unknown, from the gap and its entries."""
     if budget.entries:
-        return "explained" if budget.excess_after < LEAST_EXCESS else "partly explained"
-    return "none" if budget.excess_before < LEAST_EXCESS else "unknown"
+        quiet = budget.level_after < LEAST_LEVEL and budget.unexplained < MOST_LEFT
+        there = budget.excess_after < LEAST_EXCESS or quiet
+        return "explained" if there else "partly explained"
+    there = budget.excess_before < LEAST_EXCESS or budget.level_before < LEAST_LEVEL
+    return "none" if there else "unknown"
 
 
 def decide(

@@ -69,7 +69,8 @@ class EffectColumns:
 
     def of(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> NDArray[np.float32]:
         """Columns (N, entries * amplitudes) in m/s^2 per unit; sizes: upper ends of the amplitudes' ranges."""
-        key = (effect.name, tuple(sizes.items()), tuple(tuple(entry.items()) for entry in entries))
+        # Sizes give but the step of a difference: the columns of the first ones serve them all.
+        key = (effect.name, tuple(sizes), tuple(tuple(entry.items()) for entry in entries))
         if key not in self._kept:
             self._kept[key] = self._computed(effect, entries, sizes)
         return self._kept[key]

@@ -19,8 +19,10 @@ SINE_LIMIT_K = 0.46223
 _NORMAL = 1.959964
 
 
-def _propagate(result: FitResult, function: Callable[..., float], names: tuple[str, ...]) -> tuple[float, float]:
-    """Value and standard deviation of function(*values) by the delta method."""
+def _propagate(
+    result: FitResult, function: Callable[..., float], names: tuple[str, ...], held: set[str]
+) -> tuple[float, float]:
+    """Value and standard deviation of function(*values) by the delta method, given the values of those held."""
     values = [result.value(name) for name in names]
     value = float(function(*values))
     gradient = np.zeros(len(result.fitted))
@@ -31,7 +33,12 @@ def _propagate(result: FitResult, function: Callable[..., float], names: tuple[s
         moved = list(values)
         moved[k] += step
         gradient[result.fitted.index(name)] = (float(function(*moved)) - value) / step
-    return value, math.sqrt(max(float(gradient @ result.covariance @ gradient), 0.0))
+    covariance = result.covariance
+    inside = np.array([name in held for name in result.fitted])
+    if np.any(inside):
+        cross = covariance[:, inside]
+        covariance = covariance - cross @ np.linalg.pinv(covariance[np.ix_(inside, inside)], hermitian=True) @ cross.T
+    return value, math.sqrt(max(float(gradient @ covariance @ gradient), 0.0))
 
 
 def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tuple[Estimate, ...]:
@@ -72,7 +79,8 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
         ]
     out = []
     for name, symbol, row_unit, function, names in rows:
-        value, std = _propagate(result, function, names)
+        # The fundamental is told whatever the field's shape, so shapes that nothing tells are held.
+        value, std = _propagate(result, function, names, unsure if name == "fundamental_force_constant" else set())
         lost = unsure & set(names) if name != "fundamental_force_constant" else set()
         low, high = value - _NORMAL * std, value + _NORMAL * std
         if name == "pole_pitch" and "guideway_density" in result.fitted:  # its interval need not be symmetric

@@ -93,7 +93,9 @@ def test_shares_are_shapley_values_of_what_is_still_missing(split: HiddenAxis) -
         weights = [1 / max(part.scale, least) for part in parts]
         fit = [k for k, part in enumerate(parts) if not part.held_out]
         base = np.hstack([parts[k].base * weights[k] for k in fit])
-        taken = np.linalg.lstsq(base.T, np.hstack([rest[k] * weights[k] for k in fit]), rcond=None)[0]
+        sizes = np.linalg.norm(base, axis=1) + 1e-300
+        target = np.hstack([rest[k] * weights[k] for k in fit])
+        taken = np.linalg.lstsq((base.T / sizes), target, rcond=1e-6)[0] / sizes
         left = [(rest[k] - taken @ part.base) * weights[k] for k, part in enumerate(parts) if part.held_out]
         return float(np.mean(np.hstack(left) ** 2))
 

@@ -29,6 +29,7 @@ def balance(seed: int, length: int = LENGTH, count: int = RECORDINGS) -> SimpleN
     current = 2.0 * np.sin(2.0 * np.pi * random.uniform(1.1, 2.9, count)[owner] * t)
     facts = {  # of which Rows takes what it holds
         "index": np.arange(t.size), "recording": owner, "block": owner * (length // 100) + (t // 0.1).astype(int),
+        "bin": owner * (length // 50) + (t // 0.05).astype(int),
         "t": t, "y": y, "v": v, "a": a, "current": current,
         "standstill": np.zeros(t.size, dtype=bool), "half_widths": (7,) * count,
     }  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,15 @@ def test_status_follows_from_entries_and_what_is_left(
 ) -> None:
     assert status_of(budget(entries, before, after)) == status
     assert said(entries, before, after)[0] == status
+
+
+def test_a_few_pieces_of_much_power_are_no_gap() -> None:
+    """Where the mean logarithm is at the floor, stops that a coarse encoder blurs decide nothing."""
+    assert status_of(replace(budget((), 1.1, 1.1), level_before=0.05)) == "none"
+    assert status_of(replace(budget((), 1.1, 1.1), level_before=0.5)) == "unknown"
+    nearly = replace(budget((entry(share=0.98),), 20.0, 0.5), level_after=0.05)
+    assert status_of(nearly) == "explained"
+    assert status_of(replace(nearly, unexplained=0.2)) == "partly explained"
 
 
 def test_the_sentence_gives_each_cause_its_share_and_names_the_rest() -> None:

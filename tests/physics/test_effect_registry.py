@@ -14,13 +14,23 @@ import pytest
 
 from linid.errors import ConfigError, UsageError
 from linid.physics.effects import constant_force, quadratic_drag
-from linid.physics.effects.effect import Effect, check_effect
+from linid.physics.effects.effect import Effect, check_effect, term
 from linid.physics.effects.registry import BUILT_IN, EFFECTS, active_mask, collect, find_effect
 from linid.physics.parameter import Parameter
 from tests.readme_effects import README, between_markers, effects_table
 
 PACKAGE = Path(__file__).parent / "example_effect_package"
-DRAG = quadratic_drag.EFFECT
+
+
+@term
+def drag(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, c):
+    return -c * v * abs(v)
+
+
+DRAG = replace(
+    quadratic_drag.EFFECT, parameters=quadratic_drag.EFFECT.parameters[:1], structural=(), force=drag,
+    grid=constant_force.EFFECT.grid,
+)  # fmt: skip
 
 
 def plain(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, c):

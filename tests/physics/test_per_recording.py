@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 from linid.errors import ConfigError
-from linid.physics.effects import external_disturbance, payload_change, quadratic_drag
+from linid.physics.effects import constant_force, external_disturbance, payload_change
 from linid.physics.effects.effect import Effect, check_effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.parameter import Parameter
 
-DRAG, PAYLOAD, PUSH = quadratic_drag.EFFECT, payload_change.EFFECT, external_disturbance.EFFECT
+FORCE, PAYLOAD, PUSH = constant_force.EFFECT, payload_change.EFFECT, external_disturbance.EFFECT
 SINGLE = [effect for effect in EFFECTS if effect.per_recording]
 
 
@@ -43,7 +43,7 @@ def active(effect: Effect) -> dict[str, float]:
 
 def test_those_that_act_in_single_recordings() -> None:
     assert (PUSH.acts, PAYLOAD.acts) == ("one", "some") and {PUSH, PAYLOAD} <= set(SINGLE)
-    assert DRAG.acts_in({}, 7) and not DRAG.per_recording
+    assert FORCE.acts_in({}, 7) and not FORCE.per_recording
 
 
 @pytest.mark.parametrize("effect", SINGLE, ids=lambda e: e.name)
@@ -65,9 +65,9 @@ def test_a_payload_marks_several() -> None:
 
 def test_parts_hold_what_acts_nowhere() -> None:
     assert PAYLOAD.held({"payload_mass": 2.0, "payload_recordings": 4.0}) == {"payload_recordings": 4.0}
-    assert DRAG.held({"drag_coefficient": 2.0}) == {}
+    assert FORCE.held({"constant_force": 2.0}) == {}
     assert PAYLOAD.part(1) == PAYLOAD.parameters and PAYLOAD.moved({"payload_mass": 2.0}, 1) == {"payload_mass": 2.0}
-    assert DRAG.free_part({}) == 0
+    assert FORCE.free_part({}) == 0
 
 
 def mark(name: str) -> Parameter:
@@ -77,14 +77,14 @@ def mark(name: str) -> Parameter:
 @pytest.mark.parametrize(
     ("effect", "fact"),
     [
-        (replace(DRAG, acts="few"), "acts in 'few'"),
-        (replace(DRAG, acts="one"), "do not go together"),
+        (replace(FORCE, acts="few"), "acts in 'few'"),
+        (replace(FORCE, acts="one"), "do not go together"),
         (replace(PAYLOAD, acts="all"), "do not go together"),
         (replace(PAYLOAD, mark="payload_mass"), "no structural parameter"),
         (replace(PAYLOAD, mark="other"), "no structural parameter"),
-        (replace(DRAG, parts=2), "no mark of part 1"),
+        (replace(FORCE, parts=2), "no mark of part 1"),
         (replace(PAYLOAD, parts=2), "no mark of part 1"),
-        (replace(DRAG, parameters=(mark("a_1"), mark("a_2"), mark("b_1")), amplitudes=("a_1",), structural=("b_1",),
+        (replace(FORCE, parameters=(mark("a_1"), mark("a_2"), mark("b_1")), amplitudes=("a_1",), structural=("b_1",),
                  mark="b_1", acts="one", parts=2), "2 equal parts"),
     ],
 )  # fmt: skip

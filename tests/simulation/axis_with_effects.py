@@ -44,9 +44,9 @@ SAMPLES: dict[str, dict[str, float]] = {
         "friction_at_10": 0.3, "friction_at_11": 0.2,
         **{f"friction_place_{k}": -0.06 + 0.015 * (k - 1) for k in range(1, 12)},
     },
-    "quadratic_drag": {"drag_coefficient": 6.0},
+    "quadratic_drag": {"drag_coefficient": 6.0, "drag_power": 2.2, "drag_speed": 0.2},
     "input_delay": {"input_delay": 2.3e-3},
-    "force_saturation": {"saturation": 0.8},
+    "force_saturation": {"saturation": 0.8, "saturation_knee": 0.6},
     "thermal_derating": {"derating": 0.4, "thermal_time": 0.4},
     "end_effect": {
         "end_loss_low": 0.3, "end_loss_high": 0.2, "end_reach_low": 0.01, "end_reach_high": 0.02, "end_length": 0.02,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from linid.physics.effects.effect import MOTORS, Effect, term
+from linid.physics.effects.effect import MOTORS, Effect, Outlook, Values, term
 from linid.physics.parameter import Parameter
 
 
@@ -19,19 +19,28 @@ def squared_amplitude(i_1: float, i_2: float, i_3: float) -> float:
 
 
 @term
-def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, saturation):
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, saturation, knee):
     """The currents that an unsaturated motor would need for the same force, A."""
-    factor = 1.0 / (1.0 + max(saturation, 0.0) * squared_amplitude(i_1, i_2, i_3))
+    factor = (1.0 + max(saturation, 0.0) * squared_amplitude(i_1, i_2, i_3) / knee) ** -knee
     return i_1 * factor, i_2 * factor, i_3 * factor
+
+
+def grid(outlook: Outlook) -> tuple[Values, ...]:
+    """Thrust that levels off (one half), or falls again (one and more)."""
+    return tuple({"saturation_knee": knee} for knee in (0.5, 1.0))
 
 
 EFFECT = Effect(
     name="force_saturation",
     slot="DRIVE",
-    physics="Thrust per ampere falls with the current's amplitude A: F = F_motor / (1 + s A^2).",
-    parameters=(Parameter("saturation", "s", "1/A^2", 0.0, 10.0, 0.0, meaning="loss of thrust per squared ampere"),),
+    physics="Thrust per ampere falls with the current's amplitude A: F = F_motor / (1 + s A^2 / k)^k.",
+    parameters=(
+        Parameter("saturation", "s", "1/A^2", 0.0, 10.0, 0.0, meaning="loss of thrust per squared ampere"),
+        Parameter("saturation_knee", "k", "1", 0.25, 4.0, 1.0, log=True, meaning="how the loss goes on"),
+    ),
     amplitudes=("saturation",),
     kinds=MOTORS,
+    grid=grid,
     drive=drive,
     exposed_by="strong accelerations beside gentle ones: moves of several peak currents",
     confused_with=("thermal_derating", "quadratic_drag"),

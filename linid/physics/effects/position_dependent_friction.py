@@ -16,7 +16,10 @@ def friction(
     at_1, at_2, at_3, at_4, at_5, at_7, at_8, at_9, at_10, at_11,
     y_1, y_2, y_3, y_4, y_5, y_6, y_7, y_8, y_9, y_10, y_11,
 ):  # fmt: skip
-    """Factor on the whole bristle force: straight lines from place to place, constant beyond the outer ones."""
+    """Factor on the whole bristle force: a smooth curve from place to place, constant beyond the outer ones.
+
+    Between two places the cubic that has there the slopes to the next but one (Catmull and Rom 1974).
+    """
     knots = (at_1, at_2, at_3, at_4, at_5, 0.0, at_7, at_8, at_9, at_10, at_11)
     places = (y_1, y_2, y_3, y_4, y_5, y_6, y_7, y_8, y_9, y_10, y_11)
     left = 0
@@ -24,7 +27,11 @@ def friction(
         left += 1
     part = (y - places[left]) / max(places[left + 1] - places[left], 1e-12)
     part = min(max(part, 0.0), 1.0)
-    return bounded(1.0 + (1.0 - part) * knots[left] + part * knots[left + 1])
+    low, high = knots[left], knots[left + 1]
+    leaving = 0.5 * (high - knots[max(left - 1, 0)])
+    arriving = 0.5 * (knots[min(left + 2, 10)] - low)
+    bend = part * (1.0 - part) * ((1.0 - part) * (leaving - high + low) + part * (high - low - arriving))
+    return bounded(1.0 + low + part * (high - low) + bend)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
@@ -53,7 +60,7 @@ _POSITIONS = tuple(
 EFFECT = Effect(
     name="position_dependent_friction",
     slot="FORCE",
-    physics="The bristle force is scaled along the guideway: 1 + f(y), straight lines between eleven places.",
+    physics="The bristle force is scaled along the guideway: 1 + f(y), a smooth curve through eleven places.",
     parameters=(*_AMPLITUDES, *_POSITIONS),
     amplitudes=tuple(p.name for p in _AMPLITUDES),
     structural=tuple(p.name for p in _POSITIONS),
