@@ -413,6 +413,7 @@ class JointFit:
         damping = _DAMPING
         count = float(np.count_nonzero(rows))
         used = 0
+        failed = False
         while used < effort.steps:
             weights = self.weights(residual, floor, rows)[rows]
             pull = self._pull(coordinates, residual, vector, model, rows)
@@ -427,21 +428,26 @@ class JointFit:
                 slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
                 renewals += 1
                 continue
-            trial = np.clip(x + move, lower, upper)
-            later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
-            used += 1
-            there = vectors_of(coordinates, model, held, trial, phase)[0]
-            floor_there = self.floor_of(model, there)
-            reached = self.level(later, floor_there, rows)
-            kept = (level - reached) * count / promised
-            change = later - residual
-            scaled = (trial - x) * np.linalg.norm(columns, axis=0)
+            for bent in (False, True):
+                trial = np.clip(x + move, lower, upper)
+                later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
+                used += 1
+                there = vectors_of(coordinates, model, held, trial, phase)[0]
+                floor_there = self.floor_of(model, there)
+                reached = self.level(later, floor_there, rows)
+                kept = (level - reached) * count / promised
+                missed = later - residual - (trial - x) @ slopes
+                if kept > _LEAST_KEPT or bent or used >= effort.steps:
+                    break
+                # A curved valley: what the straight step missed tells how to bend it.
+                move, _ = _step(columns, aim + missed[rows] * weights, pull, damping, room)
+            norms = np.linalg.norm(columns, axis=0)
+            scaled = (trial - x) * norms
             size = float(scaled @ scaled)
             if kept > _LEAST_KEPT:
-                missed = change - (trial - x) @ slopes
                 x, residual, level, vector, floor = trial, later, reached, there, floor_there
-                damping = max(damping * (0.1 if kept > 0.5 else 1.0), _LEAST_DAMPING)
-                norms = np.linalg.norm(columns, axis=0)
+                damping = max(damping * (0.1 if kept > 0.5 and not failed else 1.0), _LEAST_DAMPING)
+                failed = False
                 if size > 0.0:
                     slopes += np.outer(scaled * norms / size, missed)
                 stale = [shapes, list(range(x.size))]
@@ -450,6 +456,7 @@ class JointFit:
                 slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
                 renewals += 1
             else:
+                failed = True
                 damping *= 10.0
                 if damping > _LARGEST_DAMPING:
                     break

@@ -112,7 +112,8 @@ def test_two_effects_are_guessed_together() -> None:
     (found, *_), structural = guess_effects(
         Model("sine", effects), recordings, first, {}, densities, FitSettings(jobs=2)
     )
-    assert structural == {f"cogging_order_{k}": float(n) for k, n in enumerate((1, 2, 4, 6), 1)}
+    orders = {name: order for name, order in structural.items() if name.startswith("cogging_order_")}
+    assert orders == {f"cogging_order_{k}": float(n) for k, n in enumerate((1, 2, 4, 6), 1)}
     assert found["cogging_sine_2"] == pytest.approx(1.5, rel=0.5)
     assert found["drag_coefficient"] == pytest.approx(6.0, rel=0.5)
     assert 0.5 < found["mass"] / AXIS["mass"] < 2.0  # a first value: the search reaches eight times further
