@@ -208,7 +208,7 @@ class Regression:
         """Orthonormal columns (N, r) of what the base parameters (and the effects added so far) can do."""
         if self._span is None:
             basis = np.linalg.svd(_scaled(self.columns), full_matrices=False)
-            self._span = basis[0][:, basis[1] > 1e-9 * basis[1][0]]
+            self._span = basis[0][:, basis[1] > 1e-9 * np.max(basis[1], initial=0.0)]
         return self._span
 
     def rest(self) -> Array:

@@ -130,6 +130,19 @@ def test_free_wheels_alone_start_from_the_guess_and_its_rivals() -> None:
     assert rivals[-1]["drag_coefficient"] == 0.0
 
 
+def test_an_effect_is_fitted_where_all_else_is_held() -> None:
+    known = {p.name: AXIS[p.name] for p in Model("sine").parameters}
+    recordings = campaign_with(("quadratic_drag",))
+    result = fit("sine", recordings, settings=FREE_RUN, effects=("quadratic_drag",), known=known)
+    found, true = {e.name: e.value for e in result.estimates}, SAMPLES["quadratic_drag"]
+    assert found["mass"] == AXIS["mass"]
+    assert found["drag_power"] == pytest.approx(true["drag_power"], rel=0.05)
+    # The coefficient is that at the speed v_d, which the fit chooses.
+    scale = (found["drag_speed"] / true["drag_speed"]) ** (true["drag_power"] - 1.0)
+    here = true["drag_coefficient"] * true["drag_speed"] / found["drag_speed"] * scale
+    assert found["drag_coefficient"] == pytest.approx(here, rel=0.05)
+
+
 def test_an_effect_without_sense_is_refused() -> None:
     recordings = [r for r in campaign_with(()) if r.kind == "free_wheel"]
     with pytest.raises(UsageError, match="makes no sense with the friction model"):
