@@ -52,9 +52,9 @@ class Effort:
     renewals: int
 
 
-THOROUGH = Effort(60, 1e-5, 10)
-SETTLING = Effort(20, 1e-4, 3)
-QUICK = Effort(10, 3e-4, 1)
+THOROUGH = Effort(60, 1e-5, 4)
+SETTLING = Effort(20, 1e-4, 1)
+QUICK = Effort(20, 3e-4, 1)
 
 
 @dataclass(frozen=True)
@@ -314,10 +314,10 @@ class JointFit:
 
     def fit(
         self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
-        effort: Effort, slopes: Mapping[str, Array] | None = None,
+        effort: Effort, slopes: Mapping[str, Array] | None = None, exact: bool = False,
     ) -> Fitted:  # fmt: skip
         """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
-        near there, where they are known."""
+        near there, where they are known; exact: they are those at the first values."""
         chosen = tuple(sorted(recordings))
         names = {p.name for p in model.parameters}
         held = {k: x for k, x in self.held.items() if k in names} | dict(structural)
@@ -332,7 +332,7 @@ class JointFit:
             residual = self._residuals(model, coordinates, held, x[None, :], phase)[0]
         else:
             x, residual = self._descend(
-                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {})
+                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {}), exact
             )
             memory[key] = x.tolist()
         vector = vectors_of(coordinates, model, held, x, phase)[0]
@@ -341,6 +341,19 @@ class JointFit:
         level = self.level(residual, floor, self.rows_of(chosen))
         own_held = {k: found[k] for k in held if k not in structural}
         return Fitted(model, found, vector, residual, dict(structural), own_held, level, floor, chosen, key)
+
+    def level_at(
+        self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int]
+    ) -> float:
+        """The criterion per row that a model has at first values in SI, before any fit."""
+        names = {p.name for p in model.parameters}
+        held = {k: x for k, x in self.held.items() if k in names} | dict(structural)
+        held.setdefault("stribeck_exponent", 2.0)
+        coordinates = self.coordinates.of(model, held, values)
+        x = encoded(coordinates, model, {**values, **held})
+        vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("shift", 0.0)))
+        residual = self.balance.residuals(model, vector)[0]
+        return self.level(residual, self.floor_of(model, vector[0]), self.rows_of(recordings))
 
     def at(self, model: Model, values: Mapping[str, float], recordings: Iterable[int]) -> Fitted:
         """A model without effects at given values, as if it had been fitted to some recordings (places)."""
@@ -390,7 +403,7 @@ class JointFit:
 
     def _descend(
         self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
-        rows: Chosen, effort: Effort, known: Mapping[str, Array],
+        rows: Chosen, effort: Effort, known: Mapping[str, Array], exact: bool,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
         577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
@@ -405,56 +418,54 @@ class JointFit:
         slopes[missing] = self._differences(model, coordinates, held, x, phase, residual, missing)
         shapes = [k for k, c in enumerate(coordinates) if not c.force]
         # Slopes by forces hardly change on the way: those by all else are computed anew first.
-        stale = [shapes, list(range(x.size))] if known else []
-        renewals = 0
+        stale: list[list[int]] = [] if exact or not known else [shapes, list(range(x.size))]
+        renewals = used = 0
         vector = vectors_of(coordinates, model, held, x, phase)[0]
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, rows)
-        damping = _DAMPING
+        damping, failed = _DAMPING, False
         count = float(np.count_nonzero(rows))
-        used = 0
-        failed = False
+        linear: _Linear | None = None
         while used < effort.steps:
-            weights = self.weights(residual, floor, rows)[rows]
-            pull = self._pull(coordinates, residual, vector, model, rows)
-            columns = (slopes[:, rows] * weights).T
-            aim = residual[rows] * weights
+            if linear is None:
+                weights = self.weights(residual, floor, rows)[rows]
+                pull = self._pull(coordinates, residual, vector, model, rows)
+                linear = _Linear(slopes[:, rows] * weights, residual[rows] * weights, pull)
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
-            move, promised = _step(columns, aim, pull, damping, room)
+            move, promised = linear.step(damping, room)
+            kept = -math.inf
             if promised <= effort.precision * count:
                 if not stale or renewals >= effort.renewals:
                     break
-                wanted = stale.pop(0)
-                slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
-                renewals += 1
-                continue
-            for bent in (False, True):
-                trial = np.clip(x + move, lower, upper)
-                later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
-                used += 1
-                there = vectors_of(coordinates, model, held, trial, phase)[0]
-                floor_there = self.floor_of(model, there)
-                reached = self.level(later, floor_there, rows)
-                kept = (level - reached) * count / promised
-                missed = later - residual - (trial - x) @ slopes
-                if kept > _LEAST_KEPT or bent or used >= effort.steps:
-                    break
-                # A curved valley: what the straight step missed tells how to bend it.
-                move, _ = _step(columns, aim + missed[rows] * weights, pull, damping, room)
-            norms = np.linalg.norm(columns, axis=0)
-            scaled = (trial - x) * norms
-            size = float(scaled @ scaled)
+            else:
+                for bent in (False, True):
+                    trial = np.clip(x + move, lower, upper)
+                    later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
+                    used += 1
+                    there = vectors_of(coordinates, model, held, trial, phase)[0]
+                    floor_there = self.floor_of(model, there)
+                    reached = self.level(later, floor_there, rows)
+                    kept = (level - reached) * count / promised
+                    missed = later - residual - (trial - x) @ slopes
+                    if kept > _LEAST_KEPT or bent or used >= effort.steps:
+                        break
+                    # A curved valley: what the straight step missed tells how to bend it.
+                    move, _ = linear.step(damping, room, missed[rows] * weights)
             if kept > _LEAST_KEPT:
-                x, residual, level, vector, floor = trial, later, reached, there, floor_there
-                damping = max(damping * (0.1 if kept > 0.5 and not failed else 1.0), _LEAST_DAMPING)
-                failed = False
+                norms = np.linalg.norm(linear.columns, axis=1)
+                scaled = (trial - x) * norms
+                size = float(scaled @ scaled)
                 if size > 0.0:
                     slopes += np.outer(scaled * norms / size, missed)
+                x, residual, level, vector, floor = trial, later, reached, there, floor_there
+                damping = max(damping * (0.1 if kept > 0.5 and not failed else 1.0), _LEAST_DAMPING)
+                failed, linear = False, None
                 stale = [shapes, list(range(x.size))]
             elif stale and renewals < effort.renewals:
                 wanted = stale.pop(0)
                 slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
                 renewals += 1
+                linear = None
             else:
                 failed = True
                 damping *= 10.0
@@ -463,32 +474,48 @@ class JointFit:
         return x, residual
 
 
-def _step(columns: Array, aim: Array, pull: Array, damping: float, room: tuple[Array, Array]) -> tuple[Array, float]:
-    """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
+class _Linear:
+    """The least-squares problem of a fit's steps about one place, in scaled unknowns.
 
-    columns: (n, p) slopes of aim (n,), both weighted; pull: (p,) half the slope of what else is to be lessened.
+    columns: (p, n) slopes of aim (n,), both weighted; pull: (p,) half the slope of what else is to be lessened.
     """
-    norms = np.linalg.norm(columns, axis=0)
-    norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf  # what no row tells stays
-    scaled = columns / norms
-    normal = scaled.T @ scaled
-    moment = scaled.T @ aim + pull / norms
-    told = np.isfinite(norms)
-    lower, upper = (np.where(told, edge * np.where(told, norms, 0.0), 0.0) for edge in room)
-    system = normal + (damping + _PRIOR) * np.eye(norms.size)
-    move = np.linalg.solve(system, -moment)
-    free = np.ones(norms.size, dtype=np.bool_)
-    for _ in range(norms.size):  # an active set: what leaves its room stays at the edge
-        outside = free & ((move < lower) | (move > upper))
-        if not np.any(outside):
-            break
-        free &= ~outside
-        move = np.where(free, move, np.clip(move, lower, upper))
-        if np.any(free):
-            rest = -moment[free] - system[np.ix_(free, ~free)] @ move[~free]
-            move[free] = np.linalg.solve(system[np.ix_(free, free)], rest)
-    promised = -float(2.0 * moment @ move + move @ normal @ move)
-    return np.asarray(np.where(told, move / norms, 0.0)), promised
+
+    def __init__(self, columns: Array, aim: Array, pull: Array) -> None:
+        self.columns = columns
+        normal = columns @ columns.T
+        norms = np.sqrt(np.diag(normal))
+        # What no row tells stays where it is.
+        norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf
+        self.norms = norms
+        self.normal = normal / norms / norms[:, None]
+        self.moment = self._moment(aim) + pull / norms
+
+    def _moment(self, aim: Array) -> Array:
+        return np.asarray((self.columns @ aim) / self.norms)
+
+    def step(self, damping: float, room: tuple[Array, Array], missed: Array | None = None) -> tuple[Array, float]:
+        """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
+
+        missed: (n,) what a straight step left out, weighted.
+        """
+        norms, normal = self.norms, self.normal
+        moment = self.moment if missed is None else self.moment + self._moment(missed)
+        told = np.isfinite(norms)
+        lower, upper = (np.where(told, edge * np.where(told, norms, 0.0), 0.0) for edge in room)
+        system = normal + (damping + _PRIOR) * np.eye(norms.size)
+        move = np.linalg.solve(system, -moment)
+        free = np.ones(norms.size, dtype=np.bool_)
+        for _ in range(norms.size):  # an active set: what leaves its room stays at the edge
+            outside = free & ((move < lower) | (move > upper))
+            if not np.any(outside):
+                break
+            free &= ~outside
+            move = np.where(free, move, np.clip(move, lower, upper))
+            if np.any(free):
+                rest = -moment[free] - system[np.ix_(free, ~free)] @ move[~free]
+                move[free] = np.linalg.solve(system[np.ix_(free, free)], rest)
+        promised = -float(2.0 * moment @ move + move @ normal @ move)
+        return np.asarray(np.where(told, move / norms, 0.0)), promised
 
 
 def _key(model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort) -> str:

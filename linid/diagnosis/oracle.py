@@ -35,5 +35,5 @@ def oracle(
     found = fit_effects(base, screening, effects)
     if found is None:
         return None
-    parts = tuple(part_of(base.judge, found, name, jobs) for name in found.model.effects)
+    parts = tuple(part_of(base.judge, base.fitted, found, name, jobs) for name in found.model.effects)
     return Oracle(shares_of(base.judge, base.fitted, found, seed), parts)

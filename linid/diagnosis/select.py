@@ -25,8 +25,12 @@ from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
 PROPOSED_CERTAINTY, PROPOSED_GAIN, CLEAR_GAIN = 2.5, 0.004, 0.1
+# Of the amplitudes by regression, as first values: it lets all other parameters move along, and far from where they
+# are its columns are others. The first that betters the criterion will do; else the ends are both tried.
+STARTING = (1.0, 0.3, 0.1, 0.01)
 _SHARED = 4.0  # rows that say about as much as one
 LARGEST = 10  # effects in one model
+RENEWALS = 4  # times that all effects are found anew
 REVIVALS = 2  # times that all effects are tried again, once what hid them is gone
 # Candidates fitted per step, and the share of the best's screening that they need, at first and at the end.
 CONTENDERS, CONTENDING, CONTENDING_LATE = 3, 0.5, 0.3
@@ -35,10 +39,12 @@ LEAST_LEAD = 4.0
 MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments one always explains something
 # A look-alike must keep this share of an effect's gain to be as good, and explain this one by regression to be fitted.
 ALIKE, ALIKE_SCREENED = 0.7, 0.3
+RENEWED = 0.7  # of an effect's gain: what a regression must promise elsewhere in its shape, to try it there
 # The tests on held-out rows.
 # An effect must be the surer the less it closes: where it closes nearly all, blocks that differ in size are no doubt.
 CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
 LEAST_GAIN = 0.01
+LEAST_SHARE = 0.002  # of the gap's power: what large effects leave of their own form is no further cause
 LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
 # Effects of single recordings fit themselves to much: of what they leave they must close more.
 LEAST_CLOSED_ALONE = 0.4
@@ -47,11 +53,13 @@ LEAST_POWER_ALONE = 0.3  # floors in the power of the judged rows: a recording w
 
 @dataclass(frozen=True)
 class Part:
-    """An effect of the final model with what its absence costs; without: the model fitted again without it."""
+    """An effect of the final model with what its absence costs; without: the model fitted again without it; share: of
+    the power that all effects together take from the base, what comes back without it."""
 
     name: str
     evidence: Evidence
     without: Fitted
+    share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -93,12 +101,21 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
     values = {**step.values, **found.trial.values, **found.trial.amplitudes}
     structural = structural_of(model, {**step.structural, **values})
     recordings = screening.to_fit(step, found.name, {**step.structural, **values})
-    return fits.fit(model, values, structural, recordings, QUICK, fits.slopes(step))
+    amplitudes, before = found.trial.amplitudes, fits.level(step.residual, step.floor, fits.rows_of(recordings))
+    out: list[Fitted] = []
+    for share in STARTING:
+        start = {**values, **{name: share * x for name, x in amplitudes.items()}}
+        good = fits.level_at(model, start, structural, recordings) < before
+        if good or share in STARTING[:: len(STARTING) - 1]:
+            out.append(fits.fit(model, start, structural, recordings, QUICK, fits.slopes(step)))
+        if good:
+            break
+    return min(out, key=lambda one: one.level)
 
 
 def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
     """The fit of a model taken further, from where it is."""
-    return fits.fit(one.model, one.values, one.structural, recordings, effort, fits.slopes(one))
+    return fits.fit(one.model, one.values, one.structural, recordings, effort, fits.slopes(one), exact=True)
 
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
@@ -107,7 +124,7 @@ def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     own = {p.name for p in model.parameters}
     values = {k: x for k, x in full.values.items() if k in own}
     structural = {k: x for k, x in full.structural.items() if k in own}
-    return fits.fit(model, values, structural, full.recordings, SETTLING, fits.slopes(full))
+    return fits.fit(model, values, structural, full.recordings, QUICK, fits.slopes(full))
 
 
 def select(base: Base, screening: Screening, watch: Watch) -> Selection:
@@ -229,12 +246,17 @@ def backward(
     """The effects beyond the base's that stand the tests with all others there; what fails goes, the weakest first."""
     fits = judge.fits
     dropped: dict[str, Part] = {}
-    revivals = 0
+    revivals = renewals = 0
     while True:
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
-        parts = [part for _, part in side_by_side(partial(part_of, judge, full), added, screening.jobs)]
+        parts = [part for _, part in side_by_side(partial(part_of, judge, base, full), added, screening.jobs)]
+        better = renewed(fits, screening, full, parts) if renewals < RENEWALS else None
+        renewals += 1
+        if better is not None:
+            full = better
+            continue
         failing = [p for p in parts if not stands(p)]
         if failing:
             weakest = min(failing, key=lambda p: p.evidence.closed)
@@ -269,11 +291,14 @@ def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
     return max(found, key=lambda pair: pair[0])[1] if found else None
 
 
-def part_of(judge: Judge, full: Fitted, name: str, jobs: int) -> Part:
+def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> Part:
     """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
     without = without_effect(judge.fits, full, name)
-    return Part(name, compare(judge.fits, without, full, judged(judge, full, name)), without)
+    rows = judged(judge, full, name)
+    evidence = compare(judge.fits, without, full, rows)
+    whole = compare(judge.fits, base, full, rows).power
+    return Part(name, evidence, without, evidence.power / max(whole, abs(evidence.power), 1e-300))
 
 
 def judged(judge: Judge, full: Fitted, name: str) -> NDArray[np.bool_]:
@@ -323,6 +348,24 @@ def contested(
     return full, rivals, False
 
 
+def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[Part]) -> Fitted | None:
+    """The model with one of its effects found anew, with all others there, where that is better; None if none is.
+
+    An effect that came while others were missing may sit in a wrong valley of its shape or in wrong recordings.
+    """
+    items = []
+    for part in parts:
+        if find_effect(part.name).acts != "one":
+            gain = part.without.level - full.level
+            own = screening.screen(part.without, only=[part.name])
+            items += [(part.without, item) for item in own if item.gain >= RENEWED * gain]
+    found = side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers)
+    settled = [again(fits, one, one.recordings, SETTLING) for _, one in found if one.level < full.level + LEAST_GAIN]
+    better = [(gained(fits, full, one).gain, one) for one in settled]
+    gain, one = max(better, key=lambda pair: pair[0], default=(0.0, full))
+    return one if gain >= PROPOSED_GAIN else None
+
+
 def look_alike(name: str, other: str) -> bool:
     """Whether one of two effects says that it looks like the other, and the other is no fuller form of the first."""
     one, two = find_effect(name), find_effect(other)
@@ -334,6 +377,8 @@ def stands(part: Part) -> bool:
     e = part.evidence
     # A single moment has no other blocks that could vouch for it: its lead over other moments did.
     effect = find_effect(part.name)
+    if abs(part.share) < LEAST_SHARE:
+        return False
     least = max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
     sure = e.certainty >= least or effect.acts == "one"
     if effect.per_recording:

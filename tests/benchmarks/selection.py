@@ -41,12 +41,12 @@ def found(path: Path) -> dict[str, Any]:
     for part in chosen.parts:
         portion = shares.portions[part.name]
         rivals = [name for name, _ in chosen.rivals.get(part.name, ())]
-        evidence = (part.evidence.certainty, part.evidence.closed)
+        evidence = tuple(vars(part.evidence).values())
         entries[part.name] = {"share": (portion.share, portion.low, portion.high), "rivals": rivals, "test": evidence}
     return {
         "name": path.name, "before": shares.before, "after": shares.after, "entries": entries,
         "unexplained": shares.unexplained[0] if entries else 1.0, "seconds": time.process_time() - start,
-        "dropped": {part.name: (part.evidence.certainty, part.evidence.closed) for part in chosen.dropped},
+        "dropped": {part.name: tuple(vars(part.evidence).values()) for part in chosen.dropped},
     }  # fmt: skip
 
 
@@ -79,7 +79,7 @@ def lines(one: dict[str, Any], key: dict[str, Any]) -> Iterator[str]:
         if entry:
             said = " or ".join(["{:.3f} [{:.3f}, {:.3f}]".format(*entry["share"]), *entry["rivals"]])
         elif dropped:
-            said = f"dropped (certainty {dropped[0]:.1f}, closed {dropped[1]:.2f})"
+            said = f"dropped (certainty {dropped[1]:.1f}, closed {dropped[2]:.2f})"
         yield f"    {name:28} true {'absent' if share is None else f'{share:.3f}':8} {said}"
 
 

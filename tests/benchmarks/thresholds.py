@@ -46,7 +46,7 @@ def evidence(path: Path, truth: dict[str, float]) -> list[dict[str, Any]]:
     full = base.judge.fits.fit(full.model, full.values, full.structural, screening.to_fit(full), select.THOROUGH)
     out = []
     for name in full.model.effects:
-        found = select.part_of(base.judge, full, name, 2).evidence
+        found = select.part_of(base.judge, base.fitted, full, name, 2).evidence
         out.append({"effect": name, "there": name in truth, "share": truth.get(name, 0.0), **found.__dict__})
     missed = [{"effect": n, "share": s} for n, s in truth.items() if n not in full.model.effects]
     return [*out, *({**one, "there": True, "proposed": False} for one in missed)]

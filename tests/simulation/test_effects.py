@@ -240,7 +240,8 @@ def test_friction_under_load_takes_its_share_of_the_thrust() -> None:
     """Steady: sigma_2 v = F - F_C - mu F, of the thrust after saturation; at rest F must beat F_S + mu F."""
     t = np.arange(0.0, 2.5, 1e-3)
     # A wide Stribeck curve: in a narrow one, the creep of the ramp lowers the breakaway.
-    known = {"force_constant": 10.0, "load_friction": 0.3, "stribeck_velocity": 0.1, "saturation": 0.2, "saturation_knee": 1.0}
+    known = {"force_constant": 10.0, "load_friction": 0.3, "stribeck_velocity": 0.1}
+    known |= {"saturation": 0.2, "saturation_knee": 1.0}
     for effects, thrust in (
         (("load_dependent_friction",), 8.0),
         (("load_dependent_friction", "force_saturation"), 8.0 / (1.0 + 0.2 * 0.8**2)),

@@ -24,7 +24,7 @@ def thrust(
 def grid(outlook: Outlook) -> tuple[Values, ...]:
     """Reaches and lengths of the loss as shares of the stroke, from the stroke's ends (the track may end elsewhere)."""
     ends = {"end_low": outlook.stroke_low, "end_high": outlook.stroke_high}
-    shares = ((0.1, 0.05), (0.25, 0.05), (0.03, 0.03), (0.03, 0.12), (0.25, 0.1))
+    shares = [(reach, length) for reach in (0.03, 0.1, 0.2, 0.3, 0.4) for length in (0.03, 0.08)]
     stroke = outlook.stroke
     return tuple(
         {"end_reach_low": r * stroke, "end_reach_high": r * stroke, "end_length": w * stroke, **ends} for r, w in shares
