@@ -55,6 +55,8 @@ class Effort:
 THOROUGH = Effort(60, 1e-5, 4)
 SETTLING = Effort(20, 1e-4, 1)
 QUICK = Effort(20, 3e-4, 1)
+SOFTNESS = (1e4, 1e2, 1.0)  # floors that count as one, in turn, where a fit is far above it
+FAR = 0.3  # level from which on a fit may have ended in a wrong valley
 
 
 @dataclass(frozen=True)
@@ -268,7 +270,9 @@ class JointFit:
         """Mean squares (B,) in the fit's scale that the noise gives the residuals of each bin under a model."""
         return np.asarray(np.maximum(self.noise.power(gain_of(model, vector)) * self.squared, _LEAST_NOISE))
 
-    def bin_powers(self, residual: Array, floor: Array, rows: Chosen) -> tuple[Array, Array, Array]:
+    def bin_powers(
+        self, residual: Array, floor: Array, rows: Chosen, softness: float = 1.0
+    ) -> tuple[Array, Array, Array]:
         """Per bin: sum of the squared residuals, of the base's floor, and the number of rows, over the chosen rows.
 
         floor: (B,) under the residual's own model; what it has more noise than the base is taken off the squares
@@ -278,29 +282,30 @@ class JointFit:
         power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
         counts = np.bincount(place, minlength=self.bins).astype(np.float64)
         corrected = np.maximum(power - counts * (floor - self.reference), _LEAST_LEFT * power)
-        return corrected, self.reference * counts, counts
+        return corrected, softness * self.reference * counts, counts
 
-    def level(self, residual: Array, floor: Array, rows: Chosen) -> float:
+    def level(self, residual: Array, floor: Array, rows: Chosen, softness: float = 1.0) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
-        power, noise, counts = self.bin_powers(residual, floor, rows)
+        power, noise, counts = self.bin_powers(residual, floor, rows, softness)
         known = counts > 0
         return float(counts[known] @ np.log((power + noise)[known] / (2.0 * noise[known]))) / float(counts.sum())
 
-    def weights(self, residual: Array, floor: Array, rows: Chosen) -> Array:
+    def weights(self, residual: Array, floor: Array, rows: Chosen, softness: float = 1.0) -> Array:
         """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows."""
-        power, noise, counts = self.bin_powers(residual, floor, rows)
+        power, noise, counts = self.bin_powers(residual, floor, rows, softness)
         per_bin = np.sqrt(counts / np.maximum(power + noise, 1e-300))
         return np.asarray(np.where(rows, per_bin[self.balance.rows.bin] * self.inverse, 0.0))
 
     def _pull(
-        self, coordinates: Sequence[Coordinate], residual: Array, vector: Array, model: Model, rows: Chosen
-    ) -> Array:
+        self, coordinates: Sequence[Coordinate], residual: Array, vector: Array, model: Model, rows: Chosen,
+        softness: float,
+    ) -> Array:  # fmt: skip
         """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass."""
         out = np.zeros(len(coordinates))
         if self.noise.gain == 0.0:
             return out
         gain = gain_of(model, vector)
-        power, noise, counts = self.bin_powers(residual, self.floor_of(model, vector), rows)
+        power, noise, counts = self.bin_powers(residual, self.floor_of(model, vector), rows, softness)
         inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
         known = counts > 0
         # d/d log gain of n log(p + f), halved
@@ -314,7 +319,7 @@ class JointFit:
 
     def fit(
         self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
-        effort: Effort, slopes: Mapping[str, Array] | None = None, exact: bool = False,
+        effort: Effort, slopes: Mapping[str, Array] | None = None, exact: bool = False, softness: float = 1.0,
     ) -> Fitted:  # fmt: skip
         """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
         near there, where they are known; exact: they are those at the first values."""
@@ -325,14 +330,14 @@ class JointFit:
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
         phase = float({**values, **held}.get("shift", 0.0))
-        key = _key(model, {**held, "phase": phase}, chosen, x, effort)
+        key = _key(model, {**held, "phase": phase, "soft": softness}, chosen, x, effort)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
             residual = self._residuals(model, coordinates, held, x[None, :], phase)[0]
         else:
             x, residual = self._descend(
-                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {}), exact
+                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {}), exact, softness
             )
             memory[key] = x.tolist()
         vector = vectors_of(coordinates, model, held, x, phase)[0]
@@ -341,6 +346,21 @@ class JointFit:
         level = self.level(residual, floor, self.rows_of(chosen))
         own_held = {k: found[k] for k in held if k not in structural}
         return Fitted(model, found, vector, residual, dict(structural), own_held, level, floor, chosen, key)
+
+    def annealed(self, one: Fitted, effort: Effort) -> Fitted:
+        """The fit of a model taken further by way of softer criteria, if that ends lower; else as it was.
+
+        Far above the floor the criterion has many valleys, one for each bin that some values happen to suit. Floors
+        that count as many times as large join them (graduated non-convexity: Blake and Zisserman 1987).
+        """
+        step = one
+        for softness in SOFTNESS:
+            last = softness == SOFTNESS[-1]
+            step = self.fit(
+                one.model, step.values, one.structural, one.recordings, effort if last else QUICK, self.slopes(step),
+                exact=True, softness=softness,
+            )  # fmt: skip
+        return step if step.level < one.level else one
 
     def level_at(
         self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int]
@@ -403,7 +423,7 @@ class JointFit:
 
     def _descend(
         self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
-        rows: Chosen, effort: Effort, known: Mapping[str, Array], exact: bool,
+        rows: Chosen, effort: Effort, known: Mapping[str, Array], exact: bool, softness: float = 1.0,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
         577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
@@ -422,14 +442,14 @@ class JointFit:
         renewals = used = 0
         vector = vectors_of(coordinates, model, held, x, phase)[0]
         floor = self.floor_of(model, vector)
-        level = self.level(residual, floor, rows)
+        level = self.level(residual, floor, rows, softness)
         damping, failed = _DAMPING, False
         count = float(np.count_nonzero(rows))
         linear: _Linear | None = None
         while used < effort.steps:
             if linear is None:
-                weights = self.weights(residual, floor, rows)[rows]
-                pull = self._pull(coordinates, residual, vector, model, rows)
+                weights = self.weights(residual, floor, rows, softness)[rows]
+                pull = self._pull(coordinates, residual, vector, model, rows, softness)
                 linear = _Linear(slopes[:, rows] * weights, residual[rows] * weights, pull)
             room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
             move, promised = linear.step(damping, room)
@@ -444,7 +464,7 @@ class JointFit:
                     used += 1
                     there = vectors_of(coordinates, model, held, trial, phase)[0]
                     floor_there = self.floor_of(model, there)
-                    reached = self.level(later, floor_there, rows)
+                    reached = self.level(later, floor_there, rows, softness)
                     kept = (level - reached) * count / promised
                     missed = later - residual - (trial - x) @ slopes
                     if kept > _LEAST_KEPT or bent or used >= effort.steps:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.base import Base
-from linid.diagnosis.joint import QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
+from linid.diagnosis.joint import FAR, QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.side_by_side import side_by_side
@@ -115,7 +115,8 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
 
 def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
     """The fit of a model taken further, from where it is."""
-    return fits.fit(one.model, one.values, one.structural, recordings, effort, fits.slopes(one), exact=True)
+    done = fits.fit(one.model, one.values, one.structural, recordings, effort, fits.slopes(one), exact=True)
+    return fits.annealed(done, effort) if done.level > FAR else done
 
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
@@ -124,7 +125,8 @@ def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     own = {p.name for p in model.parameters}
     values = {k: x for k, x in full.values.items() if k in own}
     structural = {k: x for k, x in full.structural.items() if k in own}
-    return fits.fit(model, values, structural, full.recordings, QUICK, fits.slopes(full))
+    one = fits.fit(model, values, structural, full.recordings, QUICK, fits.slopes(full))
+    return fits.annealed(one, QUICK) if one.level > full.level + FAR else one
 
 
 def select(base: Base, screening: Screening, watch: Watch) -> Selection:
@@ -381,8 +383,8 @@ def stands(part: Part) -> bool:
         return False
     least = max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
     sure = e.certainty >= least or effect.acts == "one"
-    if effect.per_recording:
-        return sure and e.gain >= LEAST_GAIN and e.closed >= LEAST_CLOSED_ALONE and e.power >= LEAST_POWER_ALONE
     # Where the floor is far below what any model reaches, the logarithm is large for ever: then the power speaks.
     most = e.power_closed >= MOST_OF_POWER and e.certainty >= CERTAINTY
-    return e.gain >= LEAST_GAIN and (most or (sure and e.closed >= LEAST_CLOSED))
+    closed = LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED
+    there = not effect.per_recording or e.power >= LEAST_POWER_ALONE
+    return there and e.gain >= LEAST_GAIN and (most or (sure and e.closed >= closed))

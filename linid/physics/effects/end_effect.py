@@ -9,6 +9,7 @@ from linid.physics.effects.shapes import bounded
 from linid.physics.parameter import Parameter
 
 _FURTHEST = 500.0  # lengths, where the exponential is held
+_REACH = 2.5  # of the lengths' first values: what reaches farther is no longer an end
 
 
 @term
@@ -38,9 +39,15 @@ EFFECT = Effect(
     parameters=(
         Parameter("end_loss_low", "a_1", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the lower end"),
         Parameter("end_loss_high", "a_2", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the upper end"),
-        Parameter("end_reach_low", "r_1", "m", 1e-4, 1e2, 0.03, log=True, meaning="lower end to half its loss"),
-        Parameter("end_reach_high", "r_2", "m", 1e-4, 1e2, 0.03, log=True, meaning="upper end to half its loss"),
-        Parameter("end_length", "L_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance over which the loss fades"),
+        Parameter(
+            "end_reach_low", "r_1", "m", 1e-4, 1e2, 0.03, log=True, meaning="lower end to half its loss", reach=_REACH
+        ),
+        Parameter(
+            "end_reach_high", "r_2", "m", 1e-4, 1e2, 0.03, log=True, meaning="upper end to half its loss", reach=_REACH
+        ),
+        Parameter(
+            "end_length", "L_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance over which the loss fades", reach=_REACH
+        ),
         Parameter("end_low", "y_1", "m", -1e3, 1e3, 0.0, meaning="lower end of the stroke"),
         Parameter("end_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
     ),
