@@ -159,9 +159,7 @@ def contributions(
     return caused, errors, np.stack([thrust, bristle, viscous, a / whole.base_mass, *bends])
 
 
-def _rows(
-    description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], index: int, told: Command
-) -> Rows:
+def _rows(description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], index: int, told: Command) -> Rows:
     caused, errors, base = contributions(description, mode, effects, index, told)
     period = description.measurement.sample_period_s
     width = half_width(period)

@@ -116,9 +116,7 @@ class Balance:
         generator = np.random.default_rng(self.seed)
         offsets = self._part.simulator.inputs.sample_offsets
         smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
-        anew = [
-            [retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)
-        ]
+        anew = [[retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)]
         fed = [[with_input_noise(r, generator) for r in anew[0]] for _ in range(_DRAWS)]
         by_encoder = np.array([self._remeasured(model, vector, drawn) for drawn in anew])
         by_inputs = np.array([self._remeasured(model, vector, drawn) for drawn in fed])

@@ -139,9 +139,7 @@ def _common_part(
     return Signals({role: x if whole else x[part].copy() for role, x in values.items()}, tuple(notes), reading)
 
 
-def _clock(
-    table: Table, channels: Channels, group: int, period: float | None, place: str
-) -> Clock:
+def _clock(table: Table, channels: Channels, group: int, period: float | None, place: str) -> Clock:
     """Times in s and rows of one time group."""
     time = channels.by_role.get("time")
     used = [c.column for role, c in channels.by_role.items() if role != "time" and c.column.group == group]

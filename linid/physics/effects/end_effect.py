@@ -46,7 +46,7 @@ EFFECT = Effect(
             "end_reach_high", "r_2", "m", 1e-4, 1e2, 0.03, log=True, meaning="upper end to half its loss", reach=_REACH
         ),
         Parameter(
-            "end_length", "L_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance over which the loss fades", reach=_REACH
+            "end_length", "L_e", "m", 1e-4, 1e2, 0.03, log=True, meaning="distance over which it fades", reach=_REACH
         ),
         Parameter("end_low", "y_1", "m", -1e3, 1e3, 0.0, meaning="lower end of the stroke"),
         Parameter("end_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
