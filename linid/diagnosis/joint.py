@@ -281,7 +281,9 @@ class JointFit:
         place = self.balance.rows.bin[rows]
         power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
         counts = np.bincount(place, minlength=self.bins).astype(np.float64)
-        corrected = np.maximum(power - counts * (floor - self.reference), _LEAST_LEFT * power)
+        # No further than to the base's floor, or thrust that an effect takes away again would pay.
+        least = np.minimum(power, np.maximum(counts * self.reference, _LEAST_LEFT * power))
+        corrected = np.maximum(power - counts * (floor - self.reference), least)
         return corrected, softness * self.reference * counts, counts
 
     def level(self, residual: Array, floor: Array, rows: Chosen, softness: float = 1.0) -> float:

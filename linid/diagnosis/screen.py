@@ -162,8 +162,8 @@ class Screening:
         return {**self.__dict__, "workers": None, "_pushes": {}, "jobs": 1}
 
     def to_fit(self, step: Fitted | None, name: str = "", values: Values | None = None) -> tuple[int, ...]:
-        """Places of the recordings to which a model is fitted: the fitted ones, and those held out in which an effect
-        acts that no fitted recording shows."""
+        """Places of recordings to which a model is fitted: the fitted ones, and those held out in which an effect of
+        single recordings acts, since nothing else may tell its size."""
         chosen = set(self.fitted)
         effects = [(e, {**step.values, **step.structural}) for e in step.model.effects] if step is not None else []
         effects += [(name, dict(values or {}))] if name else []
@@ -171,9 +171,7 @@ class Screening:
             effect = find_effect(effect_name)
             if not effect.per_recording:
                 continue
-            marked = [k for k, r in enumerate(self.recordings) if effect.acts_in(at, r.number)]
-            if effect.acts == "one" or not chosen.intersection(marked):
-                chosen.update(marked)
+            chosen.update(k for k, r in enumerate(self.recordings) if effect.acts_in(at, r.number))
         return tuple(sorted(chosen))
 
     def screen(

@@ -32,8 +32,9 @@ _SHARED = 4.0  # rows that say about as much as one
 LARGEST = 10  # effects in one model
 RENEWALS = 4  # times that all effects are found anew
 REVIVALS = 2  # times that all effects are tried again, once what hid them is gone
-# Candidates fitted per step, and the share of the best's screening that they need, at first and at the end.
-CONTENDERS, CONTENDING, CONTENDING_LATE = 3, 0.5, 0.3
+# Candidates fitted per step, and the share of the best's screening that they need: so many the first time, and so many
+# more each time that none of them was any good. Last of all what regressions promise little of is tried too.
+CONTENDERS, CONTENDING = 3, (0.5, 0.3, 0.05)
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 4.0
 MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments one always explains something
@@ -168,9 +169,12 @@ def proposed(
     """
     before = screened[0][0]
     tried: set[str] = set()
-    for share, most in ((CONTENDING, CONTENDERS), (CONTENDING_LATE, 2 * CONTENDERS)):
+    for number_of, share in enumerate(CONTENDING, 1):
         items = [
-            (step, one) for step, found in screened for one in contenders(found, share, most) if one.name not in tried
+            (step, one)
+            for step, found in screened
+            for one in contenders(found, share, number_of * CONTENDERS)
+            if one.name not in tried
         ]
         best = _best_of(fits, screening, before, items, watch, number)
         if best is not None:
@@ -210,7 +214,7 @@ def worth_proposing(evidence: Evidence) -> bool:
     return clear or evidence.certainty >= PROPOSED_CERTAINTY
 
 
-def contenders(found: Sequence[Screened], share: float = CONTENDING, most: int = CONTENDERS) -> list[Screened]:
+def contenders(found: Sequence[Screened], share: float, most: int = CONTENDERS) -> list[Screened]:
     """The screened effects that are worth a fit: at most so many, which explain that share of the best one at least."""
     able = [
         s for s in found
@@ -282,7 +286,7 @@ def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
     found: list[tuple[float, Fitted]] = []
     # A single moment had its say in the forward steps, where its lead over others was told before much was fitted.
     lasting = [s for s in screening.screen(full) if find_effect(s.name).acts != "one"]
-    items = [(full, item) for item in contenders(lasting, CONTENDING_LATE)]
+    items = [(full, item) for item in contenders(lasting, CONTENDING[1])]
     for (_, item), one in side_by_side(
         partial(extended, judge.fits, screening), items, screening.jobs, screening.workers
     ):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.screen import Screened
-from linid.diagnosis.select import Part, contenders, look_alike, stands, structural_of
+from linid.diagnosis.select import CONTENDING, Part, contenders, look_alike, stands, structural_of
 from linid.identification.effect_guess import Trial
 from linid.physics.model import Model
 
@@ -35,16 +36,29 @@ def test_an_effect_stands_by_gain_certainty_and_what_it_closes(
     assert stands(Part(name, Evidence(gain, certainty, closed, 1.0, closed), NOTHING)) is stays
 
 
+def test_most_of_the_power_counts_where_the_logarithm_is_large_for_ever() -> None:
+    far = Evidence(gain=0.7, certainty=5.5, closed=0.1, power=166.0, power_closed=0.86)
+    assert stands(Part("payload_change", far, NOTHING)) and stands(Part("cogging", far, NOTHING))
+    assert not stands(Part("cogging", replace(far, power_closed=0.3), NOTHING))
+
+
+def test_what_large_effects_leave_of_their_form_is_no_further_cause() -> None:
+    sure = Evidence(gain=0.09, certainty=5.7, closed=0.5, power=0.4, power_closed=0.4)
+    assert stands(Part("eddy_current_drag", sure, NOTHING, share=0.003))
+    assert not stands(Part("eddy_current_drag", sure, NOTHING, share=0.0002))
+
+
 def test_contenders_explain_nearly_as_much_as_the_best() -> None:
     def found(name: str, explained: float, lead: float = 1e9) -> Screened:
         return Screened(name, Trial({}, {}, explained, lead))
 
     chosen = contenders(
         [found("cogging", 0.6), found("cable_force", 0.5), found("external_disturbance", 0.5, 1.2),
-         found("quadratic_drag", 0.1)]
+         found("quadratic_drag", 0.1)],
+        CONTENDING[0],
     )  # fmt: skip
     assert [s.name for s in chosen] == ["cogging", "cable_force"]
-    assert contenders([found("cogging", 0.0005)]) == []
+    assert contenders([found("cogging", 0.0005)], CONTENDING[-1]) == []
 
 
 def test_look_alikes_say_so_on_either_side() -> None:

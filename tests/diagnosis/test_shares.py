@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.base import Base, fit_base_model, numbered
-from linid.diagnosis.joint import Fitted
+from linid.diagnosis.joint import THOROUGH, Fitted
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import fit_effects
 from linid.diagnosis.shares import Shares, shares_of
@@ -79,6 +79,19 @@ def test_an_interval_holds_its_share_and_first_and_last_frame_it_where_causes_ar
     for portion in found()[2].portions.values():
         assert portion.low < portion.share < portion.high
         assert portion.last_in == pytest.approx(portion.share, abs=0.2)
+
+
+def test_a_fit_follows_a_curved_valley_to_its_end() -> None:
+    """Coulomb force, viscous friction and a drag of any power nearly stand in for each other at one-way speeds."""
+    base, best, _ = found()
+    astray = {"coulomb_force": 1.23, "viscous_friction": 9.82, "drag_coefficient": 0.98, "drag_power": 2.96}
+    start = {**best.values, **astray}
+    fits = base.judge.fits
+    assert fits.level_at(best.model, start, best.structural, best.recordings) > 0.03
+    one = fits.fit(best.model, start, best.structural, best.recordings, THOROUGH)
+    assert one.values["drag_power"] == pytest.approx(2.0, abs=0.02)
+    assert one.values["viscous_friction"] == pytest.approx(VISCOUS, rel=0.02)
+    assert one.values["drag_coefficient"] == pytest.approx(4.0, rel=0.05)
 
 
 def test_the_floor_is_the_noise_of_the_sensors() -> None:

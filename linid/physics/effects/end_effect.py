@@ -9,7 +9,7 @@ from linid.physics.effects.shapes import bounded
 from linid.physics.parameter import Parameter
 
 _FURTHEST = 500.0  # lengths, where the exponential is held
-_REACH = 2.5  # of the lengths' first values: what reaches farther is no longer an end
+_REACH = 1.5  # of the lengths' first values: what reaches the middle is no longer an end
 
 
 @term
@@ -25,7 +25,7 @@ def thrust(
 def grid(outlook: Outlook) -> tuple[Values, ...]:
     """Reaches and lengths of the loss as shares of the stroke, from the stroke's ends (the track may end elsewhere)."""
     ends = {"end_low": outlook.stroke_low, "end_high": outlook.stroke_high}
-    shares = [(reach, length) for reach in (0.03, 0.1, 0.2, 0.3, 0.4) for length in (0.03, 0.08)]
+    shares = [(reach, length) for reach in (0.03, 0.1, 0.2, 0.3) for length in (0.03, 0.08)]
     stroke = outlook.stroke
     return tuple(
         {"end_reach_low": r * stroke, "end_reach_high": r * stroke, "end_length": w * stroke, **ends} for r, w in shares
@@ -37,8 +37,8 @@ EFFECT = Effect(
     slot="FORCE",
     physics="Thrust falls near an end: factor 1 - a / (1 + exp((d - r)/L)), d the distance from that end.",
     parameters=(
-        Parameter("end_loss_low", "a_1", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the lower end"),
-        Parameter("end_loss_high", "a_2", "1", -0.9, 0.9, 0.0, meaning="share of the thrust lost at the upper end"),
+        Parameter("end_loss_low", "a_1", "1", -0.6, 0.6, 0.0, meaning="share of the thrust lost at the lower end"),
+        Parameter("end_loss_high", "a_2", "1", -0.6, 0.6, 0.0, meaning="share of the thrust lost at the upper end"),
         Parameter(
             "end_reach_low", "r_1", "m", 1e-4, 1e2, 0.03, log=True, meaning="lower end to half its loss", reach=_REACH
         ),
