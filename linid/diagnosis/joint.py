@@ -55,7 +55,8 @@ class Effort:
 THOROUGH = Effort(60, 1e-5, 4)
 SETTLING = Effort(20, 1e-4, 1)
 QUICK = Effort(20, 3e-4, 1)
-SOFTNESS = (1e4, 1e2, 1.0)  # floors that count as one, in turn, where a fit is far above it
+SOFTENED = Effort(10, 1e-3, 1)
+SOFTNESS = (1e4, 1e2)  # floors that count as one, in turn, where a fit is far above it
 FAR = 0.3  # level from which on a fit may have ended in a wrong valley
 
 
@@ -277,6 +278,7 @@ class JointFit:
 
         floor: (B,) under the residual's own model; what it has more noise than the base is taken off the squares
         (corrected least squares: Fuller 1987), or a fit would do best with inputs that push less than they do.
+        softness: floors that count as one.
         """
         place = self.balance.rows.bin[rows]
         power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
@@ -321,10 +323,11 @@ class JointFit:
 
     def fit(
         self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
-        effort: Effort, slopes: Mapping[str, Array] | None = None, exact: bool = False, softness: float = 1.0,
+        effort: Effort, slopes: Mapping[str, Array] | None = None, exact: bool = False, soft: Sequence[float] = (),
     ) -> Fitted:  # fmt: skip
         """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
-        near there, where they are known; exact: they are those at the first values."""
+        near there, where they are known; exact: they are those at the first values; soft: floors that count as one,
+        in turn, before one does."""
         chosen = tuple(sorted(recordings))
         names = {p.name for p in model.parameters}
         held = {k: x for k, x in self.held.items() if k in names} | dict(structural)
@@ -332,14 +335,14 @@ class JointFit:
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
         phase = float({**values, **held}.get("shift", 0.0))
-        key = _key(model, {**held, "phase": phase, "soft": softness}, chosen, x, effort)
+        key = _key(model, {**held, "phase": phase}, chosen, x, effort, soft)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
             residual = self._residuals(model, coordinates, held, x[None, :], phase)[0]
         else:
             x, residual = self._descend(
-                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {}), exact, softness
+                model, coordinates, held, x, phase, self.rows_of(chosen), effort, dict(slopes or {}), exact, soft
             )
             memory[key] = x.tolist()
         vector = vectors_of(coordinates, model, held, x, phase)[0]
@@ -355,13 +358,9 @@ class JointFit:
         Far above the floor the criterion has many valleys, one for each bin that some values happen to suit. Floors
         that count as many times as large join them (graduated non-convexity: Blake and Zisserman 1987).
         """
-        step = one
-        for softness in SOFTNESS:
-            last = softness == SOFTNESS[-1]
-            step = self.fit(
-                one.model, step.values, one.structural, one.recordings, effort if last else QUICK, self.slopes(step),
-                exact=True, softness=softness,
-            )  # fmt: skip
+        step = self.fit(
+            one.model, one.values, one.structural, one.recordings, effort, self.slopes(one), exact=True, soft=SOFTNESS
+        )
         return step if step.level < one.level else one
 
     def level_at(
@@ -425,7 +424,7 @@ class JointFit:
 
     def _descend(
         self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
-        rows: Chosen, effort: Effort, known: Mapping[str, Array], exact: bool, softness: float = 1.0,
+        rows: Chosen, effort: Effort, known: Mapping[str, Array], exact: bool, soft: Sequence[float],
     ) -> tuple[Array, Array]:  # fmt: skip
         """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
         577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
@@ -441,58 +440,59 @@ class JointFit:
         shapes = [k for k, c in enumerate(coordinates) if not c.force]
         # Slopes by forces hardly change on the way: those by all else are computed anew first.
         stale: list[list[int]] = [] if exact or not known else [shapes, list(range(x.size))]
-        renewals = used = 0
         vector = vectors_of(coordinates, model, held, x, phase)[0]
         floor = self.floor_of(model, vector)
-        level = self.level(residual, floor, rows, softness)
-        damping, failed = _DAMPING, False
         count = float(np.count_nonzero(rows))
-        linear: _Linear | None = None
-        while used < effort.steps:
-            if linear is None:
-                weights = self.weights(residual, floor, rows, softness)[rows]
-                pull = self._pull(coordinates, residual, vector, model, rows, softness)
-                linear = _Linear(slopes[:, rows] * weights, residual[rows] * weights, pull)
-            room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
-            move, promised = linear.step(damping, room)
-            kept = -math.inf
-            if promised <= effort.precision * count:
-                if not stale or renewals >= effort.renewals:
-                    break
-            else:
-                for bent in (False, True):
-                    trial = np.clip(x + move, lower, upper)
-                    later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
-                    used += 1
-                    there = vectors_of(coordinates, model, held, trial, phase)[0]
-                    floor_there = self.floor_of(model, there)
-                    reached = self.level(later, floor_there, rows, softness)
-                    kept = (level - reached) * count / promised
-                    missed = later - residual - (trial - x) @ slopes
-                    if kept > _LEAST_KEPT or bent or used >= effort.steps:
+        for softness in (*soft, 1.0):
+            own = effort if softness == 1.0 else SOFTENED
+            level = self.level(residual, floor, rows, softness)
+            damping, failed, used, renewals = _DAMPING, False, 0, 0
+            linear: _Linear | None = None
+            while used < own.steps:
+                if linear is None:
+                    weights = self.weights(residual, floor, rows, softness)[rows]
+                    pull = self._pull(coordinates, residual, vector, model, rows, softness)
+                    linear = _Linear(slopes[:, rows] * weights, residual[rows] * weights, pull)
+                room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
+                move, promised = linear.step(damping, room)
+                kept = -math.inf
+                if promised <= own.precision * count:
+                    if not stale or renewals >= own.renewals:
                         break
-                    # A curved valley: what the straight step missed tells how to bend it.
-                    move, _ = linear.step(damping, room, missed[rows] * weights)
-            if kept > _LEAST_KEPT:
-                norms = np.linalg.norm(linear.columns, axis=1)
-                scaled = (trial - x) * norms
-                size = float(scaled @ scaled)
-                if size > 0.0:
-                    slopes += np.outer(scaled * norms / size, missed)
-                x, residual, level, vector, floor = trial, later, reached, there, floor_there
-                damping = max(damping * (0.1 if kept > 0.5 and not failed else 1.0), _LEAST_DAMPING)
-                failed, linear = False, None
-                stale = [shapes, list(range(x.size))]
-            elif stale and renewals < effort.renewals:
-                wanted = stale.pop(0)
-                slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
-                renewals += 1
-                linear = None
-            else:
-                failed = True
-                damping *= 10.0
-                if damping > _LARGEST_DAMPING:
-                    break
+                else:
+                    for bent in (False, True):
+                        trial = np.clip(x + move, lower, upper)
+                        later = self._residuals(model, coordinates, held, trial[None, :], phase)[0]
+                        used += 1
+                        there = vectors_of(coordinates, model, held, trial, phase)[0]
+                        floor_there = self.floor_of(model, there)
+                        reached = self.level(later, floor_there, rows, softness)
+                        kept = (level - reached) * count / promised
+                        missed = later - residual - (trial - x) @ slopes
+                        if kept > _LEAST_KEPT or bent or used >= own.steps:
+                            break
+                        # A curved valley: what the straight step missed tells how to bend it.
+                        move, _ = linear.step(damping, room, missed[rows] * weights)
+                if kept > _LEAST_KEPT:
+                    norms = np.linalg.norm(linear.columns, axis=1)
+                    scaled = (trial - x) * norms
+                    size = float(scaled @ scaled)
+                    if size > 0.0:
+                        slopes += np.outer(scaled * norms / size, missed)
+                    x, residual, level, vector, floor = trial, later, reached, there, floor_there
+                    damping = max(damping * (0.1 if kept > 0.5 and not failed else 1.0), _LEAST_DAMPING)
+                    failed, linear = False, None
+                    stale = [shapes, list(range(x.size))]
+                elif stale and renewals < own.renewals:
+                    wanted = stale.pop(0)
+                    slopes[wanted] = self._differences(model, coordinates, held, x, phase, residual, wanted)
+                    renewals += 1
+                    linear = None
+                else:
+                    failed = True
+                    damping *= 10.0
+                    if damping > _LARGEST_DAMPING:
+                        break
         return x, residual
 
 
@@ -540,7 +540,10 @@ class _Linear:
         return np.asarray(np.where(told, move / norms, 0.0)), promised
 
 
-def _key(model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort) -> str:
+def _key(
+    model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort,
+    soft: Sequence[float],
+) -> str:  # fmt: skip
     """What decides the result of a fit, as a hash."""
-    parts = (model.kind, model.effects, sorted(held.items()), recordings, x.tolist(), effort)
+    parts = (model.kind, model.effects, sorted(held.items()), recordings, x.tolist(), effort, tuple(soft))
     return hashlib.sha256(repr(parts).encode()).hexdigest()
