@@ -18,7 +18,7 @@ from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.side_by_side import Workers
 from linid.identification.acceleration import Acceleration
 from linid.identification.effect_guess import EffectColumns, Trial, amplitude_sizes, best_trial
-from linid.identification.outlook import look_out
+from linid.identification.outlook import amplitude_range, look_out
 from linid.physics.effects.effect import Effect, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED
@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 Moments = dict[int, tuple[list[Values], NDArray[np.float32]]]
 
 _RIDGE = 1.0  # deviation, of its own scale, that a base parameter may take in a regression; forces are free
+_TOLD = 0.1  # of all that recordings tell of an effect's size: with more of it the fitted ones will do
 _LIKE = 0.5  # of the largest amplitude: what a recording must show to be counted in
 _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
 _CLEAR = 1e-3  # of a column's power: what the base must leave of it
@@ -163,7 +164,7 @@ class Screening:
 
     def to_fit(self, step: Fitted | None, name: str = "", values: Values | None = None) -> tuple[int, ...]:
         """Places of recordings to which a model is fitted: the fitted ones, and those held out in which an effect of
-        single recordings acts, since nothing else may tell its size."""
+        single recordings acts, where the fitted ones tell little of its size."""
         chosen = set(self.fitted)
         effects = [(e, {**step.values, **step.structural}) for e in step.model.effects] if step is not None else []
         effects += [(name, dict(values or {}))] if name else []
@@ -171,8 +172,22 @@ class Screening:
             effect = find_effect(effect_name)
             if not effect.per_recording:
                 continue
-            chosen.update(k for k, r in enumerate(self.recordings) if effect.acts_in(at, r.number))
+            marked = {k for k, r in enumerate(self.recordings) if effect.acts_in(at, r.number)}
+            told = self._told(effect, at) if effect.acts == "some" else np.zeros(len(self.recordings))
+            if sum(told[k] for k in marked & chosen) <= _TOLD * sum(told[k] for k in marked):
+                chosen.update(marked)
         return tuple(sorted(chosen))
+
+    def _told(self, effect: Effect, values: Values) -> Array:
+        """What each recording (R,) tells of the size of an effect that acts in some: its column's power over the
+        floor's."""
+        (amplitude,) = (p for p in effect.parameters if p.name in effect.amplitudes)
+        fits, mass = self.fits, self.effects.values["mass"]
+        size = amplitude_range(amplitude, self.whole, fits.coordinates.force_scale, mass)[1]
+        columns = self.effects_everywhere.of(effect, [{effect.mark: values[effect.mark]}], {amplitude.name: size})
+        rows = fits.balance.rows
+        power = (columns[:, 0] * fits.inverse) ** 2 / fits.reference[rows.bin]
+        return np.asarray(np.bincount(rows.recording, power, minlength=len(self.recordings)), dtype=np.float64)
 
     def screen(
         self, step: Fitted, watch: Callable[[int, int], None] | None = None, *, only: Iterable[str] = ()
