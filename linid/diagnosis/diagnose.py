@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -118,7 +118,8 @@ def diagnose(
     shares = shares_of(judge, found.base, found.best, seed)
     known_mass = "mass" in known or "mass" not in base.held
     scale = "" if known_mass else "kg m^2" if recordings[0].axis == "rotary" else "kg"
-    budget = seen.budget(shares, _entries(found, shares, after, recordings, seed))
+    measures = together(changes, traces_after, seed)
+    budget = seen.budget(shares, _entries(found, shares, after, recordings, measures, seed))
     checks = checks_of(recordings)
     screened = [(s.name, s.trial.explained) for s in found.screened]
     verdict = decide(budget, seen.where, screened, seen.motion, checks)
@@ -138,7 +139,7 @@ def diagnose(
         tried=_tried(found),
         where=seen.where,
         pairs=seen.pairs,
-        measures=together(changes, traces_after, seed),
+        measures=measures,
         recordings=changes,
         traces=_traces(judge, found.base, found.best, seen.masses),
         checks=checks,
@@ -199,18 +200,22 @@ class _Seen:
 
 
 def _entries(
-    found: Selection, shares: Shares, after: FitResult, recordings: Sequence[Recording], seed: int
-) -> tuple[Entry, ...]:
-    """The budget's lines, the largest share first."""
+    found: Selection, shares: Shares, after: FitResult, recordings: Sequence[Recording],
+    changes: Mapping[str, Change], seed: int,
+) -> tuple[Entry, ...]:  # fmt: skip
+    """The budget's lines, the largest share first; changes: of the measures by all effects together."""
     held = [r for r in recordings if r.split == "held_out"]
-    best = measured(after, found.best, held, seed, recordings)
+    best = measured(after, found.best, held, seed, recordings) if len(found.parts) > 1 else {}
     out = []
     for part in found.parts:
         portion = shares.portions[part.name]
         own = {p.name for p in find_effect(part.name).parameters}
         parameters = tuple(e for e in after.estimates if e.name in own)
-        without = measured(after, part.without, held, seed, recordings)
-        measures = {name: Change(without[name], best[name], math.nan) for name in MEASURES}
+        if len(found.parts) == 1:  # what it does is what all do
+            measures = dict(changes)
+        else:
+            without = measured(after, part.without, held, seed, recordings)
+            measures = {name: Change(without[name], best[name], changes[name].floor) for name in MEASURES}
         out.append(
             Entry(
                 effect=part.name,

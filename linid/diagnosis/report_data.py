@@ -104,8 +104,11 @@ class Entry:
 
     @property
     def worsens(self) -> tuple[str, ...]:
-        """Measures that are worse with it than without."""
-        return tuple(name for name, change in self.measures.items() if change.after > change.before)
+        """Measures that are worse with it than without, by more than the noise explains."""
+        return tuple(
+            name for name, change in self.measures.items()
+            if change.after > float(np.fmax(change.before, change.floor))
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

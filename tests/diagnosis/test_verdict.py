@@ -77,6 +77,12 @@ def test_an_effect_that_worsens_a_measure_is_not_named_without_saying_so() -> No
     assert "0.1 s ahead" in sentence and "worse" in sentence and "force balance" not in sentence
 
 
+def test_what_changes_below_the_floor_of_a_measure_is_not_worse() -> None:
+    """A free run of a stick-slip axis misses it by as much whenever it is repeated."""
+    same = entry(measures={"free_run": Change(1.68, 2.46, 3.1), "force": Change(3.0, 1.0, 0.1)})
+    assert same.worsens == () and "worse" not in said((same,), 20.0, 0.1)[1]
+
+
 @pytest.mark.parametrize("motion", [-3.0, 0.2, float(np.nextafter(0.5, 0.0))])
 def test_a_model_that_misses_the_motion_says_so_and_blames_no_channel_without_evidence(motion: float) -> None:
     status, sentence = said((), 20.0, 20.0, motion)
