@@ -47,8 +47,9 @@ CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
 LEAST_GAIN = 0.01
 LEAST_SHARE = 0.002  # of the gap's power: what large effects leave of their own form is no further cause
 LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
-# What closes less, as on machines whose floor no model reaches, must be beyond doubt and no trifle.
-SURE, SURE_GAIN = 4.0, 0.05
+# What closes less, as on machines whose floor no model reaches, must be beyond doubt and no trifle, neither in the
+# logarithm nor in the power: what is in no library is sure to lend others a little of either.
+SURE, SURE_ALONE, NO_TRIFLE = 4.0, 5.5, 0.05
 # Effects of single recordings fit themselves to much: of what they leave they must close more.
 LEAST_CLOSED_ALONE = 0.4
 LEAST_POWER_ALONE = 0.3  # floors in the power of the judged rows: a recording without a gap has nothing unlogged in it
@@ -393,5 +394,6 @@ def stands(part: Part) -> bool:
     most = e.power_closed >= MOST_OF_POWER and e.certainty >= CERTAINTY
     closed = LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED
     there = not effect.per_recording or e.power >= LEAST_POWER_ALONE
-    beyond_doubt = e.certainty >= SURE and e.gain >= SURE_GAIN
+    beyond_doubt = e.certainty >= (SURE_ALONE if effect.per_recording else SURE)
+    beyond_doubt = beyond_doubt and min(e.gain, e.power_closed) >= NO_TRIFLE
     return there and e.gain >= LEAST_GAIN and (most or beyond_doubt or (sure and e.closed >= closed))
