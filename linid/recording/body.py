@@ -5,16 +5,17 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from linid.errors import DataError
-from linid.recording.dialect import NUMBER, Dialect, is_grouped, is_number, split, thousands_error, to_float
+from linid.recording.dialect import LARGEST, NUMBER, Dialect, is_grouped, is_number, split, thousands_error, to_float
 from linid.recording.pieces import texts
 from linid.recording.recording import Array
+from linid.recording.stamps import StampClock
 
 Integers = np.ndarray[tuple[int], np.dtype[np.int64]]
 _BAD_SHARE = 0.01  # more unusable rows than this is no isolated damage
@@ -45,17 +46,22 @@ def read_body(
     total = end - dialect.first
     kept = [k for k in range(dialect.fields) if wanted is None or k in wanted]
     columns = [np.full(total if k in kept else 0, np.nan) for k in range(dialect.fields)]
-    if _all_clean(lines, dialect, end, columns, kept):
+    clocks = {k: StampClock() for k in dialect.stamps if k in kept}
+    if _all_clean(lines, dialect, end, columns, kept, clocks):
         return Body(tuple(columns), np.arange(dialect.first + 1, end + 1), (total,) * dialect.fields, {}, tuple(notes))
-    return _careful(lines, dialect, place, end, columns, kept, notes, short_rows)
+    clocks = {k: StampClock() for k in clocks}
+    return _careful(lines, dialect, place, end, columns, kept, notes, short_rows, clocks)
 
 
-def _all_clean(lines: Sequence[str], dialect: Dialect, end: int, columns: list[Array], kept: list[int]) -> bool:
+def _all_clean(
+    lines: Sequence[str], dialect: Dialect, end: int, columns: list[Array], kept: list[int],
+    clocks: Mapping[int, StampClock],
+) -> bool:  # fmt: skip
     """Fill the kept columns by the C parser; False when anything in the file is unusual."""
     lead = lines[dialect.first]  # the parser takes the number of fields from the first line that it sees
     for first, stop, text in texts(lines, dialect.first, end):
         led = int(first > dialect.first)
-        numbers = _fast(f"{lead}\n{text}" if led else text, stop - first + led, dialect, '"' in lead)
+        numbers = _fast(f"{lead}\n{text}" if led else text, stop - first + led, dialect, '"' in lead, clocks)
         if numbers is None:
             return False
         for k in kept:
@@ -84,7 +90,9 @@ def _has_number(line: str, dialect: Dialect) -> bool:
     return any(is_number(cell, dialect.decimal) for cell in split(line, dialect.separator))
 
 
-def _fast(text: str, rows: int, dialect: Dialect, quoted: bool) -> dict[int, Array] | None:
+def _fast(
+    text: str, rows: int, dialect: Dialect, quoted: bool, clocks: Mapping[int, StampClock]
+) -> dict[int, Array] | None:
     """The numeric columns of some rows by the C parser, or None when anything in them is unusual."""
     import pandas as pd
 
@@ -111,26 +119,31 @@ def _fast(text: str, rows: int, dialect: Dialect, quoted: bool) -> dict[int, Arr
     if frame.shape != (rows, dialect.fields):
         return None
     numbers = {k: frame[k].to_numpy() for k, numeric in enumerate(dialect.numeric) if numeric}
-    return numbers if all(np.isfinite(x).all() for x in numbers.values()) else None
+    numbers |= {k: clock.seconds(frame[k].to_list()) for k, clock in clocks.items()}
+    # A nan is neither above nor below.
+    return numbers if all(x.max() <= LARGEST and x.min() >= -LARGEST for x in numbers.values()) else None
 
 
 def _clean_row(dialect: Dialect) -> re.Pattern[str]:
     """Pattern of a row with nothing unusual in its numeric columns."""
-    number = rf'\s*"?{NUMBER[dialect.decimal]}"?\s*'
-    sep = r"\s+" if dialect.separator == " " else re.escape(dialect.separator)
-    anything = rf"[^{re.escape(dialect.separator)}]*"
-    return re.compile(sep.join(number if numeric else anything for numeric in dialect.numeric))
+    blanks = dialect.separator == " "
+    # Possessive, and no blank that could also be a separator: tried in one way only.
+    number = rf'"?{NUMBER[dialect.decimal]}"?' if blanks else rf' *+"?{NUMBER[dialect.decimal]}"? *+'
+    sep = r"\s++" if blanks else re.escape(dialect.separator)
+    anything = r"\S++" if blanks else rf"[^{re.escape(dialect.separator)}]*+"
+    row = sep.join(number if numeric else anything for numeric in dialect.numeric)
+    return re.compile(rf"\s*+{row}\s*" if blanks else row)
 
 
 def _careful(
     lines: Sequence[str], dialect: Dialect, place: str, end: int, columns: list[Array], kept: list[int],
-    notes: list[str], short_rows: bool,
+    notes: list[str], short_rows: bool, clocks: Mapping[int, StampClock],
 ) -> Body:  # fmt: skip
     """Fill the kept columns with what is clean by the C parser and with the rest line by line."""
     clean = _clean_row(dialect).fullmatch
     numbers = np.empty(end - dialect.first, dtype=np.int64)
     ends = [0] * dialect.fields
-    rows = _Rows(dialect, place, short_rows, kept)
+    rows = _Rows(dialect, place, short_rows, kept, clocks)
     quoted = '"' in lines[dialect.first]
     at = 0  # rows kept so far
     for first, _, text in texts(lines, dialect.first, end):
@@ -139,7 +152,7 @@ def _careful(
         good = None
         if is_clean.any():
             plain = "\n".join(line for line, ok in zip(body, is_clean, strict=True) if ok)
-            good = _fast(plain, int(is_clean.sum()), dialect, quoted)
+            good = _fast(plain, int(is_clean.sum()), dialect, quoted, clocks)
         if good is None:
             is_clean[:] = False
         values = np.full((len(body), dialect.fields), np.nan)
@@ -173,8 +186,11 @@ def _careful(
 class _Rows:
     """Reads unusual rows one by one and counts what was wrong, by line number (from 1)."""
 
-    def __init__(self, dialect: Dialect, place: str, short_rows: bool, kept: Collection[int]) -> None:
+    def __init__(
+        self, dialect: Dialect, place: str, short_rows: bool, kept: Collection[int], clocks: Mapping[int, StampClock]
+    ) -> None:
         self.dialect, self.place, self.short_rows, self.kept = dialect, place, short_rows, kept
+        self.clocks = clocks
         self.bad: dict[tuple[int, int], str] = {}
         self.blank = 0
         self.wrong: list[tuple[int, int]] = []
@@ -197,12 +213,22 @@ class _Rows:
                 raise thousands_error(self._line(line), grouped)
             self.wrong.append((line, len(cells)))
             return None
-        return [self._value(cells[k], line, row, k) if dialect.numeric[k] else np.nan for k in range(dialect.fields)]
+        return [
+            self._value(cells[k], line, row, k) if dialect.numeric[k]
+            else self._stamp(cells[k], row, k) if k in self.clocks else np.nan
+            for k in range(dialect.fields)
+        ]  # fmt: skip
+
+    def _stamp(self, cell: str, row: int, k: int) -> float:
+        value = float(self.clocks[k].seconds([cell])[0])
+        if cell and not np.isfinite(value):
+            self.bad[row, k] = cell
+        return value
 
     def _value(self, cell: str, line: int, row: int, k: int) -> float:
         if is_number(cell, self.dialect.decimal):
             value = to_float(cell, self.dialect.decimal)
-            if np.isfinite(value):
+            if abs(value) <= LARGEST:
                 return value
         elif is_grouped(cell):
             raise thousands_error(f"{self._line(line)}, column {k + 1}", cell)

@@ -9,22 +9,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from linid.errors import DataError
+from linid.recording.stamps import is_stamp
 
+# Possessive: a row with a blank or cut cell must not be tried in exponentially many ways.
 NUMBER = {
-    ".": r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?",
-    ",": r"[+-]?(?:\d+(?:,\d*)?|,\d+)(?:[eE][+-]?\d+)?",
+    ".": r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?",
+    ",": r"[+-]?(?:\d++(?:,\d*+)?|,\d++)(?:[eE][+-]?\d++)?",
 }
+_LONGEST_CELL = 400  # characters; what is longer is no number
+LARGEST = 1e30  # of either sign: no channel of a drive holds more, and its square still is a number
 _IS_NUMBER = {mark: re.compile(pattern) for mark, pattern in NUMBER.items()}
 # Cells that stand for a number that is not there.
 _PLACEHOLDER = re.compile(r"|[+-]?(?:nan|inf|infinity)|n/?a|null|none|-+|#.*|\ufffd.*|[+-]?\d[\w.,'+-]*", re.IGNORECASE)
 _DATE = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}(?:[T ]\d{1,2}:\d{2}\S*)?|\d{1,2}:\d{2}(?::\d{2}\S*)?")
-_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "blanks"}
+_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "blanks", ":": "colon", "|": "bar"}
+SEPARATORS = (";", "\t", ",", "|")
+_SEPARATED = re.compile(r"\d *+[;\t]|[;\t] *+\d")
 _GROUPED = re.compile(r"[+-]?\d{1,3}(?:([.,' \u00a0\u202f])\d{3})+(?:[.,]\d+)?")
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the body is written: fields per row, index (from 0) of the first data line, numeric columns."""
+    """How the body is written: fields per row, index (from 0) of the first data line, numeric columns; stamps: columns
+    of clock times or dates."""
 
     separator: str
     decimal: str
@@ -32,12 +39,23 @@ class Dialect:
     first: int
     numeric: tuple[bool, ...]
     skip: int = 0
+    stamps: tuple[int, ...] = ()
+
+    @property
+    def readable(self) -> tuple[bool, ...]:
+        """Which columns hold numbers, or times that become numbers."""
+        return tuple(is_numeric or k in self.stamps for k, is_numeric in enumerate(self.numeric))
 
     @property
     def text(self) -> str:
         """In words."""
         mark = "comma" if self.decimal == "," else "point"
-        return f"separator {_NAMES[self.separator]}, decimal {mark}"
+        return f"separator {named(self.separator)}, decimal {mark}"
+
+
+def named(separator: str) -> str:
+    """A separator in words."""
+    return _NAMES.get(separator, repr(separator))
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -58,7 +76,7 @@ def split(line: str, separator: str) -> list[str]:
 
 def is_number(cell: str, decimal: str) -> bool:
     """Whether the whole cell is one number written with this decimal mark."""
-    return bool(_IS_NUMBER[decimal].fullmatch(cell))
+    return len(cell) <= _LONGEST_CELL and bool(_IS_NUMBER[decimal].fullmatch(cell))
 
 
 def to_float(cell: str, decimal: str) -> float:
@@ -76,11 +94,11 @@ def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, dec
     if lines and lines[0].strip().lower() in ("sep=", '"sep='):
         hint = re.fullmatch(r"(?i)sep=(\t)", lines[0])
     if hint:
-        skip, separator = 1, separator or hint[1]
+        skip, separator = 1, separator or (hint[1] if hint[1] in _NAMES else None)
     sample = [lines[i] for i in _sample(lines, skip)]
     found = [
         dialect
-        for sep in ([separator] if separator else [";", "\t", ","])
+        for sep in ([separator] if separator else SEPARATORS)
         for mark in ([decimal] if decimal else [".", ","])
         if (dialect := _try(lines, sample, sep, mark, skip))
     ]
@@ -92,7 +110,7 @@ def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, dec
         raise _no_body(lines, place, skip)
     separators = {d.separator for d in found if d.fields > 1}
     if len(separators) > 1:
-        names = " or ".join(_NAMES[s] for s in separators)
+        names = " or ".join(named(s) for s in separators)
         raise DataError(place, f"ambiguous separator: {names} both fit the data", "Give `separator:` in the mapping.")
     best = found[0]  # point before comma: with whole numbers only, both marks fit and mean the same
     _refuse_comma_comma(lines, best, place)
@@ -115,12 +133,18 @@ def _try(lines: Sequence[str], sample: Sequence[str], separator: str, decimal: s
     if not any(numeric):
         return None
     first = first_data_line(lines, separator, decimal, numeric, skip)
-    return None if first is None else Dialect(separator, decimal, count, first, numeric, skip)
+    stamps = tuple(k for k in range(count) if not numeric[k] and _is_stamped([row[k] for row in rows]))
+    return None if first is None else Dialect(separator, decimal, count, first, numeric, skip, stamps)
 
 
 def _is_numeric(cells: Sequence[str], decimal: str) -> bool:
     filled = [cell for cell in cells if cell]
     return sum(is_number(cell, decimal) for cell in filled) > 0.5 * len(filled)
+
+
+def _is_stamped(cells: Sequence[str]) -> bool:
+    filled = [cell for cell in cells if cell]
+    return sum(map(is_stamp, filled)) > 0.5 * len(filled)
 
 
 def _sample(lines: Sequence[str], skip: int) -> list[int]:
@@ -144,7 +168,7 @@ def _broken(cell: str, decimal: str) -> bool:
     other = "," if decimal == "." else "."
     if is_grouped(cell):
         return True
-    return (is_number(cell, other) and not is_number(cell, decimal)) or bool(re.search(r"\d\s*[;\t]|[;\t]\s*\d", cell))
+    return (is_number(cell, other) and not is_number(cell, decimal)) or bool(_SEPARATED.search(cell))
 
 
 def first_data_line(
@@ -206,14 +230,14 @@ def _no_body(lines: Sequence[str], place: str, skip: int) -> DataError:
     listed = ", ".join(f"{n} fields in {times} lines" for n, times in counts.most_common(4))
     return DataError(
         where,
-        f"no separator gives a constant number of fields (with {_NAMES[best]}: {listed})",
+        f"no separator gives a constant number of fields (with {named(best)}: {listed})",
         "If the comma is the decimal mark, export with semicolon or tab as separator.",
     )
 
 
 def is_grouped(cell: str) -> bool:
     """Whether a cell is a number with digit grouping that cannot be read otherwise (1.234,5; 1,234,567; 1'234)."""
-    match = _GROUPED.fullmatch(cell)
+    match = _GROUPED.fullmatch(cell) if len(cell) <= _LONGEST_CELL else None
     return bool(match) and not is_number(cell, ".") and not is_number(cell, ",")
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from linid.errors import LinidError
 from linid.recording.assemble import assemble
-from linid.recording.layouts import read_table
 from linid.recording.mapping import INPUTS, ROLES, ChannelMapping, Role
 from linid.recording.names import candidates
+from linid.recording.readers.registry import read_table
 from linid.recording.recording import Axis
 from linid.recording.resolve import Channel, resolve
 from linid.recording.table import Column, Table

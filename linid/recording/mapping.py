@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 from linid.errors import ConfigError
 from linid.recording.units import find_unit
@@ -23,7 +23,8 @@ INPUTS: tuple[Role, ...] = (*PHASES, *VOLTAGES, "current_q", "command")
 class ChannelSpec(BaseModel):
     """One channel: value = (raw * scale + offset) in `unit`; with unit `counts`, scale is SI units per count.
 
-    column: the header's name (with or without its unit), `#3` for the third column, or a .mat variable.
+    column: the header's name (with or without its unit), `#3` for the third column, or a variable of a file that holds
+    arrays (of a matrix, cell array or struct: `data[2]`, `data.position`).
     scale, offset: numbers; for .mat files also the name of a scalar variable.
     """
 
@@ -56,8 +57,20 @@ def _quantity(value: Any) -> Any:
 
 
 def _separator(value: Any) -> Any:
-    names = {"tab": "\t", "\\t": "\t", "space": " ", "comma": ",", "semicolon": ";"}
+    names = {"tab": "\t", "\\t": "\t", "space": " ", "comma": ",", "semicolon": ";", "colon": ":", "bar": "|"}
     return names.get(value, value) if isinstance(value, str) else value
+
+
+def _formats() -> list[str]:
+    from linid.recording.readers.registry import readers
+
+    return [reader.name for reader in readers()]
+
+
+def _known_format(value: str) -> str:
+    if value not in _formats():
+        raise ValueError(f"unknown format '{value}'; known: {', '.join(_formats())}")
+    return value
 
 
 Spec = Annotated[ChannelSpec | None, BeforeValidator(_spec)]
@@ -84,9 +97,11 @@ class ChannelMapping(BaseModel):
     current_q: Spec = None
     command: Spec = None
     period: Annotated[Quantity | None, BeforeValidator(_quantity)] = None
-    layout: Literal["generic", "twincat", "elmo", "controldesk", "mat"] | None = None
+    layout: Annotated[str, AfterValidator(_known_format)] | None = Field(
+        default=None, json_schema_extra=lambda schema: schema.update(examples=[*_formats()])
+    )
     decimal: Literal[".", ","] | None = None
-    separator: Annotated[Literal[";", "\t", ",", " "] | None, BeforeValidator(_separator)] = None
+    separator: Annotated[Literal[";", "\t", ",", " ", ":", "|"] | None, BeforeValidator(_separator)] = None
     encoding: str | None = None
     time_group: int | None = Field(default=None, ge=1)
 

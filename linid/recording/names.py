@@ -18,6 +18,11 @@ _NOT_MEASURED = _words(
     "command commanded cmd target set setpoint setpos desired demand demanded reference ref soll sollwert error err "
     "deviation lag following limit max min diff difference nominal profile profiled planned"
 )
+# An angle or position of these is not the axis': the motor's field, a regulator's result.
+_NOT_THE_AXIS = _words(
+    "electrical electric elec elektrisch elektrischer commutation kommutierung kommutierungswinkel commut phase field "
+    "hall sector controller regulator regler reglerausgang output modulation pwm load2 virtual simulated estimated"
+)
 _MEASURED = _words("actual act measured feedback ist istwert")
 _TIME = re.compile(
     r"(?:t|time|zeit|time ?stamp|(?:sample|elapsed|relative|rel) time|time (?:axis|rel|[mu]s)|x ?axis)(?: \d+| [a-z])?"
@@ -33,12 +38,18 @@ _COMMAND = re.compile(
     r"(?:.* )?(?:torque|force|current|voltage|control|motor|drive|iq|i q)(?: \w+)? "
     r"(?:command|cmd|demand|setpoint|reference|output)"
 )
+_AXIS = re.compile(
+    r"\b(?:axis|axes|achse|ax|drive|antrieb|motor|mot|joint|servo|slave|node|station|amp|x ?axis) ?(\d{1,3}|[xyzabc]\b(?! axis))"
+)
+# Words, not units, where they end a name after an underscore: pos_in (an input), pos_min (a minimum).
+_NO_UNITS_HERE = _words("in min h rev1 ref")
+_LONGEST = 300  # characters; what is longer names nothing
 _PHASE_SETS = (("u", "v", "w"), ("a", "b", "c"), ("1", "2", "3"), ("r", "s", "t"))
 
 
 def normalised(name: str) -> str:
     """Lower-case words: `ActPos`, `I_q`, `Q-Current` -> `act pos`, `i q`, `q current`."""
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Za-z]{2})(?=\d)", " ", name)
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Za-z]{2})(?=\d)", " ", name[:_LONGEST])
     return " ".join(re.findall(r"[a-z0-9äöüß]+", spaced.lower()))
 
 
@@ -48,6 +59,8 @@ def split_header(header: str) -> tuple[str, str | None]:
     The unit text is returned as written, also when it is unknown (in brackets only).
     """
     text = header.strip().strip('"').lstrip("#%").strip()
+    if len(text) > _LONGEST:
+        return text, None
     brackets = re.findall(r"[(\[{<]([^()\[\]{}<>]*)[)\]}>]", text)
     known = [content for content in brackets if find_unit(content) and content.strip() not in ("1", "-")]
     if known or brackets:
@@ -61,7 +74,7 @@ def split_header(header: str) -> tuple[str, str | None]:
     match = re.fullmatch(r"(.+)_([A-Za-zµμ]+)", text)
     # One letter after an underscore may be a phase (I_A) or `measured` (q_m): only time_s is clear.
     if match and find_unit(match[2]) and (len(match[2]) > 1 or normalised(match[1]) in ("t", "time")):
-        return match[1], match[2]
+        return (text, None) if match[2].lower() in _NO_UNITS_HERE else (match[1], match[2])
     return text, None
 
 
@@ -85,12 +98,25 @@ def candidates(names: Sequence[str]) -> dict[Role, list[int]]:
     return found
 
 
+def looks_like_position(name: str) -> bool:
+    """Whether a name speaks of a position that is another one than the axis', such as the electrical angle."""
+    words = set(normalised(name).split())
+    return bool(_POSITION & words) and bool(_NOT_THE_AXIS & words)
+
+
+def axis_of(name: str) -> str | None:
+    """Which axis of several a name says that it belongs to (`Axis2.Iq`: axis 2), or None."""
+    match = _AXIS.search(normalised(name))
+    return match[1] if match else None
+
+
 def _is_measured(words: str) -> bool:
     return not _NOT_MEASURED & set(words.split())
 
 
 def _measured(words: Sequence[str], keys: frozenset[str]) -> list[int]:
-    return _best([i for i, w in enumerate(words) if keys & set(w.split()) and _is_measured(w)], words)
+    fitting = [i for i, w in enumerate(words) if keys & set(w.split()) and _is_measured(w)]
+    return _best([i for i in fitting if not _NOT_THE_AXIS & set(words[i].split())], words)
 
 
 def _best(indices: list[int], words: Sequence[str]) -> list[int]:

@@ -13,6 +13,11 @@ from typing import Any, BinaryIO, overload
 from linid.errors import DataError
 
 Opened = Callable[[], BinaryIO]
+LONGEST_LINE = 1 << 26  # bytes: an endless line would be held whole
+
+
+class LineError(ValueError):
+    """A line, given by its number (from 1), is longer than any export's."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,8 @@ class Scan:
 def scan(opened: Opened, encoding: str, size: int, errors: str = "strict") -> Scan:
     """Find the pieces of a text file, each of about `size` bytes and at least one line end.
 
-    opened: opens the file at its beginning; errors: of the decoder. Raises OSError, and UnicodeDecodeError with the
-    byte's place in the file.
+    opened: opens the file at its beginning; errors: of the decoder. Raises OSError, LineError,
+    and UnicodeDecodeError with the byte's place in the file.
     """
     digest = hashlib.sha256()
     decoder = _decoder(encoding, errors)
@@ -67,6 +72,8 @@ def scan(opened: Opened, encoding: str, size: int, errors: str = "strict") -> Sc
             nuls += part.count("\x00")
             parts.append(part)
             begun = replace(begun, size=begun.size + len(data))
+            if begun.size > LONGEST_LINE:
+                raise LineError(begun.line + 1)
             if "\n" not in part and not last:
                 continue
             text = begun.before + "".join(parts)

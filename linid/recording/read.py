@@ -8,8 +8,8 @@ import numpy as np
 
 from linid.errors import DataError, UsageError
 from linid.recording.assemble import Signals, assemble
-from linid.recording.layouts import read_table
 from linid.recording.mapping import PHASES, VOLTAGES, ChannelMapping, Role
+from linid.recording.readers.registry import read_table
 from linid.recording.recording import Array, Axis, Kind, Recording, Split
 from linid.recording.repair import saturation_note
 from linid.recording.resolve import Channels, resolve, used_columns

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from linid.recording.body import Body, read_body
-from linid.recording.dialect import Dialect
+from linid.recording.dialect import LARGEST, Dialect
 from linid.recording.names import is_time, split_header
 from linid.recording.pieces import LongText
 from linid.recording.recording import Array
 from linid.recording.text import TextFile
+
+Lines = np.ndarray[tuple[int], np.dtype[np.int64]]
+_SHOWN_BAD = 1000  # unreadable cells whose text is kept
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Column:
     name: str
     unit: str | None
     values: Array
-    lines: np.ndarray[tuple[int], np.dtype[np.int64]]
+    lines: Lines
     bad: dict[int, str] = field(default_factory=dict)
     group: int = 0
     aliases: tuple[str, ...] = ()
@@ -75,14 +79,16 @@ def make_columns(
     aliases: Sequence[Sequence[str]] | None = None,
     groups: Sequence[int] | None = None,
     times: Sequence[bool] | None = None,
+    stamps: Sequence[int] = (),
 ) -> tuple[Column, ...]:
     """Columns from the body's, by their headers; a group that ends early (blank to its end) is cut to its own length.
 
-    first: number of the body's columns before the first header. Without `groups`, every column named like a time
-    starts a group of the columns to its right.
+    first: number of the body's columns before the first header; stamps: numbers of the columns of clock times, in s.
+    Without `groups`, every column named like a time starts a group of the columns to its right.
     """
     parsed = [split_header(header) for header in headers]
-    is_clock = list(times) if times is not None else [is_time(name) for name, _ in parsed]
+    parsed = [(name, "s") if k in stamps else (name, unit) for k, (name, unit) in enumerate(parsed)]
+    is_clock = list(times) if times is not None else _clocks([name for name, _ in parsed], stamps)
     if groups is None:
         started = np.cumsum(is_clock)
         groups = [max(0, int(n) - 1) for n in started] if sum(is_clock) > 1 else [0] * len(headers)
@@ -96,7 +102,7 @@ def make_columns(
     columns = []
     for k, (name, unit) in enumerate(parsed):
         n = lengths[groups[k]]
-        declared = units[k] if units is not None and units[k] else unit
+        declared = units[k] if units is not None and units[k] and k not in stamps else unit
         columns.append(
             Column(
                 header=headers[k], name=name, unit=declared, values=body.columns[first + k][:n],
@@ -108,14 +114,45 @@ def make_columns(
     return tuple(columns)
 
 
+def _clocks(names: Sequence[str], stamps: Sequence[int]) -> list[bool]:
+    """Which columns count time: those named so in numbers; without any, one of clock times."""
+    named = [is_time(name) and k not in stamps for k, name in enumerate(names)]
+    if any(named) or not stamps:
+        return named
+    chosen = next((k for k in stamps if is_time(names[k])), stamps[0])
+    return [k == chosen for k in range(len(names))]
+
+
+def array_column(
+    header: str, values: np.ndarray[Any, Any], *, unit: str | None = None, name: str | None = None,
+    lines: Lines | None = None, group: int = 0, time: bool | None = None, aliases: tuple[str, ...] = (),
+) -> Column:  # fmt: skip
+    """A column of a format that holds arrays; what is no finite number of a drive becomes an unreadable cell.
+
+    header: the channel's name as the file has it, with its unit unless `unit` is given; values: (n,) numbers; lines:
+    (n,) line numbers, else samples from 1; time: whether it counts time (None: by its name).
+    """
+    numbers = np.asarray(values, dtype=np.float64).ravel()
+    plain, declared = split_header(header)
+    if unit is not None:
+        plain, declared = (plain if declared == unit else header), unit or None
+    good = np.abs(numbers) <= LARGEST
+    bad = {int(i): str(numbers[i]) for i in np.flatnonzero(~good)[:_SHOWN_BAD]}
+    return Column(
+        header, name or plain, declared, np.where(good, numbers, np.nan),
+        np.arange(1, numbers.size + 1) if lines is None else lines, bad, group, aliases,
+        time=is_time(plain) if time is None else time,
+    )  # fmt: skip
+
+
 def with_body(
     build: Callable[[Body], Table], file: TextFile, dialect: Dialect, used: Used | None, *, first: int = 0,
     short_rows: bool = False,
 ) -> Table:  # fmt: skip
     """The table that `build` makes of the file's rows, with the values of the columns in use.
 
-    used: see `layouts.read_table`; first: number of the body's columns before the table's first; short_rows: see
-    `body.read_body`.
+    used: see `readers.registry.read_table`; first: number of the body's columns before the table's first; short_rows:
+    see `body.read_body`.
     """
     wanted = None
     if used is not None and isinstance(file.lines, LongText):  # a short file is not worth the asking

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from linid.errors import DataError
 
 _TURN = 2.0 * math.pi
+_PEAK = math.sqrt(2.0)
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ def _table() -> dict[str, Unit]:
                 "seconds": 1.0,
                 "milliseconds": 1e-3,
                 "microseconds": 1e-6,
+                "nanoseconds": 1e-9,
+                "nsec": 1e-9,
                 "h": 3600.0,
             },
         ),
@@ -93,9 +96,34 @@ def _table() -> dict[str, Unit]:
                 "rev/min": _TURN / 60,
                 "min^-1": _TURN / 60,
                 "U/min": _TURN / 60,
+                "r/min": _TURN / 60,
             },
         ),
-        ("current", "A", {"A": 1.0, "mA": 1e-3, "uA": 1e-6, "kA": 1e3, "Amp": 1.0, "Amps": 1.0}),
+        (
+            "current",
+            "A",
+            {
+                "A": 1.0,
+                "mA": 1e-3,
+                "uA": 1e-6,
+                "kA": 1e3,
+                "Amp": 1.0,
+                "Amps": 1.0,
+                "Ampere": 1.0,
+                # A drive that shows instantaneous currents in Arms divides them by the root of two.
+                "Arms": _PEAK,
+                "A rms": _PEAK,
+                "A_rms": _PEAK,
+                "mArms": 1e-3 * _PEAK,
+                "Aeff": _PEAK,
+                "Apk": 1.0,
+                "A pk": 1.0,
+                "A_pk": 1.0,
+                "Apeak": 1.0,
+                "A peak": 1.0,
+                "mApk": 1e-3,
+            },
+        ),
         ("voltage", "V", {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3, "Volt": 1.0, "Volts": 1.0}),
         ("force", "N", {"N": 1.0, "kN": 1e3, "mN": 1e-3}),
         ("torque", "N m", {"N m": 1.0, "Nm": 1.0, "N*m": 1.0, "mNm": 1e-3, "mN m": 1e-3}),
@@ -103,7 +131,7 @@ def _table() -> dict[str, Unit]:
         (
             "count",
             "count",
-            {name: 1.0 for name in ("count", "counts", "cnt", "cnts", "inc", "incs", "increments", "ct", "ticks")},
+            {name: 1.0 for name in ("count", "counts", "cnt", "cnts", "inc", "incs", "increments", "ct", "ticks", "pulse", "pulses")},
         ),
     ]
     return {name: Unit(name, dimension, si, factor) for dimension, si, names in rows for name, factor in names.items()}

@@ -44,8 +44,8 @@ def test_no_time_and_no_period(tmp_path: Path) -> None:
     )
 
 
-def test_clock_times_are_not_read(tmp_path: Path) -> None:
-    text = ["Date;Time;Position (mm)", *(f"01.02.2024;12:00:{k / 100:06.3f};{k}" for k in range(60))]
+def test_clock_times_to_the_minute_are_not_read(tmp_path: Path) -> None:
+    text = ["Date;Time;Position (mm)", *(f"01.02.2024;12:{k:02d};{k}" for k in range(60))]
     path = write(tmp_path, text)
     error_of(path, "no time column", "clock times", "'Time'", "period")
     assert len(read_recording(path, period=0.01).t) == 60

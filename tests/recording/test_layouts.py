@@ -226,8 +226,8 @@ def test_matlab_nan_is_counted(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "text"),
     [
-        (b"MATLAB 7.3 MAT-file, Platform: x" + bytes(600), "v7.3"),
-        (b"\x89HDF\r\n\x1a\n" + bytes(600), "v7.3"),
+        (b"MATLAB 7.3 MAT-file, Platform: x" + bytes(600), "HDF5"),
+        (b"\x89HDF\r\n\x1a\n" + bytes(600), "HDF5"),
         (b"not a matlab file at all" * 20, "not a readable MATLAB file"),
         (b"", "empty"),
     ],

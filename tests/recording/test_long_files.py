@@ -14,10 +14,17 @@ from hypothesis import strategies as st
 
 from linid.errors import LinidError
 from linid.recording import read_recording, text
-from linid.recording.text import load_text
+from linid.recording.source import open_source
+from linid.recording.text import TextFile
 
 from .expectations import error_of
 from .exports import german, lines, write
+
+
+def load_text(path: Path) -> TextFile:
+    """The lines of a file."""
+    return open_source(path).text
+
 
 FLAWS = ("", "x", '"3,5"', "1e999", "1.2.3", "\x00", "38.0,1,2", "a,b,c,d,e", "1,2,3,4,5,6")
 ELMO = ["[Recording Info]", "Drive,Gold Drum,", "[Data]"]

@@ -8,16 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from linid.errors import DataError
 from linid.recording.body import Body
-from linid.recording.dialect import Dialect, first_data_line, is_number, split
+from linid.recording.dialect import Dialect, first_data_line, is_number, named, split
+from linid.recording.grouping import refuse_unproven_grouping
 from linid.recording.mapping import ChannelMapping
+from linid.recording.readers.reader import Reader
+from linid.recording.readers.twincat_blanks import with_tabs
 from linid.recording.recording import Array
+from linid.recording.source import Source
 from linid.recording.table import Table, Used, make_columns, with_body
-from linid.recording.text import TextFile
 
 _KEY_TEXT = (
     "Name,SymbolName,SymbolComment,NetID,NetId,Port,IndexGroup,IndexOffset,Data-Type,SampleTime[ms],SymbolBased,"
@@ -26,11 +30,12 @@ _KEY_TEXT = (
 )
 _KEYS = frozenset(_KEY_TEXT.split(","))
 _SURE = ("SymbolComment", "SampleTime[ms]", "Data-Type", "SymbolName", "Starttime of export")
-_SEPARATORS = ("\t", ";", ",", " ")
+_SEPARATORS = ("\t", ";", ",", ":", "|", " ")
 
 
-def is_twincat(head: Sequence[str]) -> bool:
+def _recognises(source: Source) -> bool:
     """Whether the first lines carry TwinCAT's header keys, or a lone `Name` row with a repeated key."""
+    head = [line.strip("\ufeff") for line in source.text.lines[:200]]
     for line in head[:40]:
         if line.lstrip('"').startswith(_SURE):
             return True
@@ -38,13 +43,15 @@ def is_twincat(head: Sequence[str]) -> bool:
     return any(split(first, sep)[0] == "Name" and len(split(first, sep)) > 1 for sep in _SEPARATORS[:3])
 
 
-def read(file: TextFile, mapping: ChannelMapping, used: Used | None = None) -> Table:
-    """Read the export; times are in ms as the format defines (or 100 ns ticks with full time stamps).
-
-    used: see `layouts.read_table`.
-    """
-    place = str(file.path)
+def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> Table:
+    """Read the export; times are in ms as the format defines (or 100 ns ticks with full time stamps)."""
+    file, place = source.text, source.place
     separator = mapping.separator or _separator(file.lines, place)
+    words = named(separator)
+    notes_of_names: list[str] = []
+    if separator == " ":
+        lines, notes_of_names = with_tabs(file.lines, _KEYS, place)
+        file, separator = replace(file, lines=lines), "\t"
     header = _header(file.lines, separator)
     names = header.get("Name") or header.get("SymbolName")
     if not names:
@@ -52,6 +59,8 @@ def read(file: TextFile, mapping: ChannelMapping, used: Used | None = None) -> T
     fields = len(names)
     clocks = [k for k, cell in enumerate(names) if cell in ("Name", "SymbolName")]
     dialect = _dialect(file.lines, separator, mapping.decimal, fields, header, place)
+    if mapping.decimal is None:
+        refuse_unproven_grouping(file.lines, dialect, place)
     groups = [int(np.searchsorted(clocks, k, side="right")) - 1 for k in range(fields)]
     units: list[str | None] = ["ms" if k in clocks else _unit(header, k) for k in range(fields)]
     symbols = header.get("SymbolName", [])
@@ -64,10 +73,10 @@ def read(file: TextFile, mapping: ChannelMapping, used: Used | None = None) -> T
             aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)], groups=groups,
             times=[k in clocks for k in range(fields)],
         )  # fmt: skip
-        notes = [*file.notes, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
+        notes = [*file.notes, *notes_of_names, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
         return Table(
-            file.path, "twincat", columns, file.sha256, file.encoding, dialect.text, 1, dialect.first + 1, None,
-            tuple(notes),
+            file.path, "twincat", columns, source.sha256, file.encoding,
+            dialect.text.replace(named(dialect.separator), words), 1, dialect.first + 1, None, tuple(notes),
         )  # fmt: skip
 
     return with_body(table, file, dialect, used, short_rows=len(clocks) > 1)
@@ -159,3 +168,8 @@ def _scale_notes(header: dict[str, list[str]], names: Sequence[str], clocks: Seq
         f"the header declares scaling ({'; '.join(changed[:4])}); the values are used as they stand in the file "
         "(give `scale` in the mapping if the export was unscaled)"
     ]
+
+
+READER = Reader(
+    "twincat", "TwinCAT Scope: header block of keys, a time column per group; any of its separators", _recognises, _read
+)
