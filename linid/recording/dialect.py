@@ -16,6 +16,7 @@ NUMBER = {
     ".": r"[+-]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?",
     ",": r"[+-]?(?:\d++(?:,\d*+)?|,\d++)(?:[eE][+-]?\d++)?",
 }
+_SUPPORT = 0.5  # of the rows that fit the best reading, which another one must fit too
 _LONGEST_CELL = 400  # characters; what is longer is no number
 LARGEST = 1e30  # of either sign: no channel of a drive holds more, and its square still is a number
 _IS_NUMBER = {mark: re.compile(pattern) for mark, pattern in NUMBER.items()}
@@ -96,14 +97,10 @@ def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, dec
     if hint:
         skip, separator = 1, separator or (hint[1] if hint[1] in _NAMES else None)
     sample = [lines[i] for i in _sample(lines, skip)]
-    found = [
-        dialect
-        for sep in ([separator] if separator else SEPARATORS)
-        for mark in ([decimal] if decimal else [".", ","])
-        if (dialect := _try(lines, sample, sep, mark, skip))
-    ]
+    marks = [decimal] if decimal else [".", ","]
+    found = _readings(lines, sample, [separator] if separator else SEPARATORS, marks, skip)
     if not found and separator is None:
-        found = [d for mark in ([decimal] if decimal else [".", ","]) if (d := _try(lines, sample, " ", mark, skip))]
+        found = _readings(lines, sample, [" "], marks, skip)
     several = [d for d in found if d.fields > 1]
     found = several or found
     if not found:
@@ -117,8 +114,20 @@ def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, dec
     return best
 
 
-def _try(lines: Sequence[str], sample: Sequence[str], separator: str, decimal: str, skip: int) -> Dialect | None:
-    """The dialect with this separator and mark, if at least 90 % of the sampled rows agree on the field count."""
+def _readings(
+    lines: Sequence[str], sample: Sequence[str], separators: Sequence[str], marks: Sequence[str], skip: int
+) -> list[Dialect]:
+    """The dialects that fit, without those that fit a small part of the rows that another one does."""
+    found = [one for sep in separators for mark in marks if (one := _try(lines, sample, sep, mark, skip))]
+    most = max((rows for _, rows in found), default=0)
+    return [dialect for dialect, rows in found if rows >= _SUPPORT * most]
+
+
+def _try(
+    lines: Sequence[str], sample: Sequence[str], separator: str, decimal: str, skip: int
+) -> tuple[Dialect, int] | None:
+    """The dialect with this separator and mark and the sampled rows that it fits, if at least 90 % of them agree on the
+    field count."""
     rows = [split(line, separator) for line in sample]
     rows = [row for row in rows if _looks_like_data(row, decimal)]
     if not rows:
@@ -134,7 +143,7 @@ def _try(lines: Sequence[str], sample: Sequence[str], separator: str, decimal: s
         return None
     first = first_data_line(lines, separator, decimal, numeric, skip)
     stamps = tuple(k for k in range(count) if not numeric[k] and _is_stamped([row[k] for row in rows]))
-    return None if first is None else Dialect(separator, decimal, count, first, numeric, skip, stamps)
+    return None if first is None else (Dialect(separator, decimal, count, first, numeric, skip, stamps), votes)
 
 
 def _is_numeric(cells: Sequence[str], decimal: str) -> bool:

@@ -21,7 +21,7 @@ _NOT_MEASURED = _words(
 # An angle or position of these is not the axis': the motor's field, a regulator's result.
 _NOT_THE_AXIS = _words(
     "electrical electric elec elektrisch elektrischer commutation kommutierung kommutierungswinkel commut phase field "
-    "hall sector controller regulator regler reglerausgang output modulation pwm load2 virtual simulated estimated"
+    "hall sector controller regulator regler reglerausgang output modulation pwm virtual simulated estimated"
 )
 _MEASURED = _words("actual act measured feedback ist istwert")
 _TIME = re.compile(
@@ -39,10 +39,11 @@ _COMMAND = re.compile(
     r"(?:command|cmd|demand|setpoint|reference|output)"
 )
 _AXIS = re.compile(
-    r"\b(?:axis|axes|achse|ax|drive|antrieb|motor|mot|joint|servo|slave|node|station|amp|x ?axis) ?(\d{1,3}|[xyzabc]\b(?! axis))"
+    r"\b(?:axis|achse|ax|drive|antrieb|motor|mot|joint|servo|slave|node|station|amp) ?(\d{1,3}|[xyz])\b"
+    r"|\b([xyz]) (?:axis|achse)\b"
 )
 # Words, not units, where they end a name after an underscore: pos_in (an input), pos_min (a minimum).
-_NO_UNITS_HERE = _words("in min h rev1 ref")
+_NO_UNITS_HERE = _words("in min h")
 _LONGEST = 300  # characters; what is longer names nothing
 _PHASE_SETS = (("u", "v", "w"), ("a", "b", "c"), ("1", "2", "3"), ("r", "s", "t"))
 
@@ -107,7 +108,7 @@ def looks_like_position(name: str) -> bool:
 def axis_of(name: str) -> str | None:
     """Which axis of several a name says that it belongs to (`Axis2.Iq`: axis 2), or None."""
     match = _AXIS.search(normalised(name))
-    return match[1] if match else None
+    return (match[1] or match[2]) if match else None
 
 
 def _is_measured(words: str) -> bool:

@@ -10,10 +10,10 @@ import numpy as np
 
 from linid.errors import DataError, LinidError
 from linid.recording.mapping import INPUTS, PHASES, ROLES, VOLTAGES, ChannelMapping, ChannelSpec, Role
-from linid.recording.names import candidates, normalised
+from linid.recording.names import axis_of, candidates, looks_like_position, normalised
 from linid.recording.recording import Array, Axis
 from linid.recording.table import Column, Table
-from linid.recording.units import unit_of
+from linid.recording.units import find_unit, unit_of
 
 _SI_LENGTH = {"linear": ("length", "m"), "rotary": ("angle", "rad")}
 _SI_SPEED = {"linear": ("velocity", "m/s"), "rotary": ("angular velocity", "rad/s")}
@@ -59,23 +59,45 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
     columns = _check_group(table, mapping)
     columns_of, notes = _choose(table, columns, mapping, period is not None or table.period_s is not None)
     if "position" not in columns_of:
+        others = [column for column in table.columns if looks_like_position(column.name)]
         raise DataError(
             str(table.path),
-            "no position column recognised",
+            "no position column recognised"
+            + (f" ({listing(others)}: of something else than the axis, by name)" if others else ""),
             f"Name it in the mapping, `position: {{column: ..., unit: mm}}`. Columns: {listing(table.columns)}.",
         )
     _check_voltages(table, columns_of)
+    _refuse_mixed_axes(table, columns_of, mapping)
     found: dict[Role, Channel] = {}
     for role, column in columns_of.items():
         spec = mapping.spec(role)
         if spec is None and role == "velocity" and column.unit is None:
             notes.append(f"velocity column '{column.header}' has no unit and is left out")
             continue
+        if spec is None and role == "velocity" and not _fits(column.unit, _dimensions(role, axis)):
+            notes.append(f"velocity column '{column.header}' is in {column.unit}, not this axis' speed, and left out")
+            continue
         if role == "time" and period is not None:
             notes.append(f"time column '{column.header}' not used: the sampling period is given ({period:g} s)")
             continue
         found[role] = _channel(table, role, column, spec, axis)
     return Channels(found, tuple(notes))
+
+
+def _refuse_mixed_axes(table: Table, columns_of: dict[Role, Column], mapping: ChannelMapping) -> None:
+    """Channels whose names say that they belong to different axes are one recording only if the user says so."""
+    tags = {role: tag for role, column in columns_of.items() if role != "time" and (tag := axis_of(column.name))}
+    known = {tag for role, tag in tags.items() if mapping.spec(role) is not None} or {tags.get("position")}
+    odd = next((role for role, tag in tags.items() if tag not in known and mapping.spec(role) is None), None)
+    if odd is None or None in known:
+        return
+    other = next(role for role, tag in tags.items() if tag in known)
+    raise DataError(
+        str(table.path),
+        f"channels of two axes by their names: '{columns_of[other].header}' ({other}) and "
+        f"'{columns_of[odd].header}' ({odd})",
+        f"Name both in the mapping, `{other}: ...` and `{odd}: ...`. Columns: {listing(table.columns)}.",
+    )
 
 
 def used_columns(table: Table, mapping: ChannelMapping, axis: Axis, period: float | None) -> set[int] | None:
@@ -227,6 +249,12 @@ def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None,
             )  # fmt: skip
         return Channel(role, column, declared, si, 1.0, scale, offset)
     return Channel(role, column, declared, unit.si, unit.factor, scale, offset)
+
+
+def _fits(text: str | None, dimensions: tuple[str, ...]) -> bool:
+    """Whether a declared unit is of one of the dimensions, or unknown, which is refused later."""
+    unit = find_unit(text or "")
+    return unit is None or unit.dimension in (*dimensions, "count")
 
 
 def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:

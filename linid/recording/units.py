@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from linid.errors import DataError
 
 _TURN = 2.0 * math.pi
+_COUNTS = ("count", "counts", "cnt", "cnts", "inc", "incs", "increments", "ct", "ticks", "pulse", "pulses")
 _PEAK = math.sqrt(2.0)
 
 
@@ -131,7 +132,7 @@ def _table() -> dict[str, Unit]:
         (
             "count",
             "count",
-            {name: 1.0 for name in ("count", "counts", "cnt", "cnts", "inc", "incs", "increments", "ct", "ticks", "pulse", "pulses")},
+            dict.fromkeys(_COUNTS, 1.0),
         ),
     ]
     return {name: Unit(name, dimension, si, factor) for dimension, si, names in rows for name, factor in names.items()}

@@ -30,7 +30,7 @@ def with_tabs(lines: Sequence[str], keys: frozenset[str], place: str) -> tuple[l
     for i, line in enumerate(lines):
         key = found.get(i)
         if key is None:
-            out.append(_row(line, len(layout), f"{place}, line {i + 1}") if line.strip() else "")
+            out.append(_row(line, starts, len(layout), f"{place}, line {i + 1}") if line.strip() else "")
         elif key == "Name" and line.count(" Name ") + 1 == len(widths) and (i > 3 or len(layout) > 2):
             out.append("\t".join(_names(line, widths, symbols, notes)))
         elif key == "Unit":
@@ -73,26 +73,29 @@ def _names(line: str, widths: Sequence[int], symbols: Sequence[str] | None, note
 
 
 def _units(line: str, fields: int, starts: Sequence[int]) -> list[str]:
-    units = iter(_UNIT.findall(line))
+    units = iter(_UNIT.findall(re.sub(r"(?:^| )Unit(?= )", "", line)))
     return ["Unit" if k in starts else next(units, "") for k in range(fields)]
 
 
-def _row(line: str, fields: int, place: str) -> str:
-    """A row of samples; where cells are missing, their places are told by the blanks that stand for them."""
+def _row(line: str, starts: Sequence[int], fields: int, place: str) -> str:
+    """A row of samples; where cells are missing, their places are told by the blanks that stand for them: groups that
+    have ended lack all their cells."""
     cells = line.split()
-    missing = fields - len(cells)
-    if missing <= 0 or (line[0] not in " " and "  " not in line.rstrip()):
+    if len(cells) >= fields or (line[0] != " " and "  " not in line.rstrip()):
         return "\t".join(cells)  # whole, or cut short at its end
-    runs = [len(run) for run in re.findall(r" +", line.rstrip())]
     leading = line[0] == " "
+    runs = [len(run) for run in re.findall(r" +", line.rstrip())]
     for width in (1, 2):  # an empty cell is nothing between two separators, or a blank between them
-        blanks = [run // width if leading and k == 0 else (run - 1) // width for k, run in enumerate(runs)]
-        exact = all((run if leading and k == 0 else run - 1) % width == 0 for k, run in enumerate(runs))
-        if exact and sum(blanks) == missing:
-            row = [""] * blanks[0] if leading else []
-            between = blanks[1:] if leading else blanks
-            for k, cell in enumerate(cells):
-                row += [cell, *([""] * between[k] if k < len(between) else [])]
+        blanks = [divmod(run if leading and k == 0 else run - 1, width) for k, run in enumerate(runs)]
+        if any(rest for _, rest in blanks):
+            continue
+        counts = [count for count, _ in blanks]
+        row = [""] * counts.pop(0) if leading else []
+        for cell, count in zip(cells, [*counts, 0], strict=True):
+            row += [cell, *[""] * count]
+        row += [""] * (fields - len(row))
+        groups = [row[a:b] for a, b in zip(starts, [*starts[1:], fields], strict=True)]
+        if len(row) == fields and all(all(group) or not any(group) for group in groups):
             return "\t".join(row)
     raise DataError(
         place, f"{len(cells)} of {fields} cells, and the blanks do not tell which",
