@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 _RESAMPLES = 1000
 # Of a share, by which a form that is not the library's may put it wrong for each share that stays unexplained.
 _FORM = 1.0
-# Of sqrt(p (1 - p)), by which a share p is another one where recordings, speeds and frequencies count otherwise: a share
-# is of a power, and nothing tells which noise and band that is to be counted in. Set so that 93 % of the true shares,
+# Of sqrt(p (1 - p)), by which a share p is another one where recordings, speeds and frequencies count otherwise: it
+# is one of a power, and nothing tells which noise and band that is counted in. Set so that 93 % of the true shares,
 # which the challenge counts by its own weights, lie inside (107 of seeds 601 and 1611, `tests.benchmarks.selection`).
 _WEIGHING = 0.45
 _LEAST_GAP = 0.1  # of the floor, below which a gap has no shares to speak of
