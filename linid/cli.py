@@ -54,19 +54,24 @@ def cli() -> None:
 @click.option(
     "--mapping", type=click.Path(path_type=Path), metavar="YAML", help="Write the starter mapping here [print it]."
 )
-@click.option("--overwrite", is_flag=True, help="Replace the mapping file.")
+@click.option("--plot", type=click.Path(path_type=Path), metavar="PNG", help="Draw every channel as it was understood.")
+@click.option("--campaign", type=click.Path(path_type=Path), metavar="YAML",
+              help="Of a folder of recordings: write the proposed campaign here [print it].")  # fmt: skip
+@click.option("--overwrite", is_flag=True, help="Replace files that this command has written.")
 @json_option
 @debug_option
 def inspect(file: Path, json_output: bool, **options: Any) -> None:
     """Show what is understood of a recording: layout, rate, columns, units, and what is still missing.
 
     Also writes a starter mapping, a YAML file that says which column is what and in which unit; correct its lines
-    marked TODO and look again with --channels. Of a campaign all recordings are listed. Exit code 4: not yet usable.
+    marked TODO and look again with --channels. Of a campaign all recordings are listed; for a folder of recordings a
+    campaign is proposed: kinds, repeats, and what is held out. Exit code 4: not yet usable.
 
     \b
     Examples:
       linid inspect export.csv --mapping mapping.yaml
-      linid inspect export.csv --channels mapping.yaml
+      linid inspect export.csv --channels mapping.yaml --plot export.png
+      linid inspect recordings --campaign recordings/campaign.yaml
       linid inspect campaign.yaml
     """
     from linid.workflow.inspect import inspect_path

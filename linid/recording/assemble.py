@@ -67,7 +67,7 @@ def assemble(
         notes += [note] if note else []
         if role == "position":
             wrapped = raw
-            raw, note = unwrap(raw, channel, place, channel.column.lines[rows_used])
+            raw, note = unwrap(raw, channel, place, channel.column.lines[rows_used], t_used)
             notes += [note] if note else []
             reading = _with_wraps(reading, channel, raw - wrapped)
         x = channel.to_si(raw)

@@ -78,8 +78,13 @@ Said = list[tuple[str, Level, str]]
 
 
 def _clock(c: RecordingChecks) -> Said:
-    r, said = c.reading, Said()
-    total = max(c.samples + r.cut, 1)
+    return clock_findings(c.samples, c.reading)
+
+
+def clock_findings(samples: int, r: Reading) -> Said:
+    """(check, level, text) of what reading a file left out, filled or made regular; samples: that are left."""
+    said = Said()
+    total = max(samples + r.cut, 1)
     if r.jitter > _JITTER and r.resampled:
         said.append((
             "clock", "warning" if r.jitter > _WILD else "note",

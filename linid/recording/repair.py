@@ -9,6 +9,7 @@ import numpy as np
 from linid.errors import DataError
 from linid.recording.recording import Array
 from linid.recording.resolve import Channel
+from linid.recording.timebase import GAP
 
 LONGEST_RUN = 5
 _SHARE = 0.01
@@ -56,12 +57,13 @@ def _shown(channel: Channel, row: int) -> str:
 
 
 def unwrap(
-    raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int], np.dtype[np.int64]]
+    raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int], np.dtype[np.int64]], t: Array
 ) -> tuple[Array, str | None]:
     """A position that wraps at one turn or at a counter's end, made continuous; other jumps are an error.
 
     raw: (n,) values as in the file. A wrap is recognised only when every value lies inside one modulus (one turn of a
-    rotary axis, 2^k counts) and each jump is more than half of it.
+    rotary axis, 2^k counts) and each jump is more than half of it. t: (n,) s; where samples are missing the axis may
+    have gone anywhere.
     """
     step = np.diff(raw)
     if not len(step):
@@ -77,6 +79,9 @@ def unwrap(
         note = f"{channel.column.header}: wrapped position made continuous "
         note += f"({len(jumps)} wraps of {modulus:g} {channel.declared})"
         return raw + modulus * turns, note
+    clock = np.diff(t)
+    step = np.where(clock < GAP * np.median(clock), step, 0.0)
+    largest = float(np.abs(step).max())
     usual = float(np.quantile(np.abs(step), 0.95))
     if len(raw) >= 20 and largest > 20 * max(usual, 1e-12 * span):
         k = int(np.argmax(np.abs(step)))

@@ -87,9 +87,10 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
 def _refuse_mixed_axes(table: Table, columns_of: dict[Role, Column], mapping: ChannelMapping) -> None:
     """Channels whose names say that they belong to different axes are one recording only if the user says so."""
     tags = {role: tag for role, column in columns_of.items() if role != "time" and (tag := axis_of(column.name))}
-    known = {tag for role, tag in tags.items() if mapping.spec(role) is not None} or {tags.get("position")}
+    known = {tag for role, tag in tags.items() if mapping.spec(role) is not None}
+    known = known or {tag for role, tag in tags.items() if role == "position"}
     odd = next((role for role, tag in tags.items() if tag not in known and mapping.spec(role) is None), None)
-    if odd is None or None in known:
+    if odd is None or not known:
         return
     other = next(role for role, tag in tags.items() if tag in known)
     raise DataError(

@@ -138,14 +138,18 @@ def grid(
     )  # fmt: skip
 
 
-def save(figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "pdf")) -> list[Path]:
-    """Write the figure as `path_stem.png` (200 dpi), `.pdf`, `.svg`; equal figures give equal bytes."""
+def save(
+    figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "pdf"), title: str | None = None
+) -> list[Path]:
+    """Write the figure as `path_stem.png` (200 dpi), `.pdf`, `.svg`; equal figures give equal bytes. title: in the
+    file's own description."""
     paths = []
     with style():
         for extension in formats:
             buffer = io.BytesIO()
             more: dict[str, Any] = {"pil_kwargs": {"compress_level": _PNG_LEVEL}} if extension == "png" else {}
-            figure.savefig(buffer, format=extension, dpi=200, metadata=_metadata(extension), **more)
+            about = {**_metadata(extension), **({"Title": title} if title else {})}
+            figure.savefig(buffer, format=extension, dpi=200, metadata=about, **more)
             # All formats share the first one's layout, which takes long to find ("none" would look for it again).
             figure.set_layout_engine(None)
             paths.append(write_atomic(Path(f"{path_stem}.{extension}"), buffer.getvalue()))

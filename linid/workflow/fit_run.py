@@ -28,6 +28,8 @@ def announce(inputs: Inputs, reporter: Reporter) -> None:
     reporter.say(f"read {count} recording{'s' if count > 1 else ''}, {held_out} of them held out")
     for note in inputs.notes():
         reporter.detail(note)
+    for warning in inputs.warnings():
+        reporter.warn(warning)
     for found in inputs.coast_downs:
         reporter.say(f"{found.recording.name}: {found.coast_down.evidence}")
 

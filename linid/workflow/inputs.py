@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError, DataError, UsageError
+from linid.workflow.results import finite
 from linid.workflow.run_folder import file_record
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ class FoundCoastDown:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Recordings in the order given; known: SI values from the campaign; files: {file, sha256} of all that was read."""
+    """Recordings in the order given; known: SI values from the campaign; files: {file, sha256} of all that was read, of
+    recordings with what reading them cut, filled, unwrapped or dropped, in numbers and words."""
 
     recordings: tuple[Recording, ...]
     axis: str
@@ -39,6 +41,16 @@ class Inputs:
         return tuple(
             r for r in self.recordings if (split is None or r.split == split) and (kind is None or r.kind == kind)
         )
+
+    def warnings(self) -> list[str]:
+        """What reading cost so many samples that it should be known before any result is."""
+        from linid.recording.check_findings import clock_findings
+
+        return [
+            f"{r.name}: {text}"
+            for r in self.recordings if r.reading is not None
+            for _, level, text in clock_findings(int(r.t.size), r.reading) if level == "warning"
+        ]  # fmt: skip
 
     def notes(self) -> list[str]:
         """What the reader noticed, one line per distinct note with its recordings."""
@@ -76,7 +88,7 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
         else:
             recordings.append(_bare(path, settings, axis, masses.get(str(path), 0.0)))
             axes.append(recordings[-1].axis)
-    records += [{"file": str(r.source or r.name), "sha256": r.sha256} for r in recordings]
+    records += [_record(r) for r in recordings]
     if settings.axis is not None:
         axes.append(settings.axis)
     if len(set(axes)) > 1:
@@ -88,6 +100,15 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
         tuple(r for r, _ in found), axes[0], known, _distinct(records),
         tuple(FoundCoastDown(whole, coast) for whole, (_, coast) in zip(recordings, found, strict=True) if coast),
     )  # fmt: skip
+
+
+def _record(recording: Recording) -> dict[str, Any]:
+    """What a recording's file was and what reading it did to its numbers, for run.json."""
+    read = None if recording.reading is None else {k: finite(x) for k, x in asdict(recording.reading).items()}
+    return {
+        "file": str(recording.source or recording.name), "sha256": recording.sha256, "samples": int(recording.t.size),
+        "read": read, "notes": list(recording.notes),
+    }  # fmt: skip
 
 
 def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:

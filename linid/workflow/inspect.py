@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import UsageError
+from linid.workflow.inspect_plot import write_plot
 from linid.workflow.outcome import DONE, Outcome
 from linid.workflow.results import finite
 from linid.workflow.run_folder import write_text
@@ -14,9 +15,10 @@ from linid.workflow.run_folder import write_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from linid.recording import Axis, Campaign, Inspection, Recording, RecordingChecks
+    from linid.recording import Axis, Campaign, ChannelMapping, Inspection, Recording, RecordingChecks
 
 COMMAND = "inspect"
+_OWN_TEXTS = (b"# Starter mapping for ", b"# Campaign proposed by `linid inspect")
 
 
 def inspect_path(
@@ -25,10 +27,14 @@ def inspect_path(
     channels: Path | None = None,
     axis: Axis | None = None,
     mapping: Path | None = None,
+    plot: Path | None = None,
+    campaign: Path | None = None,
     overwrite: bool = False,
 ) -> Outcome:
     """Show layout, rate, columns, units and notes of a file, a starter mapping (written where `mapping` says) and the
-    checks of what it holds; of a campaign its recordings and their checks.
+    checks of what it holds; of a campaign its recordings and their checks; of a folder a proposed campaign.
+
+    plot: PNG of what was understood; campaign: where the proposed campaign goes (None: it is only shown).
 
     Exit code 4 when the file cannot be fitted as it is. Raises DataError when no table of numbers can be read.
     """
@@ -43,24 +49,92 @@ def inspect_path(
     )
     from linid.workflow.settings import read_mapping
 
+    given = None if channels is None else ChannelMapping.model_validate(read_mapping(channels))
+    written = [path for path in (mapping, plot, campaign) if path is not None]
+    for path in written:
+        _may_be_written(path, file, overwrite)
+    if file.is_dir():
+        return _folder(file, given, axis, campaign)
+    if campaign is not None:
+        raise UsageError("--campaign", f"{file} is no folder", "Name a folder of recordings, or use --mapping.")
     if is_campaign(file):
         return _campaign(read_campaign(file))
-    if mapping is not None and mapping.exists() and not overwrite:
-        raise UsageError(f"--mapping {mapping}", "the file exists", "Choose another name, or allow --overwrite.")
-    given = None if channels is None else ChannelMapping.model_validate(read_mapping(channels))
     found = inspect_file(file, given, axis)
+    recording = read_recording(file, channels=given, axis=_axis(found)) if found.problem is None else None
+    if recording is not None:  # what is done to make it regular, too
+        found = replace(found, notes=recording.notes)
     starter = starter_mapping(found)
     if mapping is not None:
         write_text(mapping, starter)
+    drawn = () if plot is None else (f"Picture written to {write_plot(plot, file, given, _axis(found), recording)}.",)
     summary = {name: _plain(value) for name, value in asdict(found).items()}
     summary |= {"command": COMMAND, "starter_mapping": starter, "exit_code": 0 if found.problem is None else 4}
-    checks = checks_of([read_recording(file, channels=given, axis=_axis(found))]) if found.problem is None else ()
+    checks = checks_of([recording]) if recording is not None else ()
     summary["checks"] = _checks_summary(checks)
-    written = f"Starter mapping written to {mapping}; check it, then give it by --channels." if mapping else starter
+    said = f"Starter mapping written to {mapping}; check it, then give it by --channels." if mapping else starter
     return Outcome(
         COMMAND, None, DONE if found.problem is None else 4, "",
-        (_facts(found), _columns(found), written, *_checks(checks)), summary,
+        (_facts(found), _columns(found), said, *drawn, *_checks(checks)), summary,
     )  # fmt: skip
+
+
+def _may_be_written(path: Path, source: Path, overwrite: bool) -> None:
+    """Refuse to write over a file without leave, and over what is no file of this command with it."""
+    if not path.exists():
+        return
+    if path.is_dir() or path.samefile(source) or not _is_own(path):
+        raise UsageError(
+            str(path), "is no file that `linid inspect` has written, and stays as it is", "Choose another name."
+        )
+    if not overwrite:
+        raise UsageError(str(path), "the file exists", "Choose another name, or allow --overwrite.")
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a file is a mapping, a campaign or a picture of this command."""
+    with path.open("rb") as file:
+        head = file.read(4096)
+    return head.startswith(_OWN_TEXTS) or (head.startswith(b"\x89PNG") and b"linid inspect" in head)
+
+
+def _folder(folder: Path, channels: ChannelMapping | None, axis: Axis | None, campaign: Path | None) -> Outcome:
+    """What the files of a folder may be used for."""
+    from linid.recording.proposal import campaign_text, candidates_in, propose
+
+    files = candidates_in(folder)
+    if not files:
+        raise UsageError(str(folder), "holds no file that may be a recording", "Name a recording or its folder.")
+    found = propose(folder, files, channels, axis)
+    text = campaign_text(found, channels)
+    if campaign is not None:
+        if campaign.resolve().parent != folder.resolve():
+            raise UsageError(
+                f"--campaign {campaign}",
+                "a campaign lies beside its recordings",
+                f"Write it to {folder / campaign.name}.",
+            )
+        write_text(campaign, text)
+    said = f"Campaign written to {campaign}; check it, then give it to a fit or `linid diagnose`." if campaign else text
+    summary = {
+        "command": COMMAND, "folder": str(folder), "campaign": text,
+        "recordings": [
+            {"file": str(e.recording.source), "kind": e.recording.kind, "split": e.split, "repeat_of": e.repeat_of}
+            for e in found.entries
+        ],
+        "unusable": [{"file": str(u.path), "problem": u.problem} for u in found.unusable],
+        "exit_code": DONE if found.entries else 4,
+    }  # fmt: skip
+    table = _table()
+    for title in ("File", "Kind", "Split", "Repeats", "Seconds", "Hz"):
+        table.add_column(title, overflow="fold")
+    for e in found.entries:
+        r = e.recording
+        table.add_row(
+            r.source.name if r.source else r.name, r.kind, e.split, e.repeat_of or "-", f"{r.duration:.4g}",
+            f"{1.0 / r.period:.5g}",
+        )  # fmt: skip
+    problems = [f"NOT USABLE {u.path.name}: {u.problem}" for u in found.unusable]
+    return Outcome(COMMAND, None, summary["exit_code"], "", (table, *problems, said), summary)  # type: ignore[arg-type]
 
 
 def _axis(found: Inspection) -> Axis:
