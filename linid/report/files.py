@@ -1,29 +1,146 @@
-"""Writing report files whole or not at all."""
+"""Writing result files whole or not at all, and keeping a list of them in the folder of their run."""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import json
 import os
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+from linid.errors import UsageError
+
+LIST_FILE = ".linid_files"
+ANY = "*"  # in place of a hash: a file that grows, such as a log
+_ACTIVE: list[FileList] = []
+
+
+class FileList:
+    """The files that runs wrote into a folder, with the SHA-256 of every content that they gave them.
+
+    Kept in `LIST_FILE`, a line per content, written before the file itself: a run that is killed leaves nothing that is
+    not listed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder.resolve()
+        self._known: dict[str, set[str]] = {}
+        with contextlib.suppress(OSError):
+            for line in (self.folder / LIST_FILE).read_text(encoding="utf-8").splitlines():
+                self._take(line)
+
+    def _take(self, line: str) -> None:
+        try:
+            entry = json.loads(line)
+            self._known.setdefault(str(entry["file"]), set()).add(str(entry["sha256"]))
+        except (ValueError, KeyError, TypeError):
+            return  # the last line of a run that was killed
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Paths relative to the folder."""
+        return tuple(self._known)
+
+    def note(self, path: Path, digest: str) -> None:
+        """List a content that is about to be written; raises UsageError for a file that is there and is not listed."""
+        name = path.resolve().relative_to(self.folder).as_posix()
+        if name not in self._known and path.exists():
+            raise UsageError(
+                str(path), "is in the way: a file that no run of linid wrote there", "Move it, or choose another --out."
+            )
+        if digest in self._known.get(name, ()):
+            return
+        self._known.setdefault(name, set()).add(digest)
+        with (self.folder / LIST_FILE).open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"file": name, "sha256": digest}) + "\n")
+
+    def own(self) -> list[Path]:
+        """The listed files that are there as a run left them; raises UsageError for one that was changed since."""
+        found = []
+        for name, digests in self._known.items():
+            path = self.folder / name
+            if not path.is_file() or path.is_symlink():
+                continue
+            if ANY not in digests and _digest(path) not in digests:
+                raise UsageError(
+                    str(path), "has been changed since a run of linid wrote it", "Move it, or choose another --out."
+                )
+            found.append(path)
+        return found
+
+    def half_written(self) -> Iterator[Path]:
+        """What a run that was killed left of files that it was writing."""
+        for name in self._known:
+            path = self.folder / name
+            yield from path.parent.glob(f".{glob_escaped(path.name)}.linid-*")
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def glob_escaped(name: str) -> str:
+    """A name as a pattern that matches itself."""
+    return re.sub(r"([*?\[])", r"[\1]", name)
+
+
+@contextlib.contextmanager
+def nothing_partial(path: Path) -> Iterator[None]:
+    """What the operating system says against writing `path`, as an OSError that names it."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
+def start_listing(folder: Path) -> FileList:
+    """From now on list what this process writes below a folder."""
+    stop_listing(folder)
+    found = FileList(folder)
+    _ACTIVE.append(found)
+    return found
+
+
+def stop_listing(folder: Path) -> None:
+    """No longer list what is written below a folder."""
+    resolved = folder.resolve()
+    _ACTIVE[:] = [one for one in _ACTIVE if one.folder != resolved]
+
+
+def listing_of(path: Path) -> FileList | None:
+    """The list of the innermost open run that a path lies in."""
+    resolved = path.resolve()
+    inside = [one for one in _ACTIVE if resolved.is_relative_to(one.folder)]
+    return max(inside, key=lambda one: len(one.folder.parts), default=None)
 
 
 def write_atomic(path: Path, content: bytes) -> Path:
-    """Write `content` to `path` through a temporary file beside it, so that a reader never sees half a file."""
+    """Write `content` to `path` through a temporary file beside it, so that a reader never sees half a file.
+
+    Inside the folder of an open run the file is listed first. Raises OSError naming the path where it cannot be
+    written, UsageError where somebody else's file is in the way.
+    """
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes it private; a report is not
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with nothing_partial(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        listing = listing_of(path)
+        if listing is not None:
+            listing.note(path, hashlib.sha256(content).hexdigest())
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.linid-")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(temporary, 0o666 & ~umask)  # mkstemp makes it private; a report is not
+            os.replace(temporary, path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
     return path
 
 
@@ -32,7 +149,7 @@ def file_stems(names: Iterable[str]) -> list[str]:
     stems: list[str] = []
     taken: set[str] = set()
     for name in names:
-        base = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip("._") or "recording"
+        base = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip("._")[:100] or "recording"
         stem, count = base, 1
         while stem.lower() in taken:
             count += 1

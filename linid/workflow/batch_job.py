@@ -6,13 +6,14 @@ import signal
 import time
 import traceback
 from collections.abc import Callable
-from contextlib import redirect_stderr
+from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import LinidError
+from linid.report.files import ANY, FileList
 
 if TYPE_CHECKING:
     from linid.workflow.batch_file import JobSpec
@@ -63,6 +64,8 @@ def run_interruptibly(spec: JobSpec, folder: Path, resume: bool, threads: int) -
     except Exception as error:
         status, code, text = "failed", 1, f"{type(error).__name__}: {error}"
         folder.mkdir(parents=True, exist_ok=True)
+        with suppress(LinidError):
+            FileList(folder).note(folder / "traceback.txt", ANY)
         (folder / "traceback.txt").write_text(traceback.format_exc(), encoding="utf-8")
     finally:
         for each in (signal.SIGINT, signal.SIGTERM):
@@ -184,4 +187,6 @@ def _keep_log(folder: Path) -> None:
     log = folder.parent / f".{folder.name}.log"
     if log.exists():
         folder.mkdir(parents=True, exist_ok=True)
+        with suppress(LinidError):
+            FileList(folder).note(folder / LOG_FILE, ANY)
         log.replace(folder / LOG_FILE)

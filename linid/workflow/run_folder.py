@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shutil
+import os
+import platform
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from linid.errors import ConfigError, LinidError, UsageError
-from linid.report.files import write_atomic
+from linid.report.files import LIST_FILE, FileList, start_listing, stop_listing, write_atomic
 from linid.stop_signals import INTERRUPTED, exit_code_of
 
 RUN_FILE = "run.json"
@@ -28,15 +29,7 @@ CHECKPOINT_FILE = "checkpoint.json"
 FRICTION_FOLDER = "friction"
 CURRENTS_FOLDER = "by_currents"
 _LOGS = ("log.txt", "traceback.txt")
-# What a run writes; --overwrite removes these and nothing else.
-_FILES = (
-    RUN_FILE, CONFIG_FILE, CHECKPOINT_FILE, "parameters.json", "parameters.csv", "parameters.tex", "convergence.csv",
-    "gaps.csv", "gaps.tex", "gaps.json", "summary.csv", "diagnosis.json", "diagnosis.md", "report.html",
-    "model_before.json", "model_after.json", "field.json", "best_k.csv", "guideway_field.csv", "thrust.csv",
-    "model_sine.json", "model_theta.json", "paper.html", "paper.md",
-    *(f"table_{stem}.{end}" for stem in ("1_friction", "2_sine", "3_theta") for end in ("csv", "tex")), *_LOGS,
-)  # fmt: skip
-_FOLDERS = ("figures", FRICTION_FOLDER, CURRENTS_FOLDER, "simulations", "predictions")
+LOCK_FILE = ".linid.lock"
 FINISHED = ("done", "not_converged")
 
 
@@ -49,6 +42,8 @@ class RunFolder:
     record: dict[str, Any] = field(default_factory=dict)
     started: float = field(default_factory=time.monotonic)
     previous: dict[str, Any] | None = None
+    overwrite: bool = False
+    _lock: Any = None
 
     @property
     def finished_before(self) -> bool:
@@ -58,7 +53,11 @@ class RunFolder:
     def begin(
         self, *, identity: str, config: str, inputs: Sequence[Mapping[str, Any]], seed: int | None, jobs: int
     ) -> None:
-        """Write config.yaml and a first run.json; a resumed run of another problem raises ConfigError."""
+        """Write config.yaml and a first run.json, in place of an earlier run's files where that is allowed.
+
+        A resumed run of another problem raises ConfigError; UsageError where another run writes into the folder, where
+        an input would be removed, or a file that was changed since an earlier run wrote it.
+        """
         if self.previous is not None:
             before = self.previous.get("identity")
             if before is not None and before != identity:
@@ -69,10 +68,15 @@ class RunFolder:
             if self.finished_before:
                 return
         self._create()
+        self._take_lock()
+        if self.overwrite:
+            clear_run(self.path, [Path(str(one["file"])) for one in inputs if "file" in one])
+        for half in start_listing(self.path).half_written():
+            half.unlink(missing_ok=True)
         self.record = {
             "tool": "linid", "command": self.command, "status": "running", "identity": identity,
             "versions": versions(), "seed": seed, "jobs": jobs, "inputs": list(inputs), "started": _now(),
-            "resumed": self.previous is not None,
+            "resumed": self.previous is not None, "process": os.getpid(), "host": platform.node(),
         }  # fmt: skip
         write_text(self.path / CONFIG_FILE, config)
         self._write()
@@ -86,6 +90,32 @@ class RunFolder:
             peak_memory_mb=peak_memory_mb(), **more,
         )  # fmt: skip
         self._write()
+        self.close()
+
+    def close(self) -> None:
+        """Leave the folder to others."""
+        stop_listing(self.path)
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+    def _take_lock(self) -> None:
+        """Keep other runs out of the folder; the operating system lets go of it when this process ends."""
+        from filelock import FileLock, Timeout
+
+        self._lock = FileLock(self.path / LOCK_FILE)
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            other = read_run(self.path) or {}
+            who = f" (process {other['process']} on {other.get('host')})" if "process" in other else ""
+            self._lock = None
+            raise UsageError(
+                str(self.path), f"another run{who} is writing into this folder",
+                "Wait for its end, or choose another --out.",
+            ) from None  # fmt: skip
+        except (OSError, NotImplementedError):
+            self._lock = None  # a file system without locks
 
     def _create(self) -> None:
         try:
@@ -122,8 +152,8 @@ def open_run_folder(command: str, out: Path | None, *, overwrite: bool = False, 
             )
     else:
         path, previous = out or fresh_folder(command), None
-        _make_room(path, overwrite)
-    return RunFolder(path, command, previous=previous)
+        overwrite = _check_room(path, overwrite)
+    return RunFolder(path, command, previous=previous, overwrite=overwrite and not resume)
 
 
 def read_run(path: Path) -> dict[str, Any] | None:
@@ -160,7 +190,6 @@ def write_text(path: Path, text: str) -> Path:
 @cache
 def versions() -> dict[str, str]:
     """Versions of the program, of Python and of the libraries that compute."""
-    import platform
     from importlib import metadata
 
     out = {"python": platform.python_version(), "platform": platform.platform()}
@@ -206,11 +235,12 @@ def _newest_unfinished(command: str) -> Path:
     )
 
 
-def _make_room(path: Path, overwrite: bool) -> None:
+def _check_room(path: Path, overwrite: bool) -> bool:
+    """Whether there is a run to be removed first; UsageError where the folder is somebody's else."""
     if path.is_file():
         raise UsageError(str(path), "is a file", "Name a folder by --out.")
-    if not path.exists() or all(child.name in _LOGS for child in path.iterdir()):
-        return
+    if not path.exists() or all(child.name in (*_LOGS, LOCK_FILE, LIST_FILE) for child in path.iterdir()):
+        return False
     if not overwrite:
         raise UsageError(
             str(path), "the folder is not empty",
@@ -222,22 +252,41 @@ def _make_room(path: Path, overwrite: bool) -> None:
             "the folder holds files that are not a run's, --overwrite would mix them",
             "Choose another --out.",
         )
-    clear_run(path)
+    if not (path / LIST_FILE).is_file():
+        raise UsageError(
+            str(path), "the folder's run did not list its files, so that nobody knows which are its own",
+            "Choose another --out, or empty the folder by hand.",
+        )  # fmt: skip
+    return True
 
 
-def clear_run(path: Path) -> None:
-    """Remove what an earlier run wrote, and nothing else."""
+def clear_run(path: Path, inputs: Sequence[Path] = ()) -> None:
+    """Remove what earlier runs listed as theirs, and nothing else.
+
+    Raises UsageError, before anything is removed, for a file that was changed since or is one of `inputs`.
+    """
+    folders = _runs_below(path)
+    owned = {folder: FileList(folder).own() for folder in folders}
+    for file in (file for files in owned.values() for file in files):
+        if any(given.exists() and given.samefile(file) for given in inputs):
+            raise UsageError(
+                str(file), "is an input of this run, which --overwrite would remove", "Choose another --out."
+            )
+    for folder, files in owned.items():
+        for file in (*files, *FileList(folder).half_written()):
+            file.unlink(missing_ok=True)
+        (folder / LIST_FILE).unlink(missing_ok=True)
+        emptied = {parent for file in files for parent in file.parents if parent.is_relative_to(folder)} - {path}
+        for parent in sorted(emptied, key=lambda one: -len(one.parts)):
+            with suppress(OSError):  # somebody else's files are in it
+                (parent / LOCK_FILE).unlink(missing_ok=True)
+                parent.rmdir()
+
+
+def _runs_below(path: Path) -> list[Path]:
+    """A folder of a run and those of its jobs, the innermost first."""
     jobs = [child for child in path.iterdir() if child.is_dir() and read_run(child) is not None]
-    for job in jobs:
-        clear_run(job)
-        if not any(job.iterdir()):
-            job.rmdir()
-    for name in _FILES:
-        (path / name).unlink(missing_ok=True)
-        for half in path.glob(f".{name}.*"):  # of a writing that was killed
-            half.unlink(missing_ok=True)
-    for name in _FOLDERS:
-        shutil.rmtree(path / name, ignore_errors=True)
+    return [*(folder for job in jobs for folder in _runs_below(job)), path]
 
 
 class Interrupted(KeyboardInterrupt):
@@ -264,3 +313,5 @@ def recorded(folder: RunFolder) -> Iterator[None]:
     except Exception as error:
         folder.end("failed", 1, error=repr(error))
         raise
+    finally:
+        folder.close()
