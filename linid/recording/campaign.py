@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
 from linid.recording.mapping import ChannelMapping
+from linid.recording.names import plain
 from linid.recording.read import read_recording
 from linid.recording.recording import Axis, Campaign, Kind, Recording, Split, in_order
 
@@ -72,7 +73,7 @@ def read_campaign(path: str | Path) -> Campaign:
         for index, (entry, name, first) in enumerate(zip(config.recordings, names, repeats, strict=True))
     )
     return Campaign(
-        config.name or source.path.parent.resolve().name,
+        plain(config.name or source.path.parent.resolve().name) or "campaign",
         config.axis,
         in_order(recordings),
         dict(config.known),
@@ -141,10 +142,10 @@ def _check_masses(source: YamlFile, config: CampaignFile) -> None:
 
 def _names(config: CampaignFile) -> list[str]:
     """File stems; the path or a number is added where two would be equal."""
-    stems = [Path(entry.file).stem for entry in config.recordings]
+    stems = [plain(Path(entry.file).stem) or "recording" for entry in config.recordings]
     names: list[str] = []
     for entry, stem in zip(config.recordings, stems, strict=True):
-        name = stem if stems.count(stem) == 1 else Path(entry.file).with_suffix("").as_posix().replace("/", "_")
+        name = stem if stems.count(stem) == 1 else plain(Path(entry.file).with_suffix("").as_posix().replace("/", "_"))
         number = 2
         unique = name
         while unique in names:

@@ -48,6 +48,14 @@ _LONGEST = 300  # characters; what is longer names nothing
 _PHASE_SETS = (("u", "v", "w"), ("a", "b", "c"), ("1", "2", "3"), ("r", "s", "t"))
 
 
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]+")
+
+
+def plain(text: str) -> str:
+    """A foreign name without line feeds and other control characters, which would break tables and terminals."""
+    return _CONTROL.sub(" ", text).strip()
+
+
 def normalised(name: str) -> str:
     """Lower-case words: `ActPos`, `I_q`, `Q-Current` -> `act pos`, `i q`, `q current`."""
     spaced = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Za-z]{2})(?=\d)", " ", name[:_LONGEST])

@@ -9,6 +9,7 @@ import numpy as np
 from linid.errors import DataError, UsageError
 from linid.recording.assemble import Signals, assemble
 from linid.recording.mapping import PHASES, VOLTAGES, ChannelMapping, Role
+from linid.recording.names import plain
 from linid.recording.readers.registry import read_table
 from linid.recording.recording import Array, Axis, Kind, Recording, Split
 from linid.recording.repair import saturation_note
@@ -83,7 +84,7 @@ def _recording(
     if values["time"][0] < 0:
         notes.append(f"time starts at {values['time'][0]:g} s (samples before the trigger are kept)")
     return Recording(
-        name=path.stem, t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases,
+        name=plain(path.stem) or "recording", t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases,
         phase_voltages=voltages, drive_input=drive, input_unit=unit, axis=axis, kind=decided, split=split,
         added_mass=added_mass, source=path, sha256=sha256, notes=tuple(notes), reading=signals.reading,
     )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 
 from linid.recording.body import Body, read_body
 from linid.recording.dialect import LARGEST, Dialect
-from linid.recording.names import is_time, split_header
+from linid.recording.names import is_time, plain, split_header
 from linid.recording.pieces import LongText
 from linid.recording.recording import Array
 from linid.recording.text import TextFile
@@ -86,6 +86,7 @@ def make_columns(
     first: number of the body's columns before the first header; stamps: numbers of the columns of clock times, in s.
     Without `groups`, every column named like a time starts a group of the columns to its right.
     """
+    headers = [plain(header) for header in headers]
     parsed = [split_header(header) for header in headers]
     parsed = [(name, "s") if k in stamps else (name, unit) for k, (name, unit) in enumerate(parsed)]
     is_clock = list(times) if times is not None else _clocks([name for name, _ in parsed], stamps)
@@ -132,16 +133,16 @@ def array_column(
     header: the channel's name as the file has it, with its unit unless `unit` is given; values: (n,) numbers; lines:
     (n,) line numbers, else samples from 1; time: whether it counts time (None: by its name).
     """
-    numbers = np.asarray(values, dtype=np.float64).ravel()
-    plain, declared = split_header(header)
+    numbers, header = np.asarray(values, dtype=np.float64).ravel(), plain(header)
+    bare, declared = split_header(header)
     if unit is not None:
-        plain, declared = (plain if declared == unit else header), unit or None
+        bare, declared = (bare if declared == unit else header), unit or None
     good = np.abs(numbers) <= LARGEST
     bad = {int(i): str(numbers[i]) for i in np.flatnonzero(~good)[:_SHOWN_BAD]}
     return Column(
-        header, name or plain, declared, np.where(good, numbers, np.nan),
+        header, name or bare, declared, np.where(good, numbers, np.nan),
         np.arange(1, numbers.size + 1) if lines is None else lines, bad, group, aliases,
-        time=is_time(plain) if time is None else time,
+        time=is_time(bare) if time is None else time,
     )  # fmt: skip
 
 

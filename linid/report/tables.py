@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from linid.report.files import write_atomic
 from linid.report.latex import floor_note, gap_latex, parameter_latex
@@ -253,9 +253,21 @@ def _exact(number: float) -> str:
     return "" if math.isnan(number) else repr(float(number))
 
 
+def spreadsheet_safe(cell: Any) -> Any:
+    """A cell as a spreadsheet takes it for what it is: text that would begin a formula gets an apostrophe in front
+    (OWASP, CSV injection); numbers stay numbers."""
+    if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
+
+
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows(rows)
+    writer.writerows([spreadsheet_safe(cell) for cell in row] for row in rows)
     return write_atomic(Path(path), stream.getvalue().encode("utf-8"))

@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 from pathlib import Path
 from typing import Any, Protocol
 
-from linid.report.tables import BatchRow, batch_table_console
+from linid.report.tables import BatchRow, batch_table_console, spreadsheet_safe
 from linid.stop_signals import exit_code_of
 from linid.workflow.batch_cluster import ClusterPlaces
 from linid.workflow.batch_file import JobSpec, read_batch
@@ -208,5 +208,6 @@ def _write_summary(folder: Path, reports: Sequence[JobReport]) -> None:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["job", "status", "exit_code", "seconds", "key_figure"])
-    writer.writerows([r.label, r.status, r.exit_code, f"{r.seconds:.2f}", r.key_figure] for r in reports)
+    rows = ([r.label, r.status, r.exit_code, f"{r.seconds:.2f}", r.key_figure] for r in reports)
+    writer.writerows([spreadsheet_safe(cell) for cell in row] for row in rows)
     write_text(folder / "summary.csv", stream.getvalue())

@@ -21,6 +21,7 @@ from linid.report.tables import (
     parameter_latex,
     parameter_table_console,
     table_text,
+    write_csv,
     write_gap_csv,
     write_parameter_csv,
 )
@@ -166,3 +167,20 @@ def test_units() -> None:
     assert unit_math("N s^2/m^2") == r"\mathrm{N\,s^{2}/m^{2}}"
     assert unit_label("kg m^2") == "kg m²"
     assert latex_escape("50 % of a_b & {c}") == r"50 \% of a\_b \& \{c\}"
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1"])
+def test_foreign_names_are_no_formulas(tmp_path: Path, name: str) -> None:
+    path = write_csv(tmp_path / "x.csv", ["a", "b"], [[name, "-1.5"]])
+    ((cell, number),) = list(csv.reader(path.open(encoding="utf-8")))[1:]
+    assert cell == f"'{name}" and float(number) == -1.5
+
+
+def test_control_characters_leave_names(tmp_path: Path) -> None:
+    from linid.recording import inspect_file, read_recording
+
+    text = ["Time (ms),Position\x1b[31m (mm)", *(f"{k},{k * k % 17}.5" for k in range(60))]
+    path = tmp_path / "a\nb\x07.csv"
+    path.write_text("\n".join(text), encoding="utf-8")
+    assert read_recording(path, kind="free_wheel").name == "a b"
+    assert all("\x1b" not in column.header for column in inspect_file(path).columns)
