@@ -1,8 +1,14 @@
-"""YAML file -> validated pydantic model; every complaint names the file and the line."""
+"""YAML and JSON files -> plain data, bounded in size, depth and kind; YAML -> validated pydantic model.
+
+Every complaint names the file and the line.
+"""
 
 from __future__ import annotations
 
 import difflib
+import json
+import os
+import stat
 import typing
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,6 +21,109 @@ from linid.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 Location = Sequence[str | int]
+MOST_BYTES = 1 << 22  # of a YAML file that somebody wrote
+MOST_JSON_BYTES = 1 << 28  # of a JSON file that a run wrote
+_MOST_VALUES = 200_000  # with all aliases written out
+_DEEPEST = 60
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML's plain values; what looks like a date stays text, and tags for other kinds of values are errors."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:timestamp"]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+
+
+def parse_yaml(text: str, place: str) -> Any:
+    """The data of a YAML text; raises ConfigError for bad syntax, repeated keys, and what would never end."""
+    return _parsed(text, place)[1]
+
+
+def _parsed(text: str, place: str) -> tuple[yaml.Node | None, Any]:
+    """The nodes of a YAML text and its data."""
+    try:
+        root = yaml.compose(text, Loader=_Loader)
+        _bounded(root, place)
+        _refuse_duplicate_keys(root, place)
+        return root, yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise _syntax_error(error, place) from None
+    except RecursionError:
+        raise ConfigError(place, f"is nested deeper than {_DEEPEST} levels", "Flatten it.") from None
+    except (ValueError, OverflowError, TypeError, AttributeError) as error:
+        raise ConfigError(place, f"holds a value that cannot be: {str(error)[:120]}", "Correct the value.") from None
+
+
+def _bounded(root: yaml.Node | None, place: str) -> None:
+    """ConfigError for an alias that holds itself, too many values with all aliases written out, or too deep ones."""
+    sizes: dict[int, int] = {}
+    open_nodes: set[int] = set()
+
+    def size(node: yaml.Node, depth: int) -> int:
+        line = node.start_mark.line + 1
+        if id(node) in open_nodes:
+            raise ConfigError(f"{place}, line {line}", "an alias that holds itself", "Write the value out.")
+        if id(node) in sizes:
+            return sizes[id(node)]
+        if depth > _DEEPEST:
+            raise ConfigError(f"{place}, line {line}", f"is nested deeper than {_DEEPEST} levels", "Flatten it.")
+        open_nodes.add(id(node))
+        total = 1
+        if isinstance(node, yaml.MappingNode):
+            total += sum(size(key, depth + 1) + size(value, depth + 1) for key, value in node.value)
+        elif isinstance(node, yaml.SequenceNode):
+            total += sum(size(item, depth + 1) for item in node.value)
+        open_nodes.remove(id(node))
+        if total > _MOST_VALUES:
+            raise ConfigError(
+                f"{place}, line {line}", f"holds more than {_MOST_VALUES} values (aliases written out)", "Shorten it."
+            )
+        sizes[id(node)] = total
+        return total
+
+    if root is not None:
+        size(root, 0)
+
+
+def _refuse_duplicate_keys(node: yaml.Node | None, place: str) -> None:
+    """PyYAML keeps the last of two equal keys without a word."""
+    waiting, seen_nodes = [node], set()
+    while waiting:
+        one = waiting.pop()
+        if one is None or id(one) in seen_nodes:
+            continue
+        seen_nodes.add(id(one))
+        if isinstance(one, yaml.SequenceNode):
+            waiting += one.value
+        if not isinstance(one, yaml.MappingNode):
+            continue
+        seen: dict[str, int] = {}
+        for key, value in one.value:
+            waiting.append(value)
+            if not isinstance(key, yaml.ScalarNode):
+                continue
+            line = key.start_mark.line + 1
+            if key.value in seen:
+                raise ConfigError(
+                    f"{place}, line {line}",
+                    f"key '{key.value}' is given twice (first in line {seen[key.value]})",
+                    "Keep one of the two.",
+                )
+            seen[key.value] = line
+
+
+def _syntax_error(error: yaml.YAMLError, place: str) -> ConfigError:
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    place = f"{place}, line {mark.line + 1}, column {mark.column + 1}" if mark else place
+    problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+    return ConfigError(
+        place,
+        f"not valid YAML: {problem[:200]}",
+        "Check indentation (spaces, no tabs), brackets, quotes and the space after each colon.",
+    )
 
 
 class YamlFile:
@@ -22,13 +131,7 @@ class YamlFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        text = _read(path)
-        try:
-            self.root = yaml.compose(text, Loader=yaml.SafeLoader)
-            self._refuse_duplicate_keys(self.root)
-            self.data: Any = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise self._syntax_error(error) from None
+        self.root, self.data = _parsed(_read(path, MOST_BYTES), str(path))
 
     def line(self, location: Location) -> int:
         """Line number (from 1) of the key or item at `location`, or of its closest parent."""
@@ -48,49 +151,57 @@ class YamlFile:
         """`file, line N` for an error message."""
         return f"{self.path}, line {self.line(location)}"
 
-    def _refuse_duplicate_keys(self, node: yaml.Node | None) -> None:
-        # PyYAML keeps the last of two equal keys without a word.
-        if isinstance(node, yaml.MappingNode):
-            seen: dict[str, int] = {}
-            for key, value in node.value:
-                line = key.start_mark.line + 1
-                if isinstance(key, yaml.ScalarNode) and key.value in seen:
-                    raise ConfigError(
-                        f"{self.path}, line {line}",
-                        f"key '{key.value}' is given twice (first in line {seen[key.value]})",
-                        "Keep one of the two.",
-                    )
-                if isinstance(key, yaml.ScalarNode):
-                    seen[key.value] = line
-                self._refuse_duplicate_keys(value)
-        elif isinstance(node, yaml.SequenceNode):
-            for item in node.value:
-                self._refuse_duplicate_keys(item)
 
-    def _syntax_error(self, error: yaml.YAMLError) -> ConfigError:
-        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        place = f"{self.path}, line {mark.line + 1}, column {mark.column + 1}" if mark else str(self.path)
-        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
-        return ConfigError(
-            place,
-            f"not valid YAML: {problem}",
-            "Check indentation (spaces, no tabs), brackets, quotes and the space after each colon.",
-        )
-
-
-def _read(path: Path) -> str:
+def _read(path: Path, most: int) -> str:
+    """The text of a regular file of at most so many bytes; raises ConfigError otherwise."""
+    place = str(path) if len(str(path)) <= 300 else f"{str(path)[:150]}...{str(path)[-100:]}"
     try:
+        about = os.stat(path)
+        if stat.S_ISDIR(about.st_mode):
+            raise ConfigError(place, "is a folder, a file is expected", "Name the file inside it.")
+        if not stat.S_ISREG(about.st_mode):
+            raise ConfigError(place, "is a pipe or a device, a file is expected", "Write it to a file first.")
+        if about.st_size > most:
+            raise ConfigError(place, f"is larger than {most >> 20} MiB", "Check that this is the right file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        raise ConfigError(str(path), "file not found", "Check the path.") from None
-    except IsADirectoryError:
-        raise ConfigError(str(path), "is a folder, a YAML file is expected", "Name the file inside it.") from None
+        raise ConfigError(place, "file not found", "Check the path.") from None
     except OSError as error:
-        raise ConfigError(str(path), f"cannot be read: {error.strerror}", "Check the file's permissions.") from None
+        raise ConfigError(place, f"cannot be read: {error.strerror}", "Check path and permissions.") from None
     except UnicodeDecodeError as error:
         raise ConfigError(
-            str(path), f"is not UTF-8 text (byte {error.start})", "Save the file with the encoding UTF-8."
+            place, f"is not UTF-8 text (byte {error.start})", "Save the file with the encoding UTF-8."
         ) from None
+    except ValueError as error:  # a NUL in the path
+        raise ConfigError(place, f"is no path: {error}", "Check the path.") from None
+
+
+def read_json(path: str | Path, remedy: str, *, finite: bool = True) -> Any:
+    """The data of a JSON file of this program; raises ConfigError for what is none, damaged or endless.
+
+    remedy: what to do about a file that is not what it should be.
+    """
+    return parse_json(_read(Path(path), MOST_JSON_BYTES), str(path), remedy, finite=finite)
+
+
+def parse_json(text: str, place: str, remedy: str, *, finite: bool = True) -> Any:
+    """The data of a JSON text; raises ConfigError for what is none, and (finite) for NaN and Infinity."""
+
+    def refuse(name: str) -> Any:
+        if not finite:
+            return float(name)
+        raise ValueError(f"{name} is no number")
+
+    def number(literal: str) -> float:
+        value = float(literal)
+        return refuse(literal[:40]) if value in (float("inf"), float("-inf")) else value
+
+    try:
+        return json.loads(text, parse_constant=refuse, parse_float=number)
+    except json.JSONDecodeError as error:
+        raise ConfigError(f"{place}:{error.lineno}", f"is not JSON ({error.msg})", remedy) from None
+    except (ValueError, RecursionError) as error:
+        raise ConfigError(place, f"is a damaged JSON file ({str(error)[:120]})", remedy) from None
 
 
 def load_yaml_model(path: str | Path, model: type[Model]) -> Model:
@@ -133,7 +244,10 @@ def _config_error(file: YamlFile, model: type[BaseModel], error: ValidationError
         )
     if first["type"] == "missing":
         return ConfigError(file.place(location[:-1]), f"key '{key}' is missing{more}", f"Add '{location[-1]}: ...'.")
-    found = repr(first.get("input"))
+    try:
+        found = repr(first.get("input"))
+    except (ValueError, RecursionError):
+        found = f"a {type(first.get('input')).__name__}"
     found = found if len(found) <= 60 else found[:57] + "..."
     message = first["msg"].removeprefix("Value error, ")
     return ConfigError(

@@ -10,10 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from linid.errors import ConfigError
+from linid.config import parse_json, read_json
+from linid.errors import ConfigError, LinidError
 from linid.identification.result import Estimate, FitResult, Generation, Profile, Start
 
 SCHEMA = 1
+MOST_SUBSTEPS = 1000  # internal steps per sample, as settings allow
+LARGEST_VALUE = 1e15  # SI, of either sign; the stiffest contact is far below
+_REMEDY = "Give the parameters.json that fit-friction or fit-motor wrote"
 
 
 def _plain(value: Any) -> Any:
@@ -55,13 +59,11 @@ def _estimate(row: dict[str, Any]) -> Estimate:
 
 
 def model_from_text(text: str, place: str) -> FitResult:
-    """The fit result of a MODEL file's text; raises ConfigError with `place` if it is none."""
-    try:
-        body = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ConfigError(
-            f"{place}:{error.lineno}", f"is not JSON ({error.msg})", "Give the parameters.json of a fit"
-        ) from error
+    """The fit result of a MODEL file's text; raises ConfigError with `place` if it is none, or none that can be."""
+    return _result(parse_json(text, place, _REMEDY), place)
+
+
+def _result(body: Any, place: str) -> FitResult:
     if not isinstance(body, dict) or body.get("kind") != "linid model":
         raise ConfigError(
             place, "is not a linid model", "Give the parameters.json that fit-friction or fit-motor wrote"
@@ -71,7 +73,7 @@ def model_from_text(text: str, place: str) -> FitResult:
             place, f"has model schema {body.get('schema')!r}, expected {SCHEMA}", "Fit again with this version"
         )
     try:
-        return FitResult(
+        result = FitResult(
             model=body["model"],
             axis=body["axis"],
             effects=tuple(body["effects"]),
@@ -110,15 +112,50 @@ def model_from_text(text: str, place: str) -> FitResult:
             ),
             winding=body.get("winding", ""),
         )
-    except (KeyError, TypeError, ValueError) as error:
-        raise ConfigError(place, f"is a damaged model file ({error!r})", "Fit again, or restore the file") from error
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
+        fact = f"{type(error).__name__}: {error}"[:120]
+        raise ConfigError(place, f"is a damaged model file ({fact})", "Fit again, or restore the file") from error
+    _check(result, place)
+    return result
+
+
+def _check(result: FitResult, place: str) -> None:
+    """ConfigError for what no fit writes: unknown kinds, numbers beyond all physics, texts that are none."""
+    from linid.physics.model import Model
+    from linid.physics.motors import PARAMETERS
+
+    def refuse(fact: str) -> ConfigError:
+        return ConfigError(place, fact, _REMEDY)
+
+    if result.model != "friction" and result.model not in PARAMETERS:
+        raise refuse(f"has the unknown model kind {str(result.model)[:40]!r}")
+    if result.axis not in ("linear", "rotary"):
+        raise refuse(f"has the unknown axis {str(result.axis)[:40]!r}")
+    if not 1 <= result.substeps <= MOST_SUBSTEPS:
+        raise refuse(f"has {result.substeps} substeps, expected 1 to {MOST_SUBSTEPS}")
+    if not all(isinstance(name, str) for name in (*result.effects, *result.fitted, *result.warnings)):
+        raise refuse("holds names that are no text")
+    try:
+        known = {p.name: p for p in Model(result.model, result.effects).parameters}
+    except LinidError as error:
+        raise refuse(f"names effects that this linid does not have ({error.fact})") from None
+    for estimate in (*result.estimates, *result.derived):
+        if not all(isinstance(x, str) for x in (estimate.name, estimate.symbol, estimate.unit, estimate.status)):
+            raise refuse("holds an estimate without name, symbol, unit or status")
+        parameter = known.get(estimate.name)
+        if parameter is None:
+            continue
+        value = estimate.value
+        if (
+            not abs(value) <= LARGEST_VALUE
+            or (parameter.lower >= 0.0 and value < 0.0)
+            or (parameter.log and value == 0.0)
+        ):
+            raise refuse(f"gives {estimate.name} the value {value:g}, which no axis has")
+    if missing := known.keys() - {estimate.name for estimate in result.estimates}:
+        raise refuse(f"lacks the parameter {min(missing)}")
 
 
 def load_model(path: str | Path) -> FitResult:
     """Read a MODEL file; raises ConfigError if it is missing or none."""
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), f"cannot be read ({error})", "Give the parameters.json of a fit") from error
-    return model_from_text(text, str(path))
+    return _result(read_json(path, _REMEDY), str(path))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -104,12 +105,12 @@ def _check_files(source: YamlFile, config: CampaignFile, folder: Path) -> None:
     for index, entry in enumerate(config.recordings):
         location = ("recordings", index, "file")
         path = folder / entry.file
-        if not path.exists():
-            present = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
+        if not os.path.exists(path):
+            present = [p.name for p in path.parent.iterdir()] if os.path.isdir(path.parent) else []
             near = difflib.get_close_matches(path.name, present, n=1)
             hint = f"Did you mean '{near[0]}'? " if near else ""
             raise ConfigError(
-                source.place(location), f"file '{entry.file}' not found", f"{hint}Paths are relative to {folder}."
+                source.place(location), f"file '{entry.file[:200]}' not found", f"{hint}Paths are relative to {folder}."
             )
         key = (path.resolve(), entry.window)  # two windows of one file are two recordings
         if key in seen:

@@ -9,6 +9,7 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
+from linid.config import read_json
 from linid.errors import ConfigError
 from linid.report.files import write_atomic
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from linid.identification.genetic import SearchState
 
 SCHEMA = 1
+_ANEW = "Delete it to start this search anew."
 # A kill loses at most this much work; writing more often would cost more than it saves.
 _EVERY = 0.2  # s
 
@@ -80,10 +82,10 @@ class Memory(UserDict[str, Any]):
 def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
     if not path.exists():
         return None
+    body = read_json(path, _ANEW, finite=False)
     try:
-        body = json.loads(path.read_text(encoding="utf-8"))
         found, schema, state = body["identity"], body["schema"], dict(body["state"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):
         raise _damaged(path) from None
     if found != identity or schema != SCHEMA:
         raise ConfigError(
@@ -94,4 +96,4 @@ def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
 
 
 def _damaged(path: Path) -> ConfigError:
-    return ConfigError(str(path), "is not a search state", "Delete it to start this search anew.")
+    return ConfigError(str(path), "is not a search state", _ANEW)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from linid.config import YamlFile, validate_yaml
+from linid.config import YamlFile, parse_yaml, validate_yaml
 from linid.errors import ConfigError
 from linid.recording.mapping import ChannelMapping
 from linid.recording.recording import Axis, Kind
@@ -144,15 +144,10 @@ def make_settings(*layers: Mapping[str, Any]) -> Settings:
 
 def parse_assignment(text: str) -> dict[str, Any]:
     """`key=value` -> {key: value}, `known.mass=2` -> {known: {mass: 2}}; the value is read as YAML."""
-    import yaml
-
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise ConfigError(f"--set {text}", "found no `=`", "Write --set key=value, such as --set population=48.")
-    try:
-        parsed: Any = yaml.safe_load(value)
-    except yaml.YAMLError:
-        raise ConfigError(f"--set {text}", "the value is not valid YAML", "Quote it, or use a settings file.") from None
+    parsed: Any = parse_yaml(value, f"--set {text[:100]}")
     if isinstance(parsed, str):
         parsed = _number(parsed)
     for step in reversed(key.strip().split(".")):
