@@ -127,14 +127,15 @@ def _check(result: FitResult, place: str) -> None:
     def refuse(fact: str) -> ConfigError:
         return ConfigError(place, fact, _REMEDY)
 
+    texts = (result.model, result.axis, result.input_unit, result.winding, *result.effects, *result.fitted)
+    if not all(isinstance(text, str) for text in (*texts, *result.warnings)):
+        raise refuse("holds names that are no text")
     if result.model != "friction" and result.model not in PARAMETERS:
         raise refuse(f"has the unknown model kind {str(result.model)[:40]!r}")
     if result.axis not in ("linear", "rotary"):
         raise refuse(f"has the unknown axis {str(result.axis)[:40]!r}")
     if not 1 <= result.substeps <= MOST_SUBSTEPS:
         raise refuse(f"has {result.substeps} substeps, expected 1 to {MOST_SUBSTEPS}")
-    if not all(isinstance(name, str) for name in (*result.effects, *result.fitted, *result.warnings)):
-        raise refuse("holds names that are no text")
     try:
         known = {p.name: p for p in Model(result.model, result.effects).parameters}
     except LinidError as error:

@@ -30,7 +30,7 @@ class StampClock:
         """(n,) s, nan where a cell is no stamp of the first one's kind."""
         import pandas as pd
 
-        text = pd.Series(cells, dtype=object).astype(str).str.strip()
+        text = pd.Series(cells, dtype=object).fillna("").astype(str).str.strip()
         known = text.map(is_stamp).to_numpy()
         out = np.full(len(text), np.nan)
         if not known.any():

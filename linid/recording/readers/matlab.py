@@ -10,9 +10,10 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.recording.mapping import ChannelMapping
+from linid.recording.readers.mat_structure import check_structure
 from linid.recording.readers.reader import Reader
 from linid.recording.readers.variables import table_of
-from linid.recording.source import Source
+from linid.recording.source import MOST_UNPACKED, Source
 from linid.recording.table import Table, Used
 
 _REMEDY = "In MATLAB: save('file.mat', 'name1', 'name2', '-v7')."
@@ -28,8 +29,10 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
     del mapping, used
     import scipy.io
 
+    data = source.content()
     try:
-        content = scipy.io.loadmat(io.BytesIO(source.content()))  # type: ignore[arg-type,unused-ignore]
+        check_structure(data, MOST_UNPACKED)
+        content = scipy.io.loadmat(io.BytesIO(data))  # type: ignore[arg-type,unused-ignore]
     except MemoryError:
         raise DataError(source.place, "declares more data than fits into memory", _REMEDY) from None
     except Exception as error:  # loadmat raises many kinds on damaged files

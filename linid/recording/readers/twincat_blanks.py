@@ -21,7 +21,12 @@ def with_tabs(lines: Sequence[str], keys: frozenset[str], place: str) -> tuple[l
     found = {i: key for i, line in enumerate(head) if (key := _key(line, keys))}
     layout = next((split_blanks(head[i], key) for i, key in found.items() if key in _PLAIN_KEYS), None)
     if layout is None:
-        layout = split_blanks(next(head[i] for i, key in found.items() if key == "Name"), "Name")
+        named = next((head[i] for i, key in found.items() if key == "Name"), None)
+        if named is None:
+            raise DataError(
+                place, "no row of channel names (`Name`) in the header", "Export with the header's Name row."
+            )
+        layout = split_blanks(named, "Name")
     starts = [k for k, cell in enumerate(layout) if k == 0 or cell == layout[0]]
     widths = [b - a - 1 for a, b in zip(starts, [*starts[1:], len(layout)], strict=True)]
     symbols = next((split_blanks(head[i], key) for i, key in found.items() if key == "SymbolName"), None)
