@@ -79,11 +79,12 @@ def unwrap(
         note = f"{channel.column.header}: wrapped position made continuous "
         note += f"({len(jumps)} wraps of {modulus:g} {channel.declared})"
         return raw + modulus * turns, note
-    clock = np.diff(t)
-    step = np.where(clock < GAP * np.median(clock), step, 0.0)
-    largest = float(np.abs(step).max())
-    usual = float(np.quantile(np.abs(step), 0.95))
-    if len(raw) >= 20 and largest > 20 * max(usual, 1e-12 * span):
+    usual = 20 * max(float(np.quantile(np.abs(step), 0.95)), 1e-12 * span)
+    if largest > usual:
+        clock = np.diff(t)
+        step = np.where(clock < GAP * np.median(clock), step, 0.0)
+        largest = float(np.abs(step).max())
+    if len(raw) >= 20 and largest > usual:
         k = int(np.argmax(np.abs(step)))
         raise DataError(
             f"{place}, line {lines[k + 1]}, column '{channel.column.header}'",
