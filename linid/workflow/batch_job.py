@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import multiprocessing.connection
+import os
 import signal
+import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -39,6 +43,7 @@ class JobReport:
 
 def run_job(spec: JobSpec, folder: Path, resume: bool, threads: int, answer: Connection) -> None:
     """Run a job in a process of its own and send its JobReport."""
+    _end_with_parent()
     answer.send(run_interruptibly(spec, folder, resume, threads))
     answer.close()
 
@@ -168,6 +173,18 @@ _COMMANDS: dict[str, Callable[[_Call], Outcome]] = {
     "fit-friction": _fit_friction, "fit-motor": _fit_motor, "validate": _validate, "diagnose": _diagnose,
     "generate": _generate, "field": _field, "reproduce": _reproduce,
 }  # fmt: skip
+
+
+def _end_with_parent() -> None:
+    """End at once when the batch is killed: --resume must find the folder free, and every file is written whole."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            multiprocessing.connection.wait([parent.sentinel])
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _interrupt_once() -> None:

@@ -225,3 +225,30 @@ def test_kills_while_a_fit_writes(fitted: Path) -> None:
 def test_fifty_kills(fitted: Path) -> None:
     shutil.rmtree(fitted / "o")
     survives_kills(fitted, FRICTION, ("parameters.json", "parameters.csv", "gaps.json"), kills=50, seed=6)
+
+
+BATCH = """
+name: two
+defaults: {figures: false}
+jobs:
+  - {name: one, command: fit-friction, files: [freewheel_1.csv]}
+  - {name: two, command: fit-friction, files: [freewheel_1.csv, freewheel_2.csv]}
+"""
+
+
+@pytest.mark.exhaustive
+def test_kills_while_a_batch_writes(fitted: Path) -> None:
+    """The jobs' processes go with the batch that is killed, so that --resume finds their folders free."""
+    shutil.rmtree(fitted / "o")
+    (fitted / "batch.yaml").write_text(BATCH, encoding="utf-8")
+    compared = ("one/parameters.json", "two/parameters.json", "two/gaps.json")
+    survives_kills(fitted, ["batch", "batch.yaml", "--jobs", "2", "-q"], compared, kills=12, seed=7)
+
+
+@pytest.mark.exhaustive
+def test_kills_while_a_diagnosis_writes(fitted: Path) -> None:
+    shutil.rmtree(fitted / "o")
+    rows = [f"  - {{file: freewheel_{k}.csv, split: {split}}}" for k, split in ((1, "fit"), (2, "held_out"))]
+    (fitted / "campaign.yaml").write_text("\n".join(["name: small", "recordings:", *rows]) + "\n", encoding="utf-8")
+    compared = ("diagnosis.json", "model_before.json", "report.html")
+    survives_kills(fitted, ["diagnose", "campaign.yaml", "-q", "--jobs", "1"], compared, kills=8, seed=8)
