@@ -83,7 +83,8 @@ class Entry:
 
     rivals: effects that would do as well, which these recordings cannot tell from it; share: of the gap that it
     causes, whatever the order in which effects are added (Shapley's mean over all orders), with its 95 % interval;
-    first_in: share closed by it alone; last_in: share that comes back when it alone is taken out; certainty: of the
+    first_in: share closed by it alone; last_in: share that comes back when it alone is taken out (nan: to first order
+    in the others' parameters, as these two are, it cannot be told); certainty: of the
     held-out gain, in standard deviations; parameters: of the effect, SI; combinations: lines on what is known of
     parameters that are not known one by one; measures: the three measures over the held-out recordings without it
     (`before`: all other effects in) and with it.

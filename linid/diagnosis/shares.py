@@ -39,7 +39,7 @@ _LEAST_GAP = 0.1  # of the floor, below which a gap has no shares to speak of
 
 @dataclass(frozen=True)
 class Portion:
-    """Share of the gap with its 95 % interval, and what the effect closes first and last."""
+    """Share of the gap with its 95 % interval, and what the effect closes first and last (nan: not to be told)."""
 
     share: float
     low: float
@@ -100,10 +100,16 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
         others = tuple(other for other in effects if other != name)
         first = float((nothing - ledger.power((name,))).sum()) / float(gap[0])
         last = float((ledger.power(others) - everything).sum()) / float(gap[0])
-        portions[name] = Portion(value, low, high, first, last)
+        portions[name] = Portion(value, low, high, _within(first), _within(last))
     sizes = float(floor.sum())
     before, after = float(nothing.sum()) / sizes - 1.0, float(ledger.sums(rest**2).sum()) / sizes - 1.0
     return Shares(rows, before, after, closed, unexplained, portions)
+
+
+def _within(share: float) -> float:
+    """A share closed first or last, nan beyond the whole gap: there the others would have to move further than their
+    slopes reach, and what a step along these gives means nothing."""
+    return share if abs(share) <= 1.0 else math.nan
 
 
 def judged_rows(judge: Judge, best: Fitted) -> NDArray[np.bool_]:

@@ -142,6 +142,10 @@ def _budget(budget: Budget) -> dict[str, Any]:
     }
 
 
+def _told(share: float) -> float | None:
+    return share if math.isfinite(share) else None
+
+
 def _entry(entry: Entry) -> dict[str, Any]:
     return {
         "effect": entry.effect,
@@ -149,8 +153,8 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "share": entry.share,
         "low": entry.low,
         "high": entry.high,
-        "first_in": entry.first_in,
-        "last_in": entry.last_in,
+        "first_in": _told(entry.first_in),
+        "last_in": _told(entry.last_in),
         "certainty": entry.certainty,
         "parameters": [_estimate(one) for one in entry.parameters],
         "combinations": entry.combinations,

@@ -36,8 +36,7 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
     announce(inputs, reporter)
     kind = model or base_kind(inputs.recordings)
     known = request.settings.known_values(inputs.known)
-    first = request.files[0]
-    name = first.parent.name if first.stem == "campaign" else first.stem
+    name = inputs.name
     if request.dry_run:
         plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in inputs.recordings]}
         return Outcome(COMMAND, None, DONE, "", (), plan)

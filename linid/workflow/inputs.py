@@ -35,6 +35,7 @@ class Inputs:
     known: dict[str, float]
     files: tuple[dict[str, Any], ...]
     coast_downs: tuple[FoundCoastDown, ...] = ()
+    name: str = ""
 
     def of(self, *, split: str | None = None, kind: str | None = None) -> tuple[Recording, ...]:
         """The recordings of a split and kind (None: any)."""
@@ -77,6 +78,7 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
     records: list[dict[str, Any]] = []
     known: dict[str, float] = {}
     axes: list[str] = []
+    names: list[str] = []
     masses = _masses(files, settings)
     for path in files:
         if is_campaign(path):
@@ -84,10 +86,12 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
             recordings += campaign.recordings
             known.update(campaign.known)
             axes.append(campaign.axis)
+            names.append(campaign.name)
             records.append(file_record(path))
         else:
             recordings.append(_bare(path, settings, axis, masses.get(str(path), 0.0)))
             axes.append(recordings[-1].axis)
+            names.append(recordings[-1].name)
     records += [_record(r) for r in recordings]
     if settings.axis is not None:
         axes.append(settings.axis)
@@ -99,6 +103,7 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
     return Inputs(
         tuple(r for r, _ in found), axes[0], known, _distinct(records),
         tuple(FoundCoastDown(whole, coast) for whole, (_, coast) in zip(recordings, found, strict=True) if coast),
+        names[0],
     )  # fmt: skip
 
 
