@@ -74,8 +74,9 @@ def cache_folder() -> Path:
     chosen = os.environ.get("LINID_CACHE_DIR")
     if chosen:
         return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "linid"
+    from platformdirs import user_cache_path
+
+    return user_cache_path("linid", appauthor=False)
 
 
 _installed: list[CompileLock] = []

@@ -87,7 +87,8 @@ def declared_period(lines: Sequence[str], dialect: Dialect) -> float | None:
             continue
         key = cells[0].strip().strip('"')
         period, rate = _PERIOD_KEY.match(key), _RATE_KEY.match(key)
-        match = re.fullmatch(r'\s*"?\s*([0-9.,eE+-]+)\s*(\S*?)"?\s*', " ".join(cells[1:3]))
+        same = len(cells) > 2 and cells[2].strip() == cells[1].strip()  # one for each channel
+        match = re.fullmatch(r'\s*"?\s*([0-9.,eE+-]+)\s*(\S*?)"?\s*', " ".join(cells[1 : 2 if same else 3]))
         if not match or not (period or rate):
             continue
         mark = "," if "," in match[1] else "."
@@ -119,6 +120,8 @@ def _fitting(cells: list[str], dialect: Dialect) -> list[str] | None:
         cells.pop()
     if cells and cells[0].strip() in ("#", "%", "//"):
         cells = cells[1:]
+    if len(cells) == dialect.fields + 1 and cells[-1].lower() in ("comment", "comments"):
+        cells = cells[:-1]  # LabVIEW's last column, which its rows leave away
     if not dialect.fields - _trailing(dialect) <= len(cells) <= dialect.fields:
         return None
     return [cell or f"column {k + 1}" for k, cell in enumerate(cells)]

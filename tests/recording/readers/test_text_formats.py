@@ -116,6 +116,18 @@ def test_units_in_a_line_and_a_declared_interval(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.drive_input, IU, atol=1e-6)
 
 
+def test_labview_measurement_file(tmp_path: Path) -> None:
+    end = "***End_of_Header***"
+    head = ["LabVIEW Measurement\t", "Writer_Version\t2", "Separator\tTab", f"{end}\t", "\t", "Channels\t2\t\t"]
+    head += ["Samples\t200\t200\t", "Y_Unit_Label\tmm\tA\t", "X_Dimension\tTime\tTime\t", "X0\t0.0E+0\t0.0E+0\t"]
+    head += ["Delta_X\t0.001000\t0.001000\t", f"{end}\t\t\t", "X_Value\tPosition\tIq Actual\tComment"]
+    body = [f"{t:.6f}\t{1e3 * y:.6f}\t{u:.6f}" for t, y, u in zip(T, Y, IU, strict=True)]
+    recording = read_recording(write(tmp_path, [*head, *body], name="run.lvm"))
+    np.testing.assert_allclose(recording.t, T, atol=1e-12)
+    np.testing.assert_allclose(recording.y, Y, atol=1e-9)
+    np.testing.assert_allclose(recording.drive_input, IU, atol=1e-6)
+
+
 def test_a_heading_that_names_nothing_leaves_numbers_to_map(tmp_path: Path) -> None:
     text = ["Trace of axis 1", *(f"{k};{1e3 * y:.6f};{u:.6f}" for k, (y, u) in enumerate(zip(Y, IU, strict=True)))]
     path = write(tmp_path, text)
