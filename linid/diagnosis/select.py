@@ -389,6 +389,8 @@ def stands(part: Part) -> bool:
     if abs(part.share) < LEAST_SHARE:
         return False
     least = max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
+    if effect.per_recording:  # which recordings it acts in was chosen by what it explains there
+        least = SURE
     sure = e.certainty >= least or effect.acts == "one"
     # Where the floor is far below what any model reaches, the logarithm is large for ever: then the power speaks.
     most = e.power_closed >= MOST_OF_POWER and e.certainty >= CERTAINTY
