@@ -388,12 +388,11 @@ def stands(part: Part) -> bool:
     effect = find_effect(part.name)
     if abs(part.share) < LEAST_SHARE:
         return False
-    least = max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
-    if effect.per_recording:  # which recordings it acts in was chosen by what it explains there
-        least = SURE
+    # Which recordings an effect acts in was chosen by what it explains there.
+    least = SURE if effect.per_recording else max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
     sure = e.certainty >= least or effect.acts == "one"
     # Where the floor is far below what any model reaches, the logarithm is large for ever: then the power speaks.
-    most = e.power_closed >= MOST_OF_POWER and e.certainty >= CERTAINTY
+    most = e.power_closed >= MOST_OF_POWER and e.certainty >= max(CERTAINTY, least)
     closed = LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED
     there = not effect.per_recording or e.power >= LEAST_POWER_ALONE
     beyond_doubt = e.certainty >= (SURE_ALONE if effect.per_recording else SURE)
