@@ -69,3 +69,16 @@ def test_channels_may_name_a_file_beside_the_settings(tmp_path: Path) -> None:
     (tmp_path / "settings.yaml").write_text("channels: mapping.yaml\n", encoding="utf-8")
     channels = make_settings(read_settings(tmp_path / "settings.yaml")).channels
     assert channels is not None and channels.position is not None and channels.position.unit == "mm"
+
+
+def test_inputs_bear_the_name_of_their_campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one that lies in the working folder, whose path has no parent."""
+    from linid.workflow.inputs import read_inputs
+    from linid.workflow.settings import Settings
+    from tests.workflow.small import campaign
+
+    path = campaign(tmp_path / "stage_3")
+    monkeypatch.chdir(path.parent)
+    assert read_inputs([Path("campaign.yaml")], Settings()).name == "small"
+    path.write_text(path.read_text(encoding="utf-8").replace("name: small\n", ""), encoding="utf-8")
+    assert read_inputs([Path("campaign.yaml")], Settings()).name == "stage_3"
