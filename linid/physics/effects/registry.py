@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from importlib.metadata import EntryPoint, entry_points
 
+from linid.entry_points import loaded
 from linid.errors import ConfigError, UsageError
 from linid.physics import friction, motors
 from linid.physics.effects import (
@@ -93,16 +94,8 @@ def collect(built_in: Iterable[Effect], others: Iterable[EntryPoint]) -> tuple[E
 
     for effect in built_in:
         add(effect, "linid")
-    for point in sorted(others, key=lambda other: (other.name, other.value)):
-        source = point.dist.name if point.dist is not None else "unknown package"
-        place = f"entry point {point.name!r} of {source}"
-        try:
-            loaded = point.load()
-        except Exception as error:
-            raise ConfigError(
-                place, f"cannot be loaded: {type(error).__name__}: {error}", "Correct or uninstall the package"
-            ) from error
-        add(loaded, place)
+    for one, place in loaded(others):
+        add(one, place)
     if len(effects) > _LARGEST_NUMBER:
         raise ConfigError(GROUP, f"{len(effects)} effects, at most {_LARGEST_NUMBER} are possible", "Uninstall some")
     return tuple(effects)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from linid.errors import DataError
 from linid.recording.mapping import ChannelMapping
-from linid.recording.readers.reader import Reader, library
+from linid.recording.readers.reader import Reader, library, whole
 from linid.recording.readers.variables import table_of
 from linid.recording.source import Source
 from linid.recording.table import Table, Used
@@ -23,17 +22,13 @@ def _recognises(source: Source) -> bool:
 def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> Table:
     del mapping, used
     h5py = library("h5py", source)
-    try:
-        with source.opened() as stream, h5py.File(stream, "r") as file:
+    with whole(source, "HDF5"), source.opened() as stream, h5py.File(stream, "r") as file:
 
-            def fields(value: Any) -> Iterator[tuple[str, Any]] | None:
-                return _fields(h5py, file, value)
+        def fields(value: Any) -> Iterator[tuple[str, Any]] | None:
+            return _fields(h5py, file, value)
 
-            named = [(name, _loaded(h5py, file[name])) for name in file if name not in _HIDDEN]
-            return table_of("hdf5", source, named, fields, _REMEDY)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError, RecursionError) as error:
-        fact = (str(error).splitlines() or [type(error).__name__])[0][:200]
-        raise DataError(source.place, f"is a damaged HDF5 file ({fact})", "Save or copy it again.") from None
+        named = [(name, _loaded(h5py, file[name])) for name in file if name not in _HIDDEN]
+        return table_of("hdf5", source, named, fields, _REMEDY)
 
 
 def _loaded(h5py: Any, item: Any) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 from linid.errors import DataError
 from linid.recording.mapping import ChannelMapping
-from linid.recording.readers.reader import Reader, library
+from linid.recording.readers.reader import Reader, library, whole
 from linid.recording.source import Source
 from linid.recording.table import Column, Table, Used, array_column
 
@@ -18,12 +18,8 @@ def _recognises(source: Source) -> bool:
 def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> Table:
     del mapping, used
     asammdf = library("asammdf", source)
-    try:
-        with source.opened() as stream, asammdf.MDF(stream) as file:
-            columns = _columns(file)
-    except Exception as error:  # asammdf raises many kinds on damaged files
-        fact = (str(error).splitlines() or [type(error).__name__])[0][:200]
-        raise DataError(source.place, f"is a damaged MDF file ({fact})", "Save or copy it again.") from None
+    with whole(source, "MDF"), source.opened() as stream, asammdf.MDF(stream) as file:
+        columns = _columns(file)
     if not columns:
         raise DataError(source.place, "holds no numeric channel", "Record the axis' channels.")
     return Table(source.path, "mdf", columns, source.sha256, notes=source.notes)

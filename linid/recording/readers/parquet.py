@@ -8,7 +8,7 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.recording.mapping import ChannelMapping
-from linid.recording.readers.reader import Reader, library
+from linid.recording.readers.reader import Reader, library, whole
 from linid.recording.source import Source
 from linid.recording.table import Column, Table, Used, array_column
 
@@ -20,15 +20,12 @@ def _recognises(source: Source) -> bool:
 def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> Table:
     del mapping, used
     types, parquet = library("pyarrow", source).types, library("pyarrow.parquet", source)
-    try:
+    with whole(source, "Parquet"):
         with source.opened() as stream:
             content = parquet.read_table(stream)
         found = [
             column for k, field in enumerate(content.schema) if (column := _column(types, field, content.column(k)))
         ]
-    except Exception as error:  # pyarrow raises many kinds on damaged files
-        fact = (str(error).splitlines() or [type(error).__name__])[0][:200]
-        raise DataError(source.place, f"is a damaged Parquet file ({fact})", "Save or copy it again.") from None
     if not found:
         raise DataError(source.place, "holds no numeric column", "Save the channels as numbers.")
     skipped = [name for name in content.column_names if name not in {column.header for column in found}]

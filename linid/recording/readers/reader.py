@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from linid.errors import ConfigError, DataError
+from linid.errors import ConfigError, DataError, LinidError
 from linid.recording.mapping import ChannelMapping
 from linid.recording.source import Source
 from linid.recording.table import Table, Used
@@ -54,3 +55,15 @@ def library(name: str, source: Source, extra: str = "formats") -> Any:
             source.place, f"needs the library {name.split('.')[0]}, which is not installed",
             f'Install it: pip install "linid[{extra}]".',
         ) from None  # fmt: skip
+
+
+@contextmanager
+def whole(source: Source, what: str) -> Iterator[None]:
+    """What a format's own library raises on a damaged file, which may be anything, as a DataError."""
+    try:
+        yield
+    except LinidError:
+        raise
+    except Exception as error:
+        fact = (str(error).splitlines() or [type(error).__name__])[0][:200]
+        raise DataError(source.place, f"is a damaged {what} file ({fact})", "Save or copy it again.") from None

@@ -10,6 +10,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
+from linid.entry_points import loaded
 from linid.errors import ConfigError
 from linid.recording.mapping import ChannelMapping
 from linid.recording.readers import (
@@ -54,16 +55,8 @@ def collect(built_in: Iterable[Reader], others: Iterable[EntryPoint]) -> tuple[R
     own = tuple(built_in)
     owners = {reader.name: "linid" for reader in own}
     found: list[Reader] = []
-    for point in sorted(others, key=lambda other: (other.name, other.value)):
-        source = point.dist.name if point.dist is not None else "unknown package"
-        place = f"entry point {point.name!r} of {source}"
-        try:
-            loaded = point.load()
-        except Exception as error:
-            raise ConfigError(
-                place, f"cannot be loaded: {type(error).__name__}: {error}", "Correct or uninstall the package."
-            ) from error
-        reader = check_reader(loaded, place)
+    for one, place in loaded(others):
+        reader = check_reader(one, place)
         if reader.name in owners:
             raise ConfigError(
                 place, f"the format name {reader.name!r} is taken by {owners[reader.name]}", "Rename it, or uninstall."

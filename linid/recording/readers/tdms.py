@@ -9,7 +9,7 @@ import numpy as np
 from linid.errors import DataError
 from linid.recording.mapping import ChannelMapping
 from linid.recording.names import is_time, split_header
-from linid.recording.readers.reader import Reader, library
+from linid.recording.readers.reader import Reader, library, whole
 from linid.recording.source import Source
 from linid.recording.table import Column, Table, Used, array_column
 
@@ -21,13 +21,9 @@ def _recognises(source: Source) -> bool:
 def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> Table:
     del mapping, used
     nptdms = library("nptdms", source)
-    try:
-        with source.opened() as stream:
-            file = nptdms.TdmsFile.read(stream)
-            columns = _columns(file)
-    except Exception as error:  # npTDMS raises many kinds on damaged files
-        fact = (str(error).splitlines() or [type(error).__name__])[0][:200]
-        raise DataError(source.place, f"is a damaged TDMS file ({fact})", "Save or copy it again.") from None
+    with whole(source, "TDMS"), source.opened() as stream:
+        file = nptdms.TdmsFile.read(stream)
+        columns = _columns(file)
     if not columns:
         raise DataError(source.place, "holds no numeric channel", "Record the axis' channels.")
     return Table(source.path, "tdms", columns, source.sha256, notes=source.notes)
