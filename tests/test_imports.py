@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
-    ("errors", "stop_signals"), ("config",), ("recording",), ("physics",), ("simulation",),
+    ("errors", "stop_signals"), ("config", "entry_points"), ("recording",), ("physics",), ("simulation",),
     ("identification",), ("diagnosis",), ("challenge", "reproduction"), ("report",), ("workflow",),
     ("cli_errors", "cli_options"), ("cli_challenge", "cli_field"), ("cli",),
 )  # fmt: skip
