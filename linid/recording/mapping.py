@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
 from linid.errors import ConfigError
 from linid.recording.units import find_unit
@@ -32,8 +32,8 @@ class ChannelSpec(BaseModel):
 
     column: str = Field(min_length=1)
     unit: str | None = None
-    scale: float | str = 1.0
-    offset: float | str = 0.0
+    scale: FiniteFloat | str = 1.0
+    offset: FiniteFloat | str = 0.0
 
 
 class Quantity(BaseModel):
@@ -41,7 +41,7 @@ class Quantity(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    value: float = Field(gt=0)
+    value: float = Field(gt=0, allow_inf_nan=False)
     unit: str = "s"
 
 

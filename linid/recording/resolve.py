@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -278,11 +279,11 @@ def _number(table: Table, value: float | str, place: str) -> float:
     if not isinstance(value, str):
         return float(value)
     try:
-        return float(value)
+        number = float(value)
     except ValueError:
-        pass
-    if value in table.scalars:
-        return table.scalars[value]
+        number = table.scalars.get(value, math.nan)
+    if math.isfinite(number):
+        return number
     known = ", ".join(table.scalars) or "none"
     raise DataError(
         place, f"scale or offset '{value}' is neither a number nor a scalar in the file", f"Scalars: {known}."

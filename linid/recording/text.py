@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -78,11 +79,12 @@ def _encoding(path: Path, head: bytes, given: str | None) -> str | None:
     """The encoding given, or shown by the file's first bytes; None: UTF-8 as long as it fits."""
     if given is not None:
         try:
-            b"".decode(given)
-        except LookupError:
-            raise ConfigError(
-                "channels.encoding", f"unknown encoding '{given}'", "Use utf-8, utf-16 or cp1252."
-            ) from None
+            known = codecs.lookup(given)
+            " ".encode(given)  # refuses codecs that are none of text
+        except (LookupError, ValueError, UnicodeError):
+            known = None
+        if known is None or known.incrementaldecoder is None:
+            raise ConfigError("channels.encoding", f"unknown encoding '{given[:60]}'", "Use utf-8, utf-16 or cp1252.")
         return given
     for magic, (kind, remedy) in _MAGIC.items():
         if head.startswith(magic):

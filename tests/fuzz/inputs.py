@@ -56,6 +56,13 @@ def generic(r: random.Random) -> Input:
     return Input("readers", ".csv", text.encode(encoding), Truth(separator, decimal, 1, (0, 1, 2), encoding))
 
 
+def good() -> bytes:
+    """A recording that every mapping of the fuzz could be meant for."""
+    rows = ["Time (ms),Position (mm),Iq (A),Iu (A),Iv (A)"]
+    rows += [f"{1e3 * t:g},{1e3 * y:.6f},{i:.5f},{i:.5f},{-i / 2:.5f}" for t, y, i in zip(T, Y, I, strict=True)]
+    return "\n".join(rows).encode()
+
+
 def twincat(r: random.Random) -> Input:
     """Two time groups and a header of keys."""
     separator = r.choice(["\t", ";", ",", " ", ":"])
@@ -110,6 +117,9 @@ def yaml_file(r: random.Random) -> Input:
         "recordings:\n  - {file: a.csv, kind: motor, split: fit, added_mass_kg: 0.5}\n"
         "  - {file: b.csv, kind: free_wheel, window: [0.1, 0.9], repeat_of: a.csv}\n",
         "generations: 10\npopulation: 20\nseed: 3\nbounds: {mass: [0.1, 10]}\neffects: [cogging]\nknown: {mass: 1.0}\n",
+        "channels:\n  time: {column: Time (ms), unit: ms}\n  position: {column: '#2', unit: mm, scale: 1.5}\n"
+        "  current_u: {column: Iu (A), unit: A}\n  current_v: '#5'\n  encoding: utf-8\n  decimal: '.'\n"
+        "  separator: ','\n  layout: generic\n  period: 1 ms\n  time_group: 1\n",
         "defaults: &d {seed: 1}\njobs:\n  - {name: fit, command: fit-friction, files: [a.csv], <<: *d}\n",
     ]
     return Input("yaml", ".yaml", r.choice(texts).encode())

@@ -59,13 +59,13 @@ def _used(one: Input, path: Path) -> str:
 
 
 def _yaml(path: Path) -> str:
-    from linid.recording import ChannelMapping, read_campaign
+    from linid.recording import read_campaign
     from linid.workflow.batch_file import read_batch
-    from linid.workflow.settings import make_settings, read_mapping, read_settings
+    from linid.workflow.settings import make_settings, read_settings
 
     for reads in (
         read_campaign, lambda p: make_settings(read_settings(p)), lambda p: read_batch(p, {}),
-        lambda p: ChannelMapping.model_validate(read_mapping(p)),
+        _mapped,
     ):  # fmt: skip
         try:
             reads(path)
@@ -75,15 +75,29 @@ def _yaml(path: Path) -> str:
     return ""
 
 
+def _mapped(path: Path) -> None:
+    """A mapping or settings on a good recording."""
+    from linid.recording import ChannelMapping, checks_of, inspect_file, read_recording
+    from linid.workflow.settings import read_mapping
+    from tests.fuzz.inputs import good
+
+    recording = path.with_name("good.csv")
+    recording.write_bytes(good())
+    mapping = ChannelMapping.model_validate(read_mapping(path))
+    if inspect_file(recording, mapping).problem is None:
+        checks_of([read_recording(recording, channels=mapping)])
+
+
 def _reader(one: Input, path: Path) -> str:
     """Inspect and read, and compare with what pandas sees in the true dialect."""
-    from linid.recording import inspect_file, read_recording, starter_mapping
+    from linid.recording import checks_of, inspect_file, read_recording, starter_mapping
 
     found = inspect_file(path)
     starter_mapping(found)
     if found.problem is not None:
         return ""
     recording = read_recording(path)
+    checks_of([recording])
     if one.truth is None or any(note for note in recording.notes if not _harmless(note)):
         return ""
     expected = oracle(one.content, one.truth)
