@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.errors import ConfigError
 from linid.identification.result import Generation
 
 Array = NDArray[np.float64]
@@ -199,6 +200,21 @@ def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) 
     assert len(state.population[0]) == dimension
 
 
+def _words(seed: int) -> int | list[int]:
+    """A seed as numpy's old generator takes it: 32 bits at a time."""
+    return seed if seed < 2**32 else [seed % 2**32, seed // 2**32]
+
+
+def _refuse_other(state: SearchState, dimension: int, settings: SearchSettings) -> None:
+    """ConfigError for a state that this search cannot go on from."""
+    found = (state.method, len(state.best), len(state.population))
+    if found != (settings.method, dimension, settings.population):
+        raise ConfigError(
+            "checkpoint", "is of another search: method {}, {} unknowns, {} candidates".format(*found),
+            "Delete it to start this search anew.",
+        )  # fmt: skip
+
+
 def search(
     cost: CostFunction,
     seeds: Array,
@@ -217,13 +233,14 @@ def search(
     The same seed gives the same result on any number of threads, resumed or not.
     """
     if resume is not None:
+        _refuse_other(resume, dimension, settings)
         state = resume
     else:
         population = initial_population(seeds, settings.population, dimension, settings.seed)
         costs = cost(population)
         best = int(np.argmin(costs))
         if settings.method == "cma":
-            raw: Any = np.random.RandomState(settings.seed).get_state(legacy=True)
+            raw: Any = np.random.RandomState(_words(settings.seed)).get_state(legacy=True)
             random_state: Any = [raw[0], raw[1].tolist(), int(raw[2]), int(raw[3]), float(raw[4])]
         else:
             random_state = _freeze(random.Random(settings.seed).getstate())

@@ -13,6 +13,8 @@ from linid.stand.mode_descriptions import Mode
 
 # Nomes closer to one would need hundreds of Fourier terms; no real magnet track has them.
 NOME_LIMIT = 0.95
+# An hour of computing, and as many rows as a file can reasonably have.
+_MOST_STEPS, _MOST_SAMPLES = 1e10, 5e7
 
 
 class SineMotor(Description):
@@ -125,6 +127,17 @@ class AxisDescription(Description):
         if repeated:
             raise ValueError(f"recording names must differ, repeated: {', '.join(repeated)}")
         return campaign
+
+    @model_validator(mode="after")
+    def _ends(self) -> AxisDescription:
+        seconds = sum(mode.duration_s for mode in self.campaign)
+        for name, period, most in (
+            ("integration_step_s", self.integration_step_s, _MOST_STEPS),
+            ("measurement.sample_period_s", self.measurement.sample_period_s, _MOST_SAMPLES),
+        ):
+            if seconds / period > most:
+                raise ValueError(f"{name} is too short: the campaign of {seconds:g} s takes more than {most:g} of them")
+        return self
 
     @model_validator(mode="after")
     def _periods_nest(self) -> AxisDescription:

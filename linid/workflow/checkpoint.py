@@ -9,9 +9,12 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
+from pydantic import ValidationError
+
 from linid.config import read_json
 from linid.errors import ConfigError
 from linid.report.files import write_atomic
+from linid.workflow.checkpoint_schema import STEPS, StateBody
 
 if TYPE_CHECKING:
     from linid.identification.genetic import SearchState
@@ -54,9 +57,10 @@ class Checkpoint:
         if state is None:
             return None
         try:
-            return SearchState(**state)
-        except TypeError:
-            raise _damaged(self.path) from None
+            StateBody.model_validate(state)
+        except (ValidationError, TypeError) as error:
+            raise _damaged(self.path, _first(error)) from None
+        return SearchState(**state)
 
 
 class Memory(UserDict[str, Any]):
@@ -76,7 +80,11 @@ class Memory(UserDict[str, Any]):
 
     def load(self) -> None:
         """Take over the steps that an earlier run finished; another problem's or a damaged file raises ConfigError."""
-        self.data = dict(_saved_state(self.path, self.identity) or {})
+        state = _saved_state(self.path, self.identity) or {}
+        try:
+            self.data = dict(STEPS.validate_python(state))
+        except ValidationError as error:
+            raise _damaged(self.path, _first(error)) from None
 
 
 def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
@@ -86,8 +94,8 @@ def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
     try:
         found, schema, state = body["identity"], body["schema"], dict(body["state"])
     except (ValueError, KeyError, TypeError):
-        raise _damaged(path) from None
-    if found != identity or schema != SCHEMA:
+        raise _damaged(path, "no schema, identity and state") from None
+    if found != identity or type(schema) is not int or schema != SCHEMA:
         raise ConfigError(
             str(path), "belongs to a search with other inputs, settings or program versions",
             "Resume with the command and files it was started with, or choose another --out.",
@@ -95,5 +103,14 @@ def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
     return state
 
 
-def _damaged(path: Path) -> ConfigError:
-    return ConfigError(str(path), "is not a search state", _ANEW)
+def _first(error: Exception) -> str:
+    """The first complaint in a line."""
+    if not isinstance(error, ValidationError):
+        return str(error)[:200]
+    one = error.errors(include_url=False)[0]
+    where = ".".join(str(step)[:60] for step in one["loc"])
+    return f"{where}: {one['msg']}"[:200] if where else one["msg"].removeprefix("Value error, ")[:200]
+
+
+def _damaged(path: Path, why: str) -> ConfigError:
+    return ConfigError(str(path), f"is not a search state ({why})", _ANEW)

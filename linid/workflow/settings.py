@@ -62,16 +62,16 @@ class Settings(BaseModel):
     method: Literal["genetic", "cma", "plain"] = Field(
         default="genetic", description="genetic algorithm, CMA-ES, or a genetic algorithm from random candidates"
     )
-    population: int = Field(default=64, ge=8, description="candidates per generation")
-    generations: int = Field(default=120, ge=1, description="largest number of generations")
-    patience: int = Field(default=6, ge=1, description="generations without gain before the search stops")
+    population: int = Field(default=64, ge=8, le=100_000, description="candidates per generation")
+    generations: int = Field(default=120, ge=1, le=10**9, description="largest number of generations")
+    patience: int = Field(default=6, ge=1, le=10**9, description="generations without gain before the search stops")
     tolerance: Positive = Field(default=1e-3, description="relative gain below which a generation counts as none")
-    polish_steps: int = Field(default=60, ge=1, description="largest number of steps of the local polish")
+    polish_steps: int = Field(default=60, ge=1, le=10**6, description="largest number of steps of the local polish")
     substeps: int | None = Field(
         default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
     )
     profiles: tuple[str, ...] = Field(default=(), description="parameters whose profile likelihood is computed")
-    seed: int = Field(default=1, ge=0, description="seed of the search")
+    seed: int = Field(default=1, ge=0, lt=2**63, description="seed of the search")
     # The output.
     figures: bool = Field(default=True, description="write figures")
     figure_formats: tuple[Literal["png", "pdf", "svg"], ...] = Field(default=("png",), min_length=1)
