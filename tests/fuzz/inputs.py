@@ -8,6 +8,8 @@ import random
 import string
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -131,9 +133,32 @@ def model(r: random.Random) -> Input:
 
 
 def checkpoint(r: random.Random) -> Input:
-    """A search state."""
-    body = {"schema": 1, "identity": "x", "state": {"generation": 3, "history": [[1, 2.5]], "population": [[0.1, 0.2]]}}
-    return Input("checkpoints", ".json", json.dumps(body).encode())
+    """A search state as a search leaves it, or the finished steps of a diagnosis."""
+    if r.random() < 0.2:
+        body = {"schema": 1, "identity": "x", "state": {"a": "text", "b": [1.0, 2.0]}}
+        return Input("checkpoints", ".json", json.dumps(body).encode())
+    return Input("checkpoints", ".json", _saved(r.choice(["genetic", "cma"])))
+
+
+def parabola(genes: Any) -> Any:
+    """The cost of the fuzz's searches."""
+    return ((genes - 0.3) ** 2).sum(axis=1)
+
+
+@cache
+def _saved(method: str) -> bytes:
+    import tempfile
+    from pathlib import Path
+
+    from linid.identification.genetic import SearchSettings, search
+    from linid.workflow.checkpoint import Checkpoint
+
+    with tempfile.TemporaryDirectory() as folder:
+        kept = Checkpoint(Path(folder) / "checkpoint.json", "x")
+        settings = SearchSettings(method=method, population=8, generations=3, patience=100)
+        search(parabola, np.full((1, 3), 0.5), 3, settings, starts=np.full((1, 3), 0.5), watch=kept.save)
+        kept.flush()
+        return kept.path.read_bytes()
 
 
 _MODEL: list[str] = []

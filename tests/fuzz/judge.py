@@ -47,10 +47,19 @@ def _used(one: Input, path: Path) -> str:
 
         load_model(path)
     elif one.kind == "checkpoints":
+        from linid.identification.genetic import SearchSettings, search
         from linid.workflow.checkpoint import Checkpoint, Memory
+        from tests.fuzz.inputs import parabola
 
-        Memory(path, "x").load()
-        Checkpoint(path, "x").load()
+        try:
+            Memory(path, "x").load()
+        except LinidError as error:
+            if not error.remedy:
+                return "an error without a remedy"
+        state = Checkpoint(path, "x").load()
+        if state is not None:
+            settings = SearchSettings(method=state.method, population=8, generations=state.generation + 1, patience=100)
+            search(parabola, np.empty((0, 3)), 3, settings, resume=state)
     elif one.kind == "yaml":
         return _yaml(path)
     else:
