@@ -37,8 +37,8 @@ SLOW = (
     "  - {name: slow, command: fit-friction, files: [campaign.yaml], "
     "settings: {generations: 400, patience: 1000, population: 24}}\n"
 )
-# What may differ between equal runs: times, hosts, and what a search saves on its way.
-UNEQUAL = {"run.json", "log.txt", "summary.csv", "checkpoint.json"}
+# What may differ between equal runs: times, hosts, what a search saves on its way, and the list with the digests of these.
+UNEQUAL = {"run.json", "log.txt", "summary.csv", "checkpoint.json", ".linid_files"}
 
 
 def batch(folder: Path, *jobs: str) -> Path:
