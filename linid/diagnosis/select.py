@@ -388,8 +388,9 @@ def stands(part: Part) -> bool:
     effect = find_effect(part.name)
     if abs(part.share) < LEAST_SHARE:
         return False
-    # Which recordings an effect acts in was chosen by what it explains there.
-    least = SURE if effect.per_recording else max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
+    # Which recordings an effect acts in was chosen by what it explains there; few blocks judge a single one.
+    alone = CERTAINTY + (SURE - CERTAINTY) * (1.0 - e.closed)
+    least = alone if effect.per_recording else max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
     sure = e.certainty >= least or effect.acts == "one"
     # Where the floor is far below what any model reaches, the logarithm is large for ever: then the power speaks.
     most = e.power_closed >= MOST_OF_POWER and e.certainty >= max(CERTAINTY, least)

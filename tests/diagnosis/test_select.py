@@ -32,6 +32,7 @@ NOTHING: Any = None  # the tests read figures, not models
         ("payload_change", 1.0, 6.0, 0.2, True),  # beyond doubt
         ("payload_change", 1.0, 3.0, 0.6, False),  # its recordings were chosen by what it explains there
         ("payload_change", 1.0, 5.0, 0.6, True),
+        ("payload_change", 1.0, 3.5, 0.98, True),  # all but nothing is left of the gap
         ("external_disturbance", 0.1, 0.9, 0.6, True),  # a moment has no other blocks
     ],
 )
