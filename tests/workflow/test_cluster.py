@@ -37,7 +37,7 @@ SLOW = (
     "  - {name: slow, command: fit-friction, files: [campaign.yaml], "
     "settings: {generations: 400, patience: 1000, population: 24}}\n"
 )
-# What may differ between equal runs: times, hosts, what a search saves on its way, and the list with the digests of these.
+# What may differ between equal runs: times, hosts, what a search saves on its way, and the list of digests.
 UNEQUAL = {"run.json", "log.txt", "summary.csv", "checkpoint.json", ".linid_files"}
 
 
