@@ -31,6 +31,8 @@ _RIDGE = 1.0  # deviation, of its own scale, that a base parameter may take in a
 _TOLD = 0.1  # of all that recordings tell of an effect's size: with more of it the fitted ones will do
 _LIKE = 0.5  # of the largest amplitude: what a recording must show to be counted in
 _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
+# Of how strongly an effect shows in the typical recording: a mass in a creeping axis could be anything that resists it.
+_FAINT = 0.1
 _CLEAR = 1e-3  # of a column's power: what the base must leave of it
 _PAUSE = 0.05  # s, between a push and another one
 # A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
@@ -231,8 +233,10 @@ class Screening:
         whole = regression.effect_columns(effect, [entry], {amplitude: size})[:, 0]
         owner = np.concatenate([regression.part.classes, np.full(regression.p, -1)])
         span, rest = regression.span(), regression.rest()
+        shown = {k: float(np.sqrt(np.mean(whole[owner == k] ** 2))) for k in able if np.any(owner == k)}
+        faint = _FAINT * float(np.median(list(shown.values()))) if shown else 0.0
         found: list[tuple[int, float, float]] = []  # recording, amplitude, gain
-        for k in able:
+        for k in (k for k, strength in shown.items() if strength >= faint):
             column = np.where(owner == k, whole, 0.0)
             length = float(column @ column)
             moment = float(column @ rest)
