@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from linid.errors import UsageError
 from linid.physics import electrical, friction, motors
-from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import EFFECTS, active_mask, find_effect
 from linid.physics.parameter import Parameter
 
@@ -39,8 +38,20 @@ VECTOR_SIZE = EFFECT_START + len(EFFECT_SLOTS)
 RECORD = VECTOR_SIZE
 ELAPSED = VECTOR_SIZE + 1
 STATE_START = VECTOR_SIZE + 2
-STATEFUL: tuple[Effect, ...] = tuple(effect for effect in EFFECTS if effect.advance is not None)
-STATE_SIZE = 2 * len(STATEFUL)
+
+
+def _state_places() -> dict[str, int]:
+    places: dict[str, int] = {}
+    position = 0
+    for effect in EFFECTS:
+        if effect.states:
+            places[effect.name] = position
+            position += effect.states
+    return places
+
+
+STATE_PLACES = _state_places()
+STATE_SIZE = sum(effect.states for effect in EFFECTS)
 
 
 @dataclass(frozen=True)
@@ -81,7 +92,10 @@ class Model:
     def states(self) -> tuple[int, ...]:
         """Places of the active effects' hidden states among all hidden states."""
         return tuple(
-            place for k, effect in enumerate(STATEFUL) if effect.name in self.effects for place in (2 * k, 2 * k + 1)
+            start + k
+            for name, start in STATE_PLACES.items()
+            if name in self.effects
+            for k in range(find_effect(name).states)
         )
 
     def slot(self, name: str) -> int:

@@ -62,7 +62,7 @@ class _Terms:
         for index, (effect, parameters) in enumerate(self.active):
             function = effect.terms.get(name)
             if function is not None:
-                out.append(function.py_func(*before, *self._all(arguments, states, index), *parameters))
+                out.append(function.py_func(*before, *self._all(name, arguments, states, index), *parameters))
         return out
 
     def chain(self, name: str, arguments: tuple[float, ...], states: Array) -> tuple[float, ...]:
@@ -70,7 +70,7 @@ class _Terms:
         for index, (effect, parameters) in enumerate(self.active):
             function = effect.terms.get(name)
             if function is not None:
-                result = function.py_func(*self._all(arguments, states, index), *parameters)
+                result = function.py_func(*self._all(name, arguments, states, index), *parameters)
                 arguments = (*arguments[:3], *result) if name == "drive" else (arguments[0], result, *arguments[2:])
         return arguments
 
@@ -79,24 +79,32 @@ class _Terms:
         out = np.zeros_like(states)
         for index, (effect, parameters) in enumerate(self.active):
             if effect.advance is not None:
-                t, y, v, *rest = self._all(arguments, states, index)
+                t, y, v, *rest = self._all("advance", arguments, states, index)
                 after = effect.advance.py_func(_SHORT, t, y, v, a, *rest, *parameters)
-                out[2 * index : 2 * index + 2] = (np.array(after) - states[2 * index : 2 * index + 2]) / _SHORT
+                own = self._own(index)
+                out[own] = (np.array(after) - states[own]) / _SHORT
         return out
 
     def initial(self, arguments: tuple[float, ...]) -> Array:
         """Hidden states at the start."""
-        states = np.zeros(2 * len(self.active))
+        states = np.zeros(sum(effect.states for effect, _ in self.active))
         for index, (effect, parameters) in enumerate(self.active):
             if effect.initial is not None:
-                states[2 * index : 2 * index + 2] = effect.initial.py_func(
-                    *self._all(arguments, states, index), *parameters
-                )
+                known = self._all("initial", arguments, states, index)
+                states[self._own(index)] = effect.initial.py_func(*known, *parameters)
         return states
 
-    def _all(self, arguments: tuple[float, ...], states: Array, index: int) -> tuple[float, ...]:
-        own = states[2 * index : 2 * index + 2]
-        return (*arguments, self.record, self.elapsed + arguments[0], float(own[0]), float(own[1]))
+    def _own(self, index: int) -> slice:
+        """Where an active effect's hidden states are among all."""
+        first = sum(effect.states for effect, _ in self.active[:index])
+        return slice(first, first + self.active[index][0].states)
+
+    def _all(self, name: str, arguments: tuple[float, ...], states: Array, index: int) -> tuple[float, ...]:
+        """The arguments of a term before its parameters; states that nothing advances are zero."""
+        effect = self.active[index][0]
+        own = states[self._own(index)] if effect.states else np.zeros(effect.states_of(name))
+        own = own[: effect.states_of(name)]
+        return (*arguments, self.record, self.elapsed + arguments[0], *map(float, own))
 
 
 def simulate_reference(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
-from linid.simulation.emitter import load_kernel
+from linid.simulation.compiled import Kernel, load_kernel
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.threads import summed
 
@@ -99,7 +99,7 @@ class Simulator:
     def _kept(self) -> Integers:
         return np.array(self.model.states, dtype=np.int64)
 
-    def _kernel(self) -> object:
+    def _kernel(self) -> Kernel:
         if self.specialised:
             return load_kernel(self.model, bool(self.model.winding))
         return load_kernel(None, bool(self.model.winding), self.model.mask == 0)
@@ -158,7 +158,7 @@ class Simulator:
 
         def work(piece: tuple[int, int]) -> int:
             return int(
-                kernel.simulate_tasks(  # type: ignore[attr-defined]
+                kernel.simulate_tasks(
                     params,
                     self.model.motor,
                     self.model.mask,
@@ -213,7 +213,7 @@ class Simulator:
         params = np.ascontiguousarray(params)
 
         def work(piece: tuple[int, int]) -> int:
-            kernel.along_tasks(  # type: ignore[attr-defined]
+            kernel.along_tasks(
                 params,
                 self.model.motor,
                 self.model.mask,
@@ -253,7 +253,7 @@ class Simulator:
         params = np.ascontiguousarray(params)
 
         def work(piece: tuple[int, int]) -> int:
-            kernel.reading_tasks(params, self.model.mask, y, v, piece[0], piece[1], out)  # type: ignore[attr-defined]
+            kernel.reading_tasks(params, self.model.mask, y, v, piece[0], piece[1], out)
             return 0
 
         self._spread(work, params.shape[0])

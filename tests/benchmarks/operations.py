@@ -1,4 +1,4 @@
-"""Runs the emitted kernel's source in plain Python, with numbers that count operations or with numbers of float32.
+"""Runs the kernel in plain Python, with numbers that count operations or with numbers of float32.
 
 Nothing is compiled: what is counted are the operations of the formulas, whatever a compiler makes of them. Operations
 among parameters alone are left out, as a compiler does them once, and so are comparisons, whose outcome the processor
@@ -7,19 +7,20 @@ predicts.
 
 from __future__ import annotations
 
-import inspect
 import math
 import operator
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
-from linid.physics import friction, motors, theta
-from linid.simulation.emitter import emit
+from linid.physics import friction
+from linid.simulation.kernel import simulate_one
+from linid.simulation.terms import terms_of
+from tests.plain import Plain
 
 FUNCTIONS = ("exp", "sin", "cos", "sqrt")
 KINDS = ("add", "multiply", "divide", "power", "sign", *FUNCTIONS)
@@ -93,30 +94,21 @@ TRACED_MATH = SimpleNamespace(
     **{name: getattr(math, name) for name in ("pi", "inf", "log")},
 )
 # Rounding to an integer is one instruction, which takes the adder's place.
-TRACED_ARRAYS = SimpleNamespace(zeros=np.zeros, nan=np.nan, floor=_function("add", "floor"))
+TRACED_ARRAYS = SimpleNamespace(zeros=np.zeros, nan=np.nan, int64=int, floor=_function("add", "floor"))
+COUNTED = ("gliding_step", "lugre_step", "stribeck_fall")
 
 
-def _plain(source: str, names: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
-    """What a source text defines, uncompiled; given: what it finds under names of its own or imported ones."""
-    with mock.patch("numba.njit", lambda *functions, **_: functions[0] if functions else lambda function: function):
-        exec(compile(source, "plain", "exec"), names)
-    names.update({name: value for name, value in given.items() if name in names})
-    return names
-
-
-def plain_kernel(given: dict[str, Any]) -> tuple[dict[str, Any], Counter[str]]:
-    """The emitted kernel's names in plain Python, and a count of the calls that tell one kind of step from another.
+def plain_kernel(given: dict[str, Any]) -> tuple[Callable[..., int], Counter[str]]:
+    """`simulate_one` without effects in plain Python, and a count of the calls that tell one kind of step from another.
 
     given: what the formulas find as `math` and `np`.
     """
-    found = dict(given)
-    for module in (theta, friction, motors):
-        found.update(_plain(inspect.getsource(module), {"__name__": module.__name__}, found))
-        found.update(given)
     calls: Counter[str] = Counter()
-    for name in ("gliding_step", "lugre_step", "stribeck_fall"):
-        found[name] = _counted(found[name], name, calls)
-    return _plain(emit(bare=True), {}, found), calls
+    inner = Plain(given)
+    counted = {name: _counted(inner.of(getattr(friction, name)), name, calls) for name in COUNTED}
+    plain = Plain({**given, **counted})
+    terms = plain.of(terms_of(bare=True))
+    return partial(plain.of(simulate_one), terms), calls
 
 
 def _counted(function: Callable[..., Any], name: str, calls: Counter[str]) -> Callable[..., Any]:
@@ -127,10 +119,10 @@ def _counted(function: Callable[..., Any], name: str, calls: Counter[str]) -> Ca
     return called
 
 
-def simulate(names: dict[str, Any], segment: dict[str, Any], y_out: Any) -> int:
+def simulate(kernel: Callable[..., int], segment: dict[str, Any], y_out: Any) -> int:
     """Run one segment of `tests.benchmarks.kernel.Case.separate`; returns the internal steps. y_out: (count,) m."""
     return int(
-        names["simulate_one"](
+        kernel(
             segment["params"], segment["motor"], 0, segment["powered"], segment["coefficients"], segment["zero"],
             segment["dt"], 0, len(y_out), segment["added_mass"], 0.0, 0.0, segment["start"],
             np.empty(0, dtype=np.int64), False, segment["substeps"], segment["tolerance"], np.empty(0), y_out,
@@ -146,7 +138,7 @@ def count(segments: list[dict[str, Any]], cost: dict[str, float]) -> dict[str, A
     bristle is, else it glided; `rejected`: gliding steps done once more with the bristle; `predictors`: those of
     followed steps, of which each halving needs one more.
     """
-    names, calls = plain_kernel({"math": TRACED_MATH, "np": TRACED_ARRAYS})
+    kernel, calls = plain_kernel({"math": TRACED_MATH, "np": TRACED_ARRAYS})
     account = Account(cost)
 
     def traced(values: Any) -> Any:
@@ -158,7 +150,7 @@ def count(segments: list[dict[str, Any]], cost: dict[str, float]) -> dict[str, A
     for segment in segments:
         y_out = np.empty(len(segment["coefficients"]) + 1, dtype=object)
         moving = {name: traced(segment[name]) for name in ("coefficients", "start")}
-        steps += simulate(names, {**segment, **moving}, y_out)
+        steps += simulate(kernel, {**segment, **moving}, y_out)
         chain += y_out[-1].ready
     followed = calls["lugre_step"]
     return {
@@ -180,11 +172,11 @@ def in_float32(segment: dict[str, Any]) -> Any:
         **{name: getattr(math, name) for name in ("pi", "inf", "log", "isnan")},
     )
     arrays = SimpleNamespace(
-        zeros=lambda shape: np.zeros(shape, dtype=np.float32), nan=np.float32(np.nan), floor=np.floor
+        zeros=lambda shape: np.zeros(shape, dtype=np.float32), nan=np.float32(np.nan), int64=int, floor=np.floor
     )
-    names = plain_kernel({"math": functions, "np": arrays})[0]
+    kernel = plain_kernel({"math": functions, "np": arrays})[0]
     single = {name: np.float32(segment[name]) for name in ("zero", "dt", "added_mass", "tolerance")}
     single |= {name: np.asarray(segment[name], dtype=np.float32) for name in ("params", "coefficients", "start")}
     y_out = np.empty(len(segment["coefficients"]) + 1, dtype=np.float32)
-    simulate(names, {**segment, **single}, y_out)
+    simulate(kernel, {**segment, **single}, y_out)
     return y_out

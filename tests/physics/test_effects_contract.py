@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from linid.physics.effects.effect import ALL_KINDS, TERM_ARGUMENTS, Effect, Outlook, Values
+from linid.physics.effects.effect import ALL_KINDS, Effect, Outlook, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.parameter import _ROTARY
 
@@ -47,18 +47,18 @@ def corners(effect: Effect) -> list[list[float]]:
     return out
 
 
-def arguments(name: str, point: tuple[float, float, float], states: tuple[float, float]) -> list[float]:
+def arguments(effect: Effect, name: str, point: tuple[float, float, float], states: tuple[float, float]) -> list[float]:
     known = dict(
         t=point[0], y=point[1], v=point[2], i_1=0.7, i_2=-0.4, i_3=-0.3, record=1.0, elapsed=5.0, s_1=states[0],
         s_2=states[1], h=1e-3, a=3.0, push=-40.0,
     )  # fmt: skip
-    return [known[argument] for argument in TERM_ARGUMENTS[name]]
+    return [known[argument] for argument in effect.arguments_of(name)]
 
 
 def cases(effect: Effect, parameters: list[list[float]]) -> list[tuple[str, list[float]]]:
     states = STATES if effect.advance is not None else STATES[:1]
     return [
-        (name, arguments(name, point, state) + list(values))
+        (name, arguments(effect, name, point, state) + list(values))
         for name in effect.terms
         for values in parameters
         for point in POINTS

@@ -24,7 +24,7 @@ def marks(effect: Effect) -> dict[int, float]:
 def touched(effect: Effect, values: dict[str, float], record: int) -> bool:
     """Whether any term does anything in the middle of a recording."""
     parameters = [values.get(p.name, p.default) for p in effect.parameters]
-    common = (0.5, 0.1, 0.3, 0.2, 0.0, 0.0, float(record), 1.0, 0.0, 0.0)
+    common = (0.5, 0.1, 0.3, 0.2, 0.0, 0.0, float(record), 1.0)
     arguments = {"mass": (float(record),)}
     neutral = {"thrust": 1.0, "friction": 1.0, "level": 1.0}
     return any(

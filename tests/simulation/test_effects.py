@@ -213,7 +213,7 @@ def test_several_pushes_add_up() -> None:
     push = find_effect("external_disturbance")
     first = {k: v for k, v in one.items() if k.endswith("_1")}
     second = {k: v for k, v in two.items() if k.endswith("_1")} | {"disturbance_force_1": -2.0}
-    arguments = (0.42, 0.1, 0.2, 0.0, 0.0, 0.0, 5.0, 1.0, 0.0, 0.0)
+    arguments = (0.42, 0.1, 0.2, 0.0, 0.0, 0.0, 5.0, 1.0)
 
     def force(values: dict[str, float], record: float = 5.0) -> float:
         parameters = [values.get(p.name, p.default) for p in push.parameters]

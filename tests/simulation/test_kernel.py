@@ -1,21 +1,15 @@
-"""The emitted kernels: guarded equals specialised, threads change nothing, failures stay with their candidate."""
+"""The compiled kernels: guarded equals specialised, threads change nothing, failures stay with their candidate."""
 
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
 from linid.identification.ahead import Ahead
-from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import Model
-from linid.physics.motors import FORCE, SINE, THETA
 from linid.recording.recording import Recording
-from linid.simulation.emitter import emit
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from tests.identification.stand import stand
@@ -85,31 +79,6 @@ def test_rows_do_not_touch_each_other_and_failure_stays_in_its_row() -> None:
     good, mixed = run(model, params), run(model, broken)
     assert np.array_equal(np.delete(good, 2, axis=0), np.delete(mixed, 2, axis=0))
     assert np.isnan(mixed[2, -1]) or abs(mixed[2, -1]) < 1e6
-
-
-def test_the_guarded_source_names_every_effect_and_the_others_only_their_own() -> None:
-    guarded, bare, specialised = emit(None), emit(bare=True), emit(Model("sine"))
-    for index, effect in enumerate(EFFECTS):
-        assert f"if on & {1 << index}:" in guarded
-        for name in effect.terms:
-            assert f"= effect_{index}_{name}(" in guarded
-        assert f"effect_{index}_" not in bare + specialised
-    assert all(f"if motor == {code}:" in bare for code in (FORCE, SINE, THETA))
-
-
-def test_two_processes_share_an_empty_cache(tmp_path) -> None:
-    code = (
-        "import numpy as np; from linid.physics.model import Model; from linid.simulation.emitter import load_kernel; "
-        "from linid.physics.model import Model; print(load_kernel(Model('force')).__file__)"
-    )
-    environment = {**os.environ, "LINID_CACHE_DIR": str(tmp_path / "cache")}
-    workers = [
-        subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
-        for _ in range(2)
-    ]
-    outputs = [worker.communicate(timeout=120)[0].strip() for worker in workers]
-    assert [worker.returncode for worker in workers] == [0, 0]
-    assert outputs[0] == outputs[1] and outputs[0].startswith(str(tmp_path))
 
 
 def test_bristles_of_chosen_samples_are_those_of_the_whole_way() -> None:

@@ -180,7 +180,8 @@ def test_a_killed_worker_costs_time_and_nothing_else(tmp_path: Path, slow_alone:
 
 
 def test_a_job_that_costs_too_many_workers_fails_alone(tmp_path: Path) -> None:
-    path = batch(tmp_path, SLOW, FRICTION)
+    endless = SLOW.replace("generations: 400, patience: 1000", "generations: 100000, patience: 100000")
+    path = batch(tmp_path, endless, FRICTION)
     with DaskProcesses(tmp_path, allowed_failures=0) as dask, ExitStack() as stack:
         dask.worker()
         pids = dask.client(stack, workers=1).run(os.getpid)

@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def level(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, friction_asymmetry, viscous_asymmetry):
+def level(t, y, v, i_1, i_2, i_3, record, elapsed, friction_asymmetry, viscous_asymmetry):
     """Factor on the sliding friction. The bristle's stiffness has no direction: a resting axis must not chatter."""
     if v == 0.0:
         return 1.0
@@ -15,7 +15,7 @@ def level(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, friction_asymmetry,
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, friction_asymmetry, viscous_asymmetry):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, friction_asymmetry, viscous_asymmetry):
     """The viscous part that brakes one way and pushes the other, N."""
     return -viscous_asymmetry * abs(v)
 

@@ -11,7 +11,7 @@ from linid.physics.parameter import Parameter
 
 @term
 def force(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
+    t, y, v, i_1, i_2, i_3, record, elapsed,
     cogging_wavenumber, order_1, order_2, order_3, order_4, order_5, order_6, order_7, order_8,
     sine_1, cosine_1, sine_2, cosine_2, sine_3, cosine_3, sine_4, cosine_4,
     sine_5, cosine_5, sine_6, cosine_6, sine_7, cosine_7, sine_8, cosine_8,

@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, constant_force):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, constant_force):
     """The force in N, whatever time, position and speed are."""
     return constant_force
 

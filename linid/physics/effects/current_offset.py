@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, current_offset_1, current_offset_3):
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, current_offset_1, current_offset_3):
     """Currents plus their offsets, A; the three offsets sum to zero like the currents."""
     return i_1 + current_offset_1, i_2 - current_offset_1 - current_offset_3, i_3 + current_offset_3
 

@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, eddy_damping, eddy_speed):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, eddy_damping, eddy_speed):
     """The drag, N."""
     ratio = v / eddy_speed
     return -eddy_damping * v / (1.0 + ratio * ratio)

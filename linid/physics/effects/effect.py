@@ -2,13 +2,14 @@
 
 Every term is a function decorated with `term` and takes the same arguments:
 
-    (t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, *parameters)
+    (t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2 ..., *parameters)
 
 t: time of the recording in s; y: position in m; v: speed in m/s; i_1, i_2, i_3: inputs in A (a `force` motor has
 only i_1, and 0); record: number of the recording in its campaign (float, from 1; 0: none); elapsed: running time of
-the campaign in s; s_1, s_2: the effect's own hidden states; parameters: in the order of `Effect.parameters`, SI.
-Inputs are the logged ones (after `delay`); `field`, `thrust` and `force` get what the `drive` terms made of them.
-`load` takes the motor's force first, in N, with all that `drive`, `field` and `thrust` do to it.
+the campaign in s; s_1, s_2 ...: the effect's own hidden states, as many as its `advance` takes (without one, terms need
+take none); parameters: in the order of `Effect.parameters`, SI. Inputs are the logged ones (after `delay`); `field`,
+`thrust` and `force` get what the `drive` terms made of them. `load` takes the motor's force first, in N, with all that
+`drive`, `field` and `thrust` do to it.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ Values = dict[str, float]
 # Not cached by itself: it is compiled into the kernel, whose cache knows the sources of all effects.
 term = njit(error_model="numpy")
 
-COMMON_ARGUMENTS = ("t", "y", "v", "i_1", "i_2", "i_3", "record", "elapsed", "s_1", "s_2")
+COMMON_ARGUMENTS = ("t", "y", "v", "i_1", "i_2", "i_3", "record", "elapsed")
+STATELESS = ("delay", "mass")  # terms that get no hidden states
 TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "delay": (),
     "drive": COMMON_ARGUMENTS,
@@ -98,8 +100,8 @@ class Effect:
     position in m that the motor's field sees; thrust -> factor on the motor force; friction -> factor on the whole
     bristle force, stiffness included; level -> factor on the sliding and breakaway friction alone; load(push, ...) -> N
     added to these two before that factor; force -> N on the mass; mass(record, *parameters) -> kg added to the moving
-    mass; sensor -> reading error in m; initial -> (s_1, s_2) at the start (default 0, 0);
-    advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, *parameters) -> (s_1, s_2) after h seconds, where
+    mass; sensor -> reading error in m; initial -> (s_1, ...) at the start (default 0);
+    advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, ..., *parameters) -> (s_1, ...) after h seconds, where
     t, y, v, i are those of the middle of the step and a (m/s^2) is its mean acceleration.
 
     amplitudes: parameters that enter (nearly) linearly; the effect is absent where all are 0, their default.
@@ -152,6 +154,20 @@ class Effect:
     def terms(self) -> dict[str, Any]:
         """The terms that this effect has, by name."""
         return {name: getattr(self, name) for name in TERM_ARGUMENTS if getattr(self, name) is not None}
+
+    @property
+    def states(self) -> int:
+        """Number of its hidden states."""
+        return 0 if self.advance is None else self.states_of("advance")
+
+    def states_of(self, term: str) -> int:
+        """Number of hidden states that one of its terms takes, all of them or none."""
+        names = inspect.signature(getattr(self, term).py_func).parameters
+        return sum(name.startswith("s_") and name[2:].isdigit() for name in names)
+
+    def arguments_of(self, term: str) -> tuple[str, ...]:
+        """The arguments of one of its terms, before the parameters."""
+        return TERM_ARGUMENTS[term] + tuple(f"s_{k}" for k in range(1, self.states_of(term) + 1))
 
     def parameters_of(self, kind: str) -> tuple[Parameter, ...]:
         """The parameters that mean something for a motor model of this kind."""
@@ -266,10 +282,11 @@ def _fault(effect: Effect) -> str:
     for name, function in effect.terms.items():
         if not hasattr(function, "py_func"):
             return f"its term `{name}` is not compiled (decorate it with @term)"
-        wanted = len(TERM_ARGUMENTS[name]) + len(names)
+        states = effect.states_of(name)
+        if effect.states and states not in ((0,) if name in STATELESS else (0, effect.states)):
+            return f"its term `{name}` takes {states} hidden states, `advance` takes {effect.states}"
+        expected = [*effect.arguments_of(name), *names]
         found = len(inspect.signature(function.py_func).parameters)
-        if found != wanted:
-            return f"its term `{name}` takes {found} arguments, expected {wanted}: " + ", ".join(
-                [*TERM_ARGUMENTS[name], *names]
-            )
+        if found != len(expected):
+            return f"its term `{name}` takes {found} arguments, expected {len(expected)}: " + ", ".join(expected)
     return ""

@@ -11,7 +11,7 @@ from linid.physics.parameter import Parameter
 
 @term
 def sensor(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
+    t, y, v, i_1, i_2, i_3, record, elapsed,
     encoder_period, encoder_sine_1, encoder_cosine_1, encoder_sine_2, encoder_cosine_2,
 ):  # fmt: skip
     """Reading minus position, m."""

@@ -13,9 +13,7 @@ _REACH = 1.5  # of the lengths' first values: what reaches the middle is no long
 
 
 @term
-def thrust(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, loss_low, loss_high, reach_low, reach_high, length, low, high
-):
+def thrust(t, y, v, i_1, i_2, i_3, record, elapsed, loss_low, loss_high, reach_low, reach_high, length, low, high):
     """Factor on the thrust."""
     below = 1.0 / (1.0 + math.exp(min(max((y - low - reach_low) / length, -_FURTHEST), _FURTHEST)))
     above = 1.0 / (1.0 + math.exp(min(max((high - reach_high - y) / length, -_FURTHEST), _FURTHEST)))

@@ -23,7 +23,7 @@ def push(t, record, size, start, duration, recording):
 
 @term
 def force(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
+    t, y, v, i_1, i_2, i_3, record, elapsed,
     size_1, start_1, duration_1, recording_1, size_2, start_2, duration_2, recording_2,
     size_3, start_3, duration_3, recording_3, size_4, start_4, duration_4, recording_4,
     size_5, start_5, duration_5, recording_5, size_6, start_6, duration_6, recording_6,

@@ -9,7 +9,7 @@ from linid.physics.parameter import Parameter
 
 @term
 def thrust(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, ripple_wavenumber, sine_6, cosine_6, sine_12, cosine_12
+    t, y, v, i_1, i_2, i_3, record, elapsed, ripple_wavenumber, sine_6, cosine_6, sine_12, cosine_12
 ):  # fmt: skip
     """Factor on the thrust: 5th and 7th harmonic give the order 6, 11th and 13th the order 12."""
     angle = 6.0 * ripple_wavenumber * y

@@ -19,7 +19,7 @@ def squared_amplitude(i_1: float, i_2: float, i_3: float) -> float:
 
 
 @term
-def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, saturation, knee):
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, saturation, knee):
     """The currents that an unsaturated motor would need for the same force, A."""
     factor = (1.0 + max(saturation, 0.0) * squared_amplitude(i_1, i_2, i_3) / knee) ** -knee
     return i_1 * factor, i_2 * factor, i_3 * factor

@@ -10,7 +10,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def friction(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, warm_up, per_campaign, drift_time, campaign_time):
+def friction(t, y, v, i_1, i_2, i_3, record, elapsed, warm_up, per_campaign, drift_time, campaign_time):
     """Factor on the whole bristle force."""
     within = 1.0 - math.exp(-max(t, 0.0) / drift_time)
     return bounded(1.0 + warm_up * within + per_campaign * elapsed / campaign_time)

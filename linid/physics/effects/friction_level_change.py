@@ -8,7 +8,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def level(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, friction_change, friction_change_recordings):
+def level(t, y, v, i_1, i_2, i_3, record, elapsed, friction_change, friction_change_recordings):
     """Factor on sliding and breakaway friction where the recording's bit is set: the bristles' stiffness stays."""
     return bounded(1.0 + friction_change) if marked(record, friction_change_recordings) else 1.0
 

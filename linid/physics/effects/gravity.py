@@ -8,7 +8,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, gravity_sine, gravity_cosine):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, gravity_sine, gravity_cosine):
     """The weight's moment in N m, y in rad: one wave per revolution."""
     return sine_pair(y, gravity_sine, gravity_cosine)
 

@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def load(push, t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, load_friction):
+def load(push, t, y, v, i_1, i_2, i_3, record, elapsed, load_friction):
     """Sliding and breakaway friction in N that the motor's force `push` adds, whichever way it pushes."""
     return load_friction * abs(push)
 

@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, phase_gain_1, phase_gain_3):
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, phase_gain_1, phase_gain_3):
     """Currents times their gains 1 + g_j, A; the gains' mean belongs to the force constant, so g_2 = -g_1 - g_3."""
     return i_1 * (1.0 + phase_gain_1), i_2 * (1.0 - phase_gain_1 - phase_gain_3), i_3 * (1.0 + phase_gain_3)
 

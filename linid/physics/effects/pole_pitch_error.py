@@ -8,7 +8,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def field(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, error_2, error_3, low, high):
+def field(t, y, v, i_1, i_2, i_3, record, elapsed, error_2, error_3, low, high):
     """Position in m that the field sees: the Legendre polynomials P_2 and P_3 over the stroke are added.
 
     A constant and a straight line would belong to the field's phase and to the pole pitch itself.

@@ -12,7 +12,7 @@ _MIDDLE = 6  # where the factor is one, or it could not be told from the frictio
 
 @term
 def friction(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
+    t, y, v, i_1, i_2, i_3, record, elapsed,
     at_1, at_2, at_3, at_4, at_5, at_7, at_8, at_9, at_10, at_11,
     y_1, y_2, y_3, y_4, y_5, y_6, y_7, y_8, y_9, y_10, y_11,
 ):  # fmt: skip

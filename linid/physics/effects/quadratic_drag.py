@@ -7,7 +7,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, drag_coefficient, power, speed):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, drag_coefficient, power, speed):
     """The drag, N."""
     if v == 0.0:
         return 0.0

@@ -5,7 +5,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, attraction, place, width):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, attraction, place, width):
     """Pull towards the place, N."""
     distance = (y - place) / width
     return -attraction * distance / (1.0 + distance * distance)

@@ -1,0 +1,162 @@
+"""The compiled kernels as Python calls them, loaded from the disk cache where they are there already."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import tempfile
+import types
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba import njit
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
+
+from linid.physics.kernel_cache import cache_folder, lock_compilation
+from linid.physics.model import Model
+from linid.simulation import along, kernel, kernel_by_voltage
+from linid.simulation.bundle import Bundle
+from linid.simulation.terms import terms_of
+
+
+class Kernel(NamedTuple):
+    """Compiled entry points; arguments as in the functions of the same name, without the terms."""
+
+    simulate_tasks: Callable[..., int]
+    along_tasks: Callable[..., None]
+    reading_tasks: Callable[..., None]
+
+
+class _Place(_CacheLocator):  # type: ignore[misc]
+    """A folder of numba's cache that goes by a key instead of a source file."""
+
+    def __init__(self, folder: Path, key: str) -> None:
+        self._folder, self._key = str(folder), key
+        self._py_file = __file__  # named in numba's warnings
+
+    def get_cache_path(self) -> str:
+        return self._folder
+
+    def get_source_stamp(self) -> str:
+        return self._key
+
+    def get_disambiguator(self) -> str:
+        return self._key
+
+
+class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
+    def __init__(self, function: Any, place: _Place) -> None:
+        self._lineno = function.__code__.co_firstlineno
+        self._locator = place
+        self._filename_base = self.get_filename_base(function.__name__, getattr(sys, "abiflags", ""))
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """numba's disk cache under a key of our own: closures over functions are not found again otherwise."""
+
+    def __init__(self, function: Any, folder: Path, key: str) -> None:
+        place = _Place(folder, key)
+        self._name = repr(function)
+        self._py_func = function
+        self._impl = _KernelCacheImpl(function, place)
+        self._cache_path = place.get_cache_path()
+        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, place.get_source_stamp())
+        self._key = key
+        self.enable()
+
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        return signature, codegen.magic_tuple(), self._key
+
+
+def fingerprint(*functions: Any) -> str:
+    """A hash of compiled functions and of all that they call: of what they do, not of docstrings, comments or lines."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]}".encode())
+    seen: set[int] = set()
+    for function in functions:
+        for piece in _pieces(function, seen):
+            digest.update(piece.encode())
+    return digest.hexdigest()[:16]
+
+
+def _pieces(value: Any, seen: set[int]) -> Iterator[str]:
+    """What decides the machine code of a value that a compiled function uses."""
+    function = getattr(value, "py_func", value)
+    if isinstance(value, Bundle):
+        for name, member in value:
+            yield name
+            yield from _pieces(member, seen)
+    elif isinstance(value, tuple):
+        yield f"{type(value).__name__}({len(value)})"
+        for item in value:
+            yield from _pieces(item, seen)
+    elif isinstance(function, types.FunctionType):
+        yield f"{function.__module__}.{function.__qualname__}"
+        if id(function) in seen:
+            return
+        seen.add(id(function))
+        yield repr(sorted(getattr(value, "targetoptions", {}).items()))
+        yield from _code(function.__code__, function.__doc__)
+        for name in sorted(_names(function.__code__)):
+            if name in function.__globals__:
+                yield name
+                yield from _pieces(function.__globals__[name], seen)
+        for cell in function.__closure__ or ():
+            yield from _pieces(cell.cell_contents, seen)
+    elif isinstance(value, types.ModuleType):
+        yield value.__name__
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype} {value.shape} {value.tobytes().hex()}"
+    elif isinstance(value, type):
+        yield f"{value.__qualname__} {getattr(value, '_fields', ())}"
+    elif hasattr(value, "_defn"):  # an intrinsic: what it writes is in its own code
+        yield from _pieces(value._defn, seen)
+    else:
+        yield repr(value)
+
+
+def _code(code: types.CodeType, docstring: str | None) -> Iterator[str]:
+    yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_freevars}"
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _code(constant, None)
+        elif constant is None or constant != docstring:
+            yield repr(constant)
+
+
+def _names(code: types.CodeType) -> set[str]:
+    """Global names that a function and the functions in it use."""
+    names = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            names |= _names(constant)
+    return names
+
+
+def _entry(function: Any, folder: Path) -> Any:
+    """A function of closures compiled for Python to call."""
+    compiled: Any = njit(error_model="numpy", nogil=True)(function)
+    compiled._cache = KernelCache(function, folder, fingerprint(function))
+    return compiled
+
+
+@cache
+def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool = False) -> Kernel:
+    """The compiled kernel: guarded for all effects (None) or specialised for one model.
+
+    by_voltage: the inputs are phase voltages and the currents are states; bare: all motors, but no effects.
+    """
+    folder = cache_folder()
+    lock_compilation()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        folder = Path(tempfile.mkdtemp(prefix="linid-kernel-"))
+    terms = terms_of(model, bare)
+    simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
+    entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with)
+    return Kernel(*(_entry(entry(terms), folder) for entry in entries))

@@ -1,0 +1,135 @@
+"""Compiled kernels on disk: found again by other processes, and made anew only where what they do has changed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+
+from linid.physics.effects.registry import EFFECTS
+from linid.physics.model import Model
+from linid.simulation.bundle import Bundle
+from linid.simulation.compiled import KernelCache, fingerprint
+from linid.simulation.kernel import simulate_tasks_with
+from linid.simulation.terms import compiled, terms_of
+
+ROOT = Path(__file__).resolve().parents[2]
+# Compiles or loads the smallest kernel and says what numba's cache did.
+RUN = """
+import numpy as np
+from linid.physics.model import Model
+from linid.simulation.compiled import load_kernel
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator, whole_recordings
+from linid.recording.recording import Recording
+
+t = np.arange(0.0, 0.05, 1e-3)
+simulator = Simulator(Model("friction"), pack_inputs([Recording("r", t, np.zeros_like(t), kind="free_wheel")]), 2)
+start = np.array([[[0.0, 1.0, np.nan]]])
+y = simulator.run(Model("friction").vector({})[None, :], whole_recordings(simulator.inputs), start)
+stats = load_kernel(None, False, True).simulate_tasks.stats
+print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()), repr(float(y[0][0, -1])))
+"""
+
+
+def started(cache: Path) -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(cache)}
+    return subprocess.Popen([sys.executable, "-c", RUN], env=environment, stdout=subprocess.PIPE, text=True)
+
+
+def test_processes_share_a_cache_and_a_third_compiles_nothing(tmp_path: Path) -> None:
+    workers = [started(tmp_path / "cache") for _ in range(2)]
+    said = [worker.communicate(timeout=300)[0].split() for worker in workers]
+    assert [worker.returncode for worker in workers] == [0, 0]
+    third = started(tmp_path / "cache").communicate(timeout=300)[0].split()
+    assert third[:2] == ["1", "0"]
+    assert {tuple(one[2:]) for one in (*said, third)} == {tuple(third[2:])}
+
+
+def test_a_cache_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    worker = started(tmp_path / "file" / "cache")
+    assert worker.communicate(timeout=300)[0].split()[:2] == ["0", "1"] and worker.returncode == 0
+
+
+def test_closures_with_other_functions_inside_are_told_apart(tmp_path: Path) -> None:
+    """One name and one place in the source, and yet not the same machine code."""
+
+    def made(inner: object, factor: float) -> object:
+        terms = Bundle(inner=inner, factor=3)
+
+        def outer(x):
+            return factor * terms.inner(x) * terms.factor
+
+        function = njit(outer)
+        function._cache = KernelCache(outer, tmp_path, fingerprint(outer))
+        return function
+
+    @compiled
+    def plus(x):
+        return x + 1.0
+
+    @compiled
+    def minus(x):
+        return x - 1.0
+
+    for _ in range(2):
+        assert [made(f, k)(1.5) for f in (plus, minus) for k in (1.0, 2.0)] == [7.5, 15.0, 1.5, 3.0]
+    again = made(minus, 2.0)
+    assert again(2.0) == 6.0 and sum(again.stats.cache_hits.values()) == 1
+    assert len(list(tmp_path.glob("*.nbc"))) == 4
+
+
+SOURCE = '''
+import math
+from linid.physics.effects.effect import term
+SCALE = {scale}
+@term
+def inner(x):
+    """{docstring}"""
+    return SCALE * x
+{comment}
+@term
+def outer(x):
+    """Outer."""
+    return inner(x) {sign} 1.0
+'''
+
+
+def of_source(**changed: object) -> str:
+    names: dict[str, object] = {"__name__": "example"}
+    given = {"scale": 2.0, "docstring": "Inner.", "comment": "", "sign": "+", **changed}
+    exec(SOURCE.format(**given), names)
+    return fingerprint(names["outer"])
+
+
+@pytest.mark.parametrize(
+    "changed", [{"docstring": "Other words."}, {"comment": "\n# A comment."}, {"scale": 2}], ids=lambda c: next(iter(c))
+)
+def test_a_fingerprint_is_that_of_what_functions_do(changed: dict[str, object]) -> None:
+    assert (of_source(**changed) == of_source()) is ("scale" not in changed)
+    assert of_source(sign="-") != of_source()
+
+
+def test_fingerprints_of_kernels_differ_with_their_effects() -> None:
+    models = [Model("sine"), Model("theta"), *(Model("sine", (e.name,)) for e in EFFECTS if "sine" in e.kinds)]
+    found = {fingerprint(simulate_tasks_with(terms_of(model))) for model in models}
+    found |= {fingerprint(simulate_tasks_with(terms_of())), fingerprint(simulate_tasks_with(terms_of(bare=True)))}
+    assert len(found) == len(models) + 2
+    assert fingerprint(simulate_tasks_with(terms_of())) == fingerprint(simulate_tasks_with(terms_of()))
+
+
+def test_constants_count_but_not_where_they_are() -> None:
+    numbers = np.arange(3.0)
+
+    def with_array(x):
+        return x + numbers[1]
+
+    before = fingerprint(with_array)
+    numbers[1] = 5.0
+    assert fingerprint(with_array) != before
