@@ -20,7 +20,7 @@ class Plain:
     def of(self, value: Any) -> Any:
         """A compiled function, or a bundle of them, uncompiled; anything else as it is."""
         if value is values_at:
-            return lambda p, start, count: tuple(p[start + k] for k in range(count))
+            return lambda p, where: tuple(0.0 if k is None else p[k] for k in where.places)
         if isinstance(value, Bundle):
             return Bundle(**{name: self.of(member) for name, member in value})
         function = getattr(value, "py_func", value)

@@ -16,6 +16,7 @@ from linid.simulation.forces import (
     axis_of,
     bristles_of,
     external_force,
+    force_once,
     friction_factor,
     friction_load,
     keep_states,
@@ -77,7 +78,7 @@ def held_at_start(terms, axis, bristles, coefficients, t, dt, y, v, lag, current
     balance = travelled = 0.0
     for n in range(START_SAMPLES):
         inputs = late_inputs(coefficients, dt, n * dt - lag) if axis.powered else currents
-        balance += external_force(terms, axis, t + n * dt, y[n], v[n], inputs, p, table)
+        balance += force_once(terms, axis, t + n * dt, y[n], v[n], inputs, p, table)
         balance -= bristles.sigma_2 * v[n]
         travelled += y[n] - y[0]
     balance -= bristles.mass * (v[START_SAMPLES - 1] - v[0]) / ((START_SAMPLES - 1) * dt) * START_SAMPLES
@@ -115,7 +116,7 @@ def bristle_along(bristles, w, travel, v, v_next, dt, level, load, want_means):
 
 
 @compiled
-def skipped(k, goal, wanted, y, memory):
+def skipped(k, wanted, y, memory):
     """The next sample whose bristle is wanted (or the number of samples), and the sample from which to follow it:
     what lies farther back than `memory` (m of travel) it has forgotten."""
     goal = k
@@ -172,7 +173,7 @@ def along_one(
     while k < count - 1:
         k += 1
         if skipping and k > goal:
-            goal, back = skipped(k, goal, wanted, y, memory)
+            goal, back = skipped(k, wanted, y, memory)
             if goal == count:
                 break
             if back > k:

@@ -175,6 +175,12 @@ def external_force(terms, axis, t, y, v, currents, p, table):
 
 
 @compiled
+def force_once(terms, axis, t, y, v, currents, p, table):
+    """`external_force` where it is needed once: not inlined, which takes less time to compile."""
+    return external_force(terms, axis, t, y, v, currents, p, table)
+
+
+@compiled
 def friction_load(terms, axis, t, y, v, currents, p, table):
     """Sliding and breakaway friction in N that the motor's force adds."""
     push = 0.0
@@ -209,7 +215,7 @@ def steady_bristle(terms, axis, bristles, t, y, v, currents, p, table):
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     if v != 0.0:
         return math.copysign(level * (stribeck(v, coulomb, static, stribeck_velocity, exponent) + load), v) / sigma_0
-    force = external_force(terms, axis, t, y, v, currents, p, table)
+    force = force_once(terms, axis, t, y, v, currents, p, table)
     if axis.on & terms.acts.friction:
         force /= friction_factor(terms, axis.on, t, y, v, currents, p)
     breakaway = level * (static + load)

@@ -19,6 +19,7 @@ from linid.simulation.forces import (
     axis_of,
     bristles_of,
     external_force,
+    force_once,
     keep_states,
     reading_error,
     start_states,
@@ -39,7 +40,7 @@ from linid.simulation.steps import (
     predicted,
     too_slow,
 )
-from linid.simulation.terms import allocating, inlined
+from linid.simulation.terms import allocating, compiled, inlined
 
 LARGEST_POSITION, LARGEST_SPEED = 1e6, 1e4  # m and m/s; beyond, a simulation has diverged
 
@@ -78,7 +79,7 @@ def set_states(start, kept, p):
         keep_states(p)
 
 
-@inlined
+@compiled
 def started(terms, axis, bristles, clock, coefficients, first, count, start, kept, p, table):
     """The motion at the first sample."""
     y, v, w = start[0], start[1], start[2]
@@ -91,7 +92,7 @@ def started(terms, axis, bristles, clock, coefficients, first, count, start, kep
         set_states(start, kept, p)
     if math.isnan(w):  # not given: the bristle that goes with steady sliding, or holds the resting axis
         w = steady_bristle(terms, axis, bristles, t, y, v, currents, p, table)
-    force = external_force(terms, axis, t, y, v, currents, p, table)
+    force = force_once(terms, axis, t, y, v, currents, p, table)
     _, stiffness, damping = bristle_now(terms, axis, bristles, t, y, v, currents, p)
     return Motion(y, v, w, force, currents, (stiffness, damping))
 

@@ -22,7 +22,7 @@ from linid.simulation.forces import (
     axis_of,
     bristles_of,
     emf_constants,
-    external_force,
+    force_once,
     keep_states,
     pushed_force,
     reading_error,
@@ -294,7 +294,7 @@ def simulate_one(
         set_states(start, kept, p)
     if math.isnan(w):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents, p, table)
-    force = external_force(terms, axis, t, y, v, currents, p, table)
+    force = force_once(terms, axis, t, y, v, currents, p, table)
     _, stiffness, damping = bristle_now(terms, axis, bristles, t, y, v, currents, p)
     motion = Motion(y, v, w, force, currents, (stiffness, damping))
     steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from linid.physics.friction import stribeck, stribeck_fall
 from linid.simulation.forces import friction_factor, friction_load, level_factor
-from linid.simulation.terms import inlined
+from linid.simulation.terms import compiled, inlined
 
 FINEST = 12  # a base step is halved at most this often around a reversal
 REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where the speed changes its sign
@@ -80,7 +80,7 @@ def bristle_now(terms, axis, bristles, t, y, v, currents, p):
     return 1.0, bristles.sigma_0, bristles.sigma_1
 
 
-@inlined
+@compiled
 def predicted(terms, axis, bristles, spring, t, y, v, w, currents, p, table, force, halvings, tick, tolerance):
     """The middle of a followed step, halved until the bristle's rate swings little within it.
 

@@ -12,7 +12,6 @@ from typing import Any
 
 from llvmlite import ir
 from numba import njit, types
-from numba.core import errors
 from numba.extending import intrinsic
 
 from linid.physics import motors
@@ -30,24 +29,28 @@ compiled = njit(**_UNCOUNTED)
 inlined = njit(**_UNCOUNTED, forceinline=True)
 
 
-@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
-def values_at(typing_context: Any, p: Any, start: Any, count: Any) -> Any:
-    """The tuple p[start], ... p[start + count - 1] of an array; start, count: known when compiled.
+@intrinsic  # type: ignore[untyped-decorator]
+def _values_at(typing_context: Any, p: Any, where: Any) -> Any:
+    """A tuple of those values of an array whose places a bundle names (`where.places`; None: 0.0).
 
     A loop over a tuple, or a view of the array, would cost more than the terms themselves.
     """
-    if not isinstance(start, types.IntegerLiteral) or not isinstance(count, types.IntegerLiteral):
-        raise errors.RequireLiteralValue("start and count must be constants")
-    first, size = start.literal_value, count.literal_value
-    result = types.UniTuple(p.dtype, size)
+    places = where.bundle.places
+    result = types.UniTuple(p.dtype, len(places))
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        word = ir.IntType(64)
-        items = [builder.load(builder.gep(array.data, [ir.Constant(word, first + k)])) for k in range(size)]
+        word, number = ir.IntType(64), ir.DoubleType()
+        items = [
+            ir.Constant(number, 0.0) if k is None else builder.load(builder.gep(array.data, [ir.Constant(word, k)]))
+            for k in places
+        ]
         return context.make_tuple(builder, result, items)
 
-    return result(p, start, count), code
+    return result(p, where), code
+
+
+values_at: Any = _values_at  # called with `p` and `where` alone
 
 
 def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
@@ -55,129 +58,113 @@ def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
     return sum(1 << EFFECTS.index(effect) for effect in effects if term in effect.terms)
 
 
-def _bound(effect: Effect, term: str) -> Any:
-    """A function that takes the values of a term's last arguments, hidden states and parameters, from `p`."""
-    start, count = EFFECT_SLOTS[effect.parameters[0].name], len(effect.parameters)
-    states = 0 if term in STATELESS else effect.states_of(term)
-    zeros = (0.0,) * states  # where a term takes states that nothing advances
-    place = STATE_START + STATE_PLACES.get(effect.name, 0) + (STATE_SIZE if term == "advance" else 0)
-
-    @inlined
-    def parameters(p):
-        return values_at(p, start, count)  # type: ignore[call-arg]
-
-    @inlined
-    def nothing_and_parameters(p):
-        return zeros + values_at(p, start, count)  # type: ignore[call-arg]
-
-    @inlined
-    def states_and_parameters(p):
-        return values_at(p, place, states) + values_at(p, start, count)  # type: ignore[call-arg]
-
-    if not states:
-        return parameters
-    return states_and_parameters if effect.states else nothing_and_parameters
+def _places(effect: Effect, term: str) -> Bundle:
+    """Where in `p` a term's last arguments are: its hidden states and parameters."""
+    count = 0 if term in STATELESS else effect.states_of(term)
+    first = STATE_START + STATE_PLACES.get(effect.name, 0) + (STATE_SIZE if term == "advance" else 0)
+    states = [first + k if effect.states else None for k in range(count)]  # a term may take some that nothing advances
+    return Bundle(places=(*states, *(EFFECT_SLOTS[parameter.name] for parameter in effect.parameters)))
 
 
 # What one effect more makes of a term's value. `rest` are the effects before it, `term` its own function, `bit` tells
-# whether it is on, `values` takes its states and parameters from the flat vector.
+# whether it is on, `where` its states and parameters are in the flat vector.
 
 
-def _delayed(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _delayed(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, p):
         value = rest(value, on, p)
         if on & bit:
-            value += term(*values(p))
+            value += term(*values_at(p, where))
         return value
 
     return total
 
 
-def _heavier(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _heavier(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, p):
         value = rest(value, on, p)
         if on & bit:
-            value += term(p[RECORD], *values(p))
+            value += term(p[RECORD], *values_at(p, where))
         return value
 
     return total
 
 
-def _added(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _added(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, t, y, v, currents, p):
         value = rest(value, on, t, y, v, currents, p)
         if on & bit:
-            value += term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            value += term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
         return value
 
     return total
 
 
-def _scaled(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _scaled(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, t, y, v, currents, p):
         value = rest(value, on, t, y, v, currents, p)
         if on & bit:
-            value *= term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            value *= term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
         return value
 
     return total
 
 
-def _loaded(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _loaded(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, push, t, y, v, currents, p):
         value = rest(value, on, push, t, y, v, currents, p)
         if on & bit:
-            value += term(push, t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            value += term(push, t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
         return value
 
     return total
 
 
-def _moved(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _moved(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, t, y, v, currents, p):
         value = rest(value, on, t, y, v, currents, p)
         if on & bit:
-            value = term(t, value, v, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            value = term(t, value, v, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
         return value
 
     return total
 
 
-def _driven(rest: Any, term: Any, bit: int, values: Any) -> Any:
+def _driven(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(on, t, y, v, currents, p):
         currents = rest(on, t, y, v, currents, p)
         if on & bit:
-            currents = term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            currents = term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
         return currents
 
     return total
 
 
-def _started(rest: Any, term: Any, bit: int, values: Any, place: int, count: int) -> Any:
+def _started(rest: Any, term: Any, bit: int, where: Bundle, place: int, count: int) -> Any:
     @inlined
     def total(on, t, y, v, currents, p):
         rest(on, t, y, v, currents, p)
         if on & bit:
-            states = term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            states = term(t, y, v, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
             for k in range(count):
                 p[place + k] = states[k]
 
     return total
 
 
-def _advanced(rest: Any, term: Any, bit: int, values: Any, place: int, count: int) -> Any:
+def _advanced(rest: Any, term: Any, bit: int, where: Bundle, place: int, count: int) -> Any:
     @inlined
     def total(on, h, t, y, v, a, currents, p):
         rest(on, h, t, y, v, a, currents, p)
         if on & bit:
-            states = term(h, t, y, v, a, *currents, p[RECORD], p[ELAPSED] + t, *values(p))
+            states = term(h, t, y, v, a, *currents, p[RECORD], p[ELAPSED] + t, *values_at(p, where))
             for k in range(count):
                 p[place + k] = states[k]
 
@@ -240,7 +227,7 @@ def _chain(term: str, effects: tuple[Effect, ...]) -> Any:
     total, link = _CHAINS[term]
     for effect in effects:
         if term in effect.terms:
-            known = [total, effect.terms[term], 1 << EFFECTS.index(effect), _bound(effect, term)]
+            known = [total, effect.terms[term], 1 << EFFECTS.index(effect), _places(effect, term)]
             if term in ("initial", "advance"):
                 known += [STATE_START + STATE_PLACES[effect.name], effect.states]
             total = link(*known)

@@ -105,9 +105,9 @@ def test_what_the_bristle_has_forgotten_is_skipped() -> None:
     wanted = np.zeros(16, dtype=bool)
     wanted[10] = True
     skipped = Plain().of(along.skipped)
-    assert skipped(0, -1, wanted, y, 0.25) == (10, 7)  # three intervals of 0.1 m
-    assert skipped(8, 7, wanted, y, 0.25) == (10, 8)
-    assert skipped(11, 10, wanted, y, 0.25)[0] == 16  # none is wanted any more
+    assert skipped(0, wanted, y, 0.25) == (10, 7)  # three intervals of 0.1 m
+    assert skipped(8, wanted, y, 0.25) == (10, 8)
+    assert skipped(11, wanted, y, 0.25)[0] == 16  # none is wanted any more
 
 
 @pytest.mark.parametrize("term", ["force", "level", "friction", "thrust", "sensor"])
