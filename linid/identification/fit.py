@@ -18,7 +18,7 @@ from linid.identification.genetic import PLAIN, SearchState, search
 from linid.identification.identifiability import inseparable_pairs, without_effect
 from linid.identification.meaning import derived_quantities
 from linid.identification.noise_bias import without_noise_bias
-from linid.identification.objectives import FULL, Look, check_recordings, make_parts, without_rest
+from linid.identification.objectives import FULL, Look, check_recordings, make_parts, window_steps, without_rest
 from linid.identification.polish import PolishResult, polish
 from linid.identification.problem import Cost, Problem
 from linid.identification.profile import check_profile, profile_likelihood
@@ -308,13 +308,14 @@ def _assemble(
             residual_rms[label] = float(np.sqrt(np.mean(row[0][owner == index] ** 2)))
     history: tuple[Generation, ...] = state.generations() + polished.history
     vector = problem.space.vectors(polished.genes)
-    step_error = step_halving_error(replace(model, winding=""), recordings, vector, substeps, settings.jobs)
+    steps = window_steps(settings, substeps)
+    step_error = step_halving_error(replace(model, winding=""), recordings, vector, steps, settings.jobs)
     usual = float(np.median([x for label, x in residual_rms.items() if not label.endswith(": currents")]))
     if step_error > 0.1 * usual:
         command = "fit-friction" if model.kind == "friction" else "fit-motor"
         warnings.append(
             f"halving the internal step moves the predictions by {step_error:.2g} RMS; fit the model by "
-            f"linid {command} --substeps {2 * substeps}"
+            f"linid {command} --substeps {2 * steps}"
         )
     if uncertainty.aligned and _phase_is_loose(problem.space, uncertainty):
         warnings.append(_ALIGNED)

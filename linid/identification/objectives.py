@@ -29,6 +29,14 @@ class Look:
 
 
 FULL = Look()
+# Internal steps per sample of the 0.1 s predictions, if no others are asked for: they restart from the measurement, so
+# that the error of a step has no time to grow.
+WINDOW_STEPS = 2
+
+
+def window_steps(settings: FitSettings, substeps: int) -> int:
+    """Internal steps per sample of predictions from the measurement, where whole runs take `substeps`."""
+    return substeps if settings.substeps else min(substeps, WINDOW_STEPS)
 
 
 def make_parts(
@@ -54,7 +62,8 @@ def make_parts(
             steps = substeps if look.coarse else max(substeps, 4)
             parts.append(FreeRun(model, group, steps, settings.jobs, look.project))
         elif objective == "ahead":
-            parts.append(Ahead(model, group, min(substeps, 2), settings.jobs, settings.horizon, look.thin))
+            steps = min(substeps, WINDOW_STEPS) if look.coarse else window_steps(settings, substeps)
+            parts.append(Ahead(model, group, steps, settings.jobs, settings.horizon, look.thin))
         else:
             parts.append(Acceleration(model, group, settings.jobs))
     return (*parts, *electrical)

@@ -11,7 +11,7 @@ from linid.recording.assemble import Signals, assemble
 from linid.recording.mapping import PHASES, VOLTAGES, ChannelMapping, Role
 from linid.recording.names import plain
 from linid.recording.readers.registry import read_table
-from linid.recording.recording import Array, Axis, Kind, Recording, Split
+from linid.recording.recording import Array, Axis, Kind, Recording, Split, frozen
 from linid.recording.repair import saturation_note
 from linid.recording.resolve import Channels, resolve, used_columns
 from linid.recording.splines import to_uniform
@@ -83,6 +83,9 @@ def _recording(
             notes.append(note)
     if values["time"][0] < 0:
         notes.append(f"time starts at {values['time'][0]:g} s (samples before the trigger are kept)")
+    for own in (*values.values(), phases, voltages):  # nobody else's: they need not be copied
+        if own is not None:
+            frozen(own)
     return Recording(
         name=plain(path.stem) or "recording", t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases,
         phase_voltages=voltages, drive_input=drive, input_unit=unit, axis=axis, kind=decided, split=split,

@@ -45,6 +45,12 @@ class Reading:
     input_step: float = 0.0
 
 
+def frozen(array: Array) -> Array:
+    """The array itself, from now on read-only: such a one is kept by a recording as it is, any other is copied."""
+    array.setflags(write=False)
+    return array
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One scope export: SI units, equal lengths, finite, t increasing.
@@ -81,9 +87,10 @@ class Recording:
     reading: Reading | None = None
 
     def __post_init__(self) -> None:
-        for array in (self.t, self.y, self.v, self.phase_currents, self.phase_voltages, self.drive_input):
-            if array is not None:
-                array.setflags(write=False)
+        for name in ("t", "y", "v", "phase_currents", "phase_voltages", "drive_input"):
+            array = getattr(self, name)
+            if array is not None and array.flags.writeable:  # the caller's own: may change later
+                object.__setattr__(self, name, frozen(array.copy()))
 
     @property
     def period(self) -> float:

@@ -6,6 +6,7 @@ import hashlib
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from shared_data import shared
 
 from linid.errors import DataError, UsageError
 from linid.recording import ChannelMapping, check_long_enough, read_campaign, read_recording
+from linid.recording.recording import Recording
 
 from .exports import HEADER, IU, IV, IW, N, T, Y, german, lines, rows, write
 
@@ -250,3 +252,16 @@ def test_matlab_axis_by_mapping() -> None:
     raw = scipy.io.loadmat(shared("emps", "DATA_EMPS.mat"))
     np.testing.assert_array_equal(recording.y, raw["qm"].ravel())
     np.testing.assert_allclose(recording.drive_input, raw["vir"].ravel() * raw["gtau"].item())
+
+
+def test_a_recording_keeps_its_own_arrays() -> None:
+    """The caller's may change later, and are not frozen behind his back; read-only ones need no copy."""
+    t = np.arange(0.0, 1.0, 1e-3)
+    y, currents = np.sin(t), np.ones((3, t.size))
+    recording = Recording("r", t, y, phase_currents=currents)
+    y[0], currents[1, 2] = 7.0, 7.0
+    assert recording.y[0] == 0.0 and recording.phase_currents is not None and recording.phase_currents[1, 2] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        recording.y[0] = 1.0
+    shorter = replace(recording, t=recording.t[:10], y=recording.y[:10], phase_currents=None)
+    assert np.shares_memory(shorter.y, recording.y)
