@@ -35,7 +35,7 @@ class Coordinate:
 
 
 def coordinates(balance: Balance, axis: str, field_wavenumber: float | None) -> tuple[Coordinate, ...]:
-    """What a missing force may depend on, as far as the recordings have it; field_wavenumber: rad/m of the motor's field.
+    """What a missing force may depend on in these recordings; field_wavenumber: rad/m of the motor's field.
 
     Not among them: the measured acceleration. It is a part of the residual, and its noise would explain itself.
     """
