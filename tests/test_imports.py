@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 ORDER = (
     ("errors", "stop_signals"), ("config", "entry_points"), ("recording",), ("physics",), ("simulation",),
     ("identification",), ("diagnosis",), ("challenge", "reproduction"), ("report",), ("workflow",),
-    ("cli_errors", "cli_options"), ("cli_challenge", "cli_field"), ("cli",),
+    ("api",), ("plot",), ("cli_errors", "cli_options"), ("cli_challenge", "cli_field"), ("cli",),
 )  # fmt: skip
 STAND = {"errors", "config", "recording", "physics"}
 USES_STAND = {"challenge", "workflow", "cli", "cli_options"}

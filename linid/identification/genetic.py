@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -146,28 +147,49 @@ def _thaw(state: Any) -> tuple[Any, ...]:
     return tuple(tuple(part) if isinstance(part, list) else part for part in state)
 
 
+def _drawing_from(operator: Any, generator: Any, **others: Any) -> Any:
+    """One of DEAP's operators as it is, but drawing from a generator of its own: the interpreter's belongs to the
+    caller, and other threads draw from it. others: what else the operator finds under a global name."""
+    names = {**operator.__globals__, "random": generator, **others}
+    return FunctionType(operator.__code__, names, operator.__name__, operator.__defaults__, operator.__closure__)
+
+
+class _Numpy:
+    """numpy with a generator of its own as `numpy.random`."""
+
+    def __init__(self, generator: Any) -> None:
+        self.random = generator
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np, name)
+
+
 def _genetic_step(state: SearchState, cost: CostFunction, settings: SearchSettings) -> None:
     """One generation: tournament, simulated binary crossover, bounded polynomial mutation, elitism."""
     from deap import tools
 
-    random.setstate(_thaw(state.random_state))
+    generator = random.Random()
+    generator.setstate(_thaw(state.random_state))
+    chosen = _drawing_from(tools.selTournament, generator, selRandom=_drawing_from(tools.selRandom, generator))
+    crossed = _drawing_from(tools.cxSimulatedBinaryBounded, generator)
+    mutated = _drawing_from(tools.mutPolynomialBounded, generator)
     parents = [_Individual(g, c) for g, c in zip(state.population, state.costs, strict=True)]
     elite = tools.selBest(parents, settings.elite)
     children: list[_Individual] = []
     dimension = len(state.best)
     while len(children) < settings.population - settings.elite:
-        one, two = (_Individual(list(p)) for p in tools.selTournament(parents, 2, settings.tournament))
-        if random.random() < settings.crossover:
-            tools.cxSimulatedBinaryBounded(one, two, settings.crossover_eta, 0.0, 1.0)
+        one, two = (_Individual(list(p)) for p in chosen(parents, 2, settings.tournament))
+        if generator.random() < settings.crossover:
+            crossed(one, two, settings.crossover_eta, 0.0, 1.0)
         for child in (one, two):
-            tools.mutPolynomialBounded(child, settings.mutation_eta, 0.0, 1.0, 1.5 / dimension)
+            mutated(child, settings.mutation_eta, 0.0, 1.0, 1.5 / dimension)
             children.append(_Individual(_clip(child)))
     del children[settings.population - settings.elite :]
     costs = cost(np.array(children))
     state.evaluations += len(children)
     state.population = [list(e) for e in elite] + [list(c) for c in children]
     state.costs = [e.fitness.cost for e in elite] + [float(c) for c in costs]
-    state.random_state = _freeze(random.getstate())
+    state.random_state = _freeze(generator.getstate())
 
 
 def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) -> None:
@@ -180,9 +202,10 @@ def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) 
     )
     for name, value in state.extra.items():
         setattr(strategy, name, np.array(value) if isinstance(value, list) else value)
-    np.random.seed(0)
-    np.random.set_state(("MT19937", np.array(state.random_state[1], dtype=np.uint32), *state.random_state[2:]))
-    drawn = strategy.generate(_Individual)
+    generator = np.random.RandomState()
+    generator.set_state(("MT19937", np.array(state.random_state[1], dtype=np.uint32), *state.random_state[2:]))
+    generate = _drawing_from(cma.Strategy.generate, generator, numpy=_Numpy(generator))
+    drawn = generate(strategy, _Individual)
     inside = np.array([_clip(individual) for individual in drawn])
     costs = cost(inside)
     for individual, boxed, value in zip(drawn, inside, costs, strict=True):
@@ -195,7 +218,7 @@ def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) 
     state.evaluations += len(drawn)
     state.population = inside.tolist()
     state.costs = [float(c) for c in costs]
-    raw: Any = np.random.get_state(legacy=True)
+    raw: Any = generator.get_state(legacy=True)
     state.random_state = [raw[0], raw[1].tolist(), int(raw[2]), int(raw[3]), float(raw[4])]
     assert len(state.population[0]) == dimension
 

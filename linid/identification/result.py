@@ -33,6 +33,11 @@ class Estimate:
     status: Status = "fitted"
     note: str = ""
 
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval in SI units; nan where there is none."""
+        return self.low, self.high
+
 
 @dataclass(frozen=True)
 class Generation:

@@ -14,7 +14,7 @@ from linid.workflow.run_folder import CHECKPOINT_FILE, identity_of
 
 if TYPE_CHECKING:
     from linid.identification.result import FitResult, ModelKind
-    from linid.identification.settings import FitSettings
+    from linid.identification.settings import FitSettings, Hooks
     from linid.recording import Recording
     from linid.workflow.reporter import Reporter
     from linid.workflow.settings import Settings
@@ -88,7 +88,6 @@ def run_stage(task: FitTask, folder: Path, reporter: Reporter, *, label: str, jo
     resume: an already written model is read back, a checkpoint is gone on from. Raises what `fit` raises, and
     ConfigError when the checkpoint belongs to another problem.
     """
-    from linid.identification.fit import fit
     from linid.identification.model_file import load_model
     from linid.identification.settings import Hooks
 
@@ -101,21 +100,23 @@ def run_stage(task: FitTask, folder: Path, reporter: Reporter, *, label: str, jo
         reporter.say(f"{label}: going on from generation {state.generation}")
     hooks = Hooks(progress=_progress(reporter, label), save=checkpoint.save, resume=state)
     try:
-        result = fit(
-            task.kind,
-            task.recordings,
-            settings=fit_settings(task.settings, jobs),
-            effects=task.settings.effects,
-            known=task.known,
-            start=task.start,
-            hooks=hooks,
-        )
+        result = fitted(task, jobs, hooks)
     finally:
         checkpoint.flush()
     write_fit(result, folder)
     for warning in result.warnings:
         reporter.detail(f"{label}: {warning}")
     return result
+
+
+def fitted(task: FitTask, jobs: int, hooks: Hooks) -> FitResult:
+    """The fit itself. Raises what `linid.identification.fit.fit` raises."""
+    from linid.identification.fit import fit
+
+    return fit(
+        task.kind, task.recordings, settings=fit_settings(task.settings, jobs), effects=task.settings.effects,
+        known=task.known, start=task.start, hooks=hooks,
+    )  # fmt: skip
 
 
 def run_windings(
