@@ -16,6 +16,7 @@ from linid.identification.motion import retaken, with_input_noise
 from linid.physics.model import Model
 from linid.physics.motors import fundamental_force_constant
 from linid.recording.recording import Recording
+from linid.statistics import MEDIAN_ABSOLUTE
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -165,7 +166,7 @@ def _spread_of(x: Array, owner: Integers) -> Array:
     for k in range(int(owner.max(initial=-1)) + 1):
         mine = np.abs(x[owner == k])
         moved = mine[mine > _STILL * np.max(mine, initial=0.0)]
-        out.append(float(np.median(moved)) / 0.6745 if moved.size else 0.0)
+        out.append(float(np.median(moved)) / MEDIAN_ABSOLUTE if moved.size else 0.0)
     return np.array(out)
 
 

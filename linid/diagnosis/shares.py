@@ -24,6 +24,7 @@ from linid.diagnosis.joint import Coordinate, Fitted
 from linid.diagnosis.judge import Judge
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.statistics import NORMAL_95
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
         part = min(max(size, 0.0), 1.0)
         form = _FORM * max(unexplained[0], 0.0) * math.sqrt(part)
         weighing = _WEIGHING * math.sqrt(part * (1.0 - part))
-        value, low, high = interval(parts[name], math.hypot(form, weighing, 1.96 * doubts[name] / float(gap[0])))
+        value, low, high = interval(parts[name], math.hypot(form, weighing, NORMAL_95 * doubts[name] / float(gap[0])))
         others = tuple(other for other in effects if other != name)
         first = float((nothing - ledger.power((name,))).sum()) / float(gap[0])
         last = float((ledger.power(others) - everything).sum()) / float(gap[0])

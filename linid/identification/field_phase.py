@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.genes import SearchSpace
-from linid.identification.result import CHI_SQUARED
+from linid.statistics import CHI_SQUARED_95
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def _ends(gram: Array, room: Array) -> tuple[float, float]:
     outwards = np.geomspace(1e-6, 1.0, _POINTS)
     offsets = np.concatenate([room[0] * outwards[::-1], [0.0], room[1] * outwards])
     profile = np.array([_profile(gram, float(d)) for d in offsets])
-    inside = np.flatnonzero(profile <= float(np.min(profile)) + CHI_SQUARED)
+    inside = np.flatnonzero(profile <= float(np.min(profile)) + CHI_SQUARED_95)
     low = offsets[max(int(inside[0]) - 1, 0)]
     high = offsets[min(int(inside[-1]) + 1, offsets.size - 1)]
     return (float(low), float(high)) if math.isfinite(low + high) else (float(room[0]), float(room[1]))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from linid.recording.local_polynomial import local_derivative, local_weights
 from linid.recording.noise import noise_level, noise_profile, quantum, smallest_step
 from linid.recording.recording import Recording
+from linid.statistics import MEDIAN_ABSOLUTE
 
 Array = NDArray[np.float64]
 
@@ -149,7 +150,7 @@ def input_jumps(recording: Recording) -> NDArray[np.bool_]:
         channels = np.zeros((0, n)) if recording.drive_input is None else recording.drive_input[None, :]
     for channel in channels:
         third = np.abs(np.diff(channel, 3))
-        limit = max(10.0 * float(np.median(third)) / 0.6745, 0.1 * float(np.ptp(channel)), 1e-300)
+        limit = max(10.0 * float(np.median(third)) / MEDIAN_ABSOLUTE, 0.1 * float(np.ptp(channel)), 1e-300)
         for start in np.flatnonzero(third > limit):
             jumps[start : start + 3] = True
     return jumps

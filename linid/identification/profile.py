@@ -12,9 +12,10 @@ from linid.errors import UsageError
 from linid.identification.genes import SearchSpace
 from linid.identification.polish import Linearisation, PolishResult
 from linid.identification.problem import Cost, Problem
-from linid.identification.result import CHI_SQUARED, Profile
+from linid.identification.result import Profile
 from linid.identification.rounds import at_frozen_weights
 from linid.identification.uncertainty import Uncertainty
+from linid.statistics import CHI_SQUARED_95
 
 Array = NDArray[np.float64]
 
@@ -99,7 +100,7 @@ def _crossing(values: Array, statistic: Array, side: int) -> float:
     """Value at which sqrt(statistic), nearly straight on each side, crosses the limit; nan if it does not."""
     best = int(np.argmin(statistic))
     root = np.sqrt(statistic)
-    limit = float(np.sqrt(CHI_SQUARED))
+    limit = float(np.sqrt(CHI_SQUARED_95))
     k = best
     while 0 <= k + side < values.size:
         if root[k + side] >= limit:

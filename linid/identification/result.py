@@ -12,8 +12,6 @@ Status = Literal["fitted", "fixed", "not_identifiable", "at_bound"]
 ModelKind = Literal["friction", "force", "sine", "theta"]
 Array = NDArray[np.float64]
 
-CHI_SQUARED = 3.841459  # 95 % quantile with one degree of freedom
-
 
 @dataclass(frozen=True)
 class Estimate:
@@ -64,7 +62,7 @@ class Start:
 class Profile:
     """Likelihood ratio along one parameter, all others fitted again.
 
-    values: (n,) in SI; statistic: (n,), below `CHI_SQUARED` within the 95 % interval; low, high: that interval in
+    values: (n,) in SI; statistic: (n,), below `CHI_SQUARED_95` within the 95 % interval; low, high: that interval in
     SI, nan where the profile does not reach the limit.
     """
 

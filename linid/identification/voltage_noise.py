@@ -22,6 +22,7 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
+from linid.statistics import MEDIAN_ABSOLUTE
 
 Array = NDArray[np.float64]
 _ROUNDS = 3
@@ -171,6 +172,6 @@ def voltage_noise_level(samples: Array) -> float:
     if samples.size < 16:
         return 0.0
     differences = np.diff(samples, 8)
-    usual = float(np.median(np.abs(differences))) / 0.6745
+    usual = float(np.median(np.abs(differences))) / MEDIAN_ABSOLUTE
     kept = differences[np.abs(differences) <= 4.0 * usual]  # nearly all of the noise, none of a step
     return float(np.sqrt(np.mean(kept**2) / math.comb(16, 8)))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from linid.recording.recording import Array
+from linid.statistics import MEDIAN_ABSOLUTE
 
-_MEDIAN, _GAIN = 0.6745, 70.0  # of a Gaussian's absolute values; of fourth differences' variance
+_GAIN = 70.0  # of fourth differences' variance
 # A channel is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
 # lower nine tenths have this share of the mean.
 _COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
@@ -30,7 +31,7 @@ def noise_level(samples: Array) -> float:
     if samples.size < 8:
         return 0.0
     differences = np.diff(samples, 4)
-    spread = float(np.median(np.abs(differences))) / _MEDIAN
+    spread = float(np.median(np.abs(differences))) / MEDIAN_ABSOLUTE
     if spread < _COARSE * smallest_step(samples):
         # A median of few different values jumps: the mean square of all but the largest tenth does not.
         squares = np.sort(differences**2)
@@ -55,7 +56,7 @@ def noise_profile(samples: Array) -> Array:
         spread = np.sqrt(np.maximum(uniform_filter1d(squares, _AROUND, mode="nearest"), 0.0))
         spread[spread < _FAR * limit] = limit
     else:
-        spread = median_filter(differences, _AROUND, mode="reflect") / _MEDIAN
+        spread = median_filter(differences, _AROUND, mode="reflect") / MEDIAN_ABSOLUTE
     spread = np.pad(spread / np.sqrt(_GAIN), 2, mode="edge")
     return np.asarray(np.where((spread < _LIKE * level) & (level < _LIKE * spread), level, spread))
 

@@ -13,6 +13,7 @@ import numpy as np
 from linid.errors import DataError
 from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Array, Recording
+from linid.statistics import MEDIAN_ABSOLUTE
 
 _HALF = 0.010  # s, half-width of the differentiating window
 _BASES = ((0.5, 1.0), (0.5, 0.75), (0.35, 0.6), (0.25, 0.5), (0.15, 0.4))  # shares of a deceleration
@@ -56,7 +57,7 @@ def _position_noise(y: Array) -> float:
     """Standard deviation of the position's noise from its third differences, at rest and in motion."""
     third, step = np.abs(np.diff(y, 3)), np.abs(np.diff(y))[1:-1]
     moving = third[step >= np.median(step)]
-    noise = 1.4826 * max(float(np.median(third)), float(np.median(moving))) / np.sqrt(20.0)
+    noise = max(float(np.median(third)), float(np.median(moving))) / (MEDIAN_ABSOLUTE * np.sqrt(20.0))
     if noise == 0:  # at rest most of the time on a coarse scale: the smallest step is one count
         noise = float(step[step > 0].min(initial=np.inf)) / np.sqrt(12.0)
     return float(np.clip(noise, 1e-9 * np.ptp(y) + 1e-15, 1e-3 * np.ptp(y) + 1e-15))

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from typing import Literal
 
+from linid.statistics import NORMAL_95
+
 Kind = Literal["uncertain", "exact", "magnitude", "bound", "unknown"]
 
 FLOAT_DIGITS = 15  # decimal digits that a double carries faithfully
@@ -77,14 +79,6 @@ def round_estimate(value: float, std: float, low: float, high: float, status: st
         status,
         skewed,
     )
-
-
-def format_estimate(value: float, std: float, low: float, high: float, status: str = "fitted") -> str:
-    """One line for people: `0.5883 ± 0.0021`, `3e4 [4e3, 2.1e5]` if skewed, `0.5 (fixed)`, `not identifiable, ~1e4`."""
-    rounded = round_estimate(value, std, low, high, status)
-    if rounded.kind == "uncertain" and rounded.skewed:
-        return f"{plain(rounded.value)} {interval_text(rounded)}" + _suffix(rounded)
-    return estimate_text(rounded)
 
 
 def estimate_text(rounded: Rounded) -> str:
@@ -154,7 +148,7 @@ def _end(end: float, value: float, place: int) -> Decimal | None:
         return None
     if math.isinf(end):
         return Decimal("inf") if end > 0 else Decimal("-inf")
-    side = abs(value - end) / 1.96  # a wide side supports fewer digits than the value
+    side = abs(value - end) / NORMAL_95  # a wide side supports fewer digits than the value
     if 0 < side < math.inf:
         place = max(place, supported_place(side))
     return _at_place(end, place, keep_one=True)

@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from linid.report.numbers import (
-    format_estimate,
+    estimate_text,
     format_number,
     interval_text,
     plain,
@@ -21,6 +21,14 @@ from linid.report.numbers import (
 NAN, INF = float("nan"), float("inf")
 VALUES = st.floats(-1e300, 1e300, allow_nan=False)
 STDS = st.floats(1e-300, 1e300, allow_nan=False)
+
+
+def format_estimate(value: float, std: float, low: float, high: float, status: str = "fitted") -> str:
+    """One line: the estimate, or its interval where that is skewed."""
+    rounded = round_estimate(value, std, low, high, status)
+    if rounded.kind == "uncertain" and rounded.skewed:
+        return f"{plain(rounded.value)} {interval_text(rounded)}" + (f" ({status})" if status != "fitted" else "")
+    return estimate_text(rounded)
 
 
 def interval(value: float, std: float) -> tuple[float, float, float, float]:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linid.identification.result import CHI_SQUARED
 from linid.report.figures.common import legend_above
 from linid.report.style import ACCENT, MEASURED, MODEL, MUTED, caption, new_figure, style
+from linid.statistics import CHI_SQUARED_95
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ def profile_figure(result: FitResult, profile: Profile) -> Figure:
     with style():
         figure = new_figure(75.0)
         axes: Any = figure.subplots()
-        axes.axhline(CHI_SQUARED, color=MUTED, linewidth=0.8, linestyle="--", label="95 % limit")
+        axes.axhline(CHI_SQUARED_95, color=MUTED, linewidth=0.8, linestyle="--", label="95 % limit")
         if math.isfinite(estimate.std) and estimate.std > 0.0:
             x = np.linspace(values[0], values[-1], 200)
             parabola = ((x - estimate.value) / estimate.std) ** 2
@@ -33,7 +33,7 @@ def profile_figure(result: FitResult, profile: Profile) -> Figure:
         for end in (profile.low, profile.high):
             if math.isfinite(end):
                 axes.axvline(end, color=MEASURED, linewidth=0.8, linestyle=":")
-        axes.set_ylim(0.0, 1.15 * max(*profile.statistic, CHI_SQUARED))
+        axes.set_ylim(0.0, 1.15 * max(*profile.statistic, CHI_SQUARED_95))
         unit = "" if estimate.unit == "1" else f" ({estimate.unit})"
         axes.set_xlabel(f"{profile.name.replace('_', ' ')} {estimate.symbol}{unit}")
         axes.set_ylabel("likelihood ratio (1)")
