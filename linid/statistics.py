@@ -1,0 +1,7 @@
+"""Numbers of the normal and the chi-squared distribution that intervals and noise estimates rest on."""
+
+from __future__ import annotations
+
+NORMAL_95 = 1.96  # standard deviations on either side of a normal mean that hold 95 %
+MEDIAN_ABSOLUTE = 0.6745  # median of the absolute values of a standard normal: a spread that outliers do not touch
+CHI_SQUARED_95 = 3.841459  # 95 % quantile with one degree of freedom
