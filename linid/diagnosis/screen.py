@@ -233,10 +233,9 @@ class Screening:
         whole = regression.effect_columns(effect, [entry], {amplitude: size})[:, 0]
         owner = np.concatenate([regression.part.classes, np.full(regression.p, -1)])
         span, rest = regression.span(), regression.rest()
-        shown = {k: float(np.sqrt(np.mean(whole[owner == k] ** 2))) for k in able if np.any(owner == k)}
-        faint = _FAINT * float(np.median(list(shown.values()))) if shown else 0.0
+        shown = self._shown(effect, {amplitude: size}, able)
         found: list[tuple[int, float, float]] = []  # recording, amplitude, gain
-        for k in (k for k, strength in shown.items() if strength >= faint):
+        for k in (k for k in able if shown[k] >= _FAINT * float(np.median(list(shown.values())))):
             column = np.where(owner == k, whole, 0.0)
             length = float(column @ column)
             moment = float(column @ rest)
@@ -259,6 +258,13 @@ class Screening:
                     mark = float(sum(bits[k] for k in group))
                     best = Trial({effect.mark: mark}, {amplitude: held}, explained)
         return best
+
+    def _shown(self, effect: Effect, sizes: Values, able: Sequence[int]) -> dict[int, float]:
+        """RMS acceleration that an effect would cause in each of some recordings (places), m/s^2."""
+        bits = {k: 2.0 ** (self.recordings[k].number - 1) for k in able}
+        column = self.effects_everywhere.of(effect, [{effect.mark: float(sum(bits.values()))}], sizes)[:, 0]
+        owner = self.fits.balance.rows.recording
+        return {k: float(np.sqrt(np.mean(column[owner == k] ** 2))) if np.any(owner == k) else 0.0 for k in able}
 
     def _best_moment(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
         """The push that explains most, of all moments and lengths in all recordings, with its lead over others."""
