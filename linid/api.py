@@ -21,7 +21,7 @@ from linid.errors import ConfigError, DataError, LinidError, UsageError
 from linid.identification.model_file import load_model, model_to_text
 from linid.identification.result import Estimate, FitResult, ModelKind
 from linid.identification.settings import Hooks
-from linid.physics.motors import MOTOR_CODES
+from linid.physics.motors import MOTORS
 from linid.recording.recording import Recording, in_order
 from linid.report.diagnosis_console import diagnosis_console
 from linid.report.diagnosis_files import diagnosis_data
@@ -279,8 +279,8 @@ def fit(
     `known` and `bounds` in SI by parameter name, `seed`, `objective`, `method`, `profiles` ...).
     Returns a Fit. Raises UsageError, ConfigError or DataError.
     """
-    if model not in MOTOR_CODES:
-        raise UsageError("model", f"there is no model {model!r}", f"Choose one of {', '.join(MOTOR_CODES)}.")
+    if model not in MOTORS:
+        raise UsageError("model", f"there is no model {model!r}", f"Choose one of {', '.join(MOTORS)}.")
     chosen = make_settings(settings)
     inputs = _inputs(campaign)
     hooks = Hooks(progress=progress or (lambda stage, done, total, best: None))

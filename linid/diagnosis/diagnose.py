@@ -304,9 +304,8 @@ def _next_experiment(
 
 
 def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
-    if kind not in ("sine", "theta"):
-        return None
-    return values["guideway_density"] * (2.0 if kind == "theta" else 1.0)
+    model = Model(kind)
+    return values["guideway_density"] * model.turns if model.phases else None
 
 
 def _models(

@@ -219,8 +219,7 @@ def vectors_of(
     if ACROSS in names:
         across = searched[:, [c.name for c in coordinates].index(ACROSS)]
         constant, shift = model.slot("force_constant"), model.slot("shift")
-        turns = 2.0 if model.kind == "theta" else 1.0  # theta's shift is half the electrical angle
-        out[:, shift] = phase + np.arctan2(across, out[:, constant]) / turns
+        out[:, shift] = phase + np.arctan2(across, out[:, constant]) / model.turns
         out[:, constant] = np.hypot(out[:, constant], across)
     coulomb, static, stiffness, damping, mass = (
         model.slot(n) for n in ("coulomb_force", "static_force", "bristle_stiffness", "bristle_damping", "mass")

@@ -43,8 +43,7 @@ def field_vector(space: SearchSpace) -> FieldVector | None:
     if "force_constant" not in places or "shift" not in places or not space.genes[places["force_constant"]].log:
         return None
     constant, shift = (space.genes[places[name]] for name in ("force_constant", "shift"))
-    turns = 2.0 if space.model.kind == "theta" else 1.0  # theta's shift is half the electrical angle
     return FieldVector(
         places["force_constant"], places["shift"], math.log(constant.upper / constant.lower),
-        turns * (shift.upper - shift.lower),
+        space.model.turns * (shift.upper - shift.lower),
     )  # fmt: skip

@@ -20,7 +20,7 @@ from linid.identification.settings import FitSettings
 from linid.identification.space import build_space
 from linid.physics.effects.effect import Values
 from linid.physics.model import Model
-from linid.physics.motors import PARAMETERS, fundamental_force_constant
+from linid.physics.motors import MOTORS, fundamental_force_constant
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
@@ -43,15 +43,14 @@ def first_values(
         mass = values["mass"]
     if driven and model.kind == "force":
         values = {**guess.force_guess(driven, known.get("force_constant"), mass), **values}
-    elif driven and model.kind in ("sine", "theta"):
-        scale = 2.0 if model.kind == "theta" else 1.0
+    elif driven and model.phases:
         given = known.get("guideway_density")
         motor, densities = guess.phase_guess(
-            driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * scale
+            driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * model.turns
         )
         if model.kind == "theta":
             motor = _as_theta(motor, known)
-        densities = tuple(d / scale for d in densities)
+        densities = tuple(d / model.turns for d in densities)
         values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "shift")}}
     return {**values, **known}, densities
 
@@ -128,7 +127,7 @@ def seed_candidates(
         vector = balance.space.vectors(refined.genes)[0]
         values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
         for shaped in field_shapes(balance.space, part, values):
-            motor = {p.name: shaped[p.name] for p in PARAMETERS[model.kind]}
+            motor = {p.name: shaped[p.name] for p in MOTORS[model.kind].parameters}
             rows.append(space.encode({**shaped, **first, **motor}))  # the free wheels tell friction far better
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)

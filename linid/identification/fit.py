@@ -357,8 +357,7 @@ def _phase_is_loose(space: SearchSpace, uncertainty: Uncertainty) -> bool:
         return False
     gene = space.genes[pair[1]]
     low, high = uncertainty.intervals[pair[1]]
-    turns = 2.0 if space.model.kind == "theta" else 1.0  # theta's shift is half the electrical angle
-    return bool(turns * (high - low) * (gene.upper - gene.lower) > 2.0 * _LOOSE_PHASE)
+    return bool(space.model.turns * (high - low) * (gene.upper - gene.lower) > 2.0 * _LOOSE_PHASE)
 
 
 def _balanced(recordings: Sequence[Recording]) -> bool:

@@ -57,8 +57,7 @@ def fit_windings(
         )  # fmt: skip
     model = Model(result.model, result.effects, winding)
     values = {e.name: e.value for e in result.estimates}
-    per_density = 2.0 if result.model == "theta" else 1.0
-    resistance, inductance = first_winding_values(per_density * values["guideway_density"], able)
+    resistance, inductance = first_winding_values(model.turns * values["guideway_density"], able)
     values |= {"phase_resistance": resistance, "phase_inductance": inductance, MUTUAL.name: 0.0}
     names = {p.name for p in model.parameters}
     # What a space holds by itself is no known value.

@@ -11,7 +11,7 @@ from linid.identification.result import Estimate, FitResult
 from linid.physics.field.guideway import k_of
 from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.physics.field.winding import force_harmonics
-from linid.physics.motors import fundamental_force_constant
+from linid.physics.motors import MOTORS, fundamental_force_constant
 from linid.recording.recording import Recording
 
 # Minimum over k of the harmonics' share: (a_1 - 1)^2 + a_3^2 + ... with a_n = 2 sqrt(pi) k exp(-n^2 k^2 pi^2/4).
@@ -43,11 +43,12 @@ def _propagate(
 
 def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tuple[Estimate, ...]:
     """Geometry that follows from a sine or theta fit, with 95 % intervals; empty for other models."""
-    if result.model not in ("sine", "theta"):
+    motor = MOTORS[result.model]
+    if not motor.phases:
         return ()
     unit = "rad" if result.axis == "rotary" else "m"
     theta = result.model == "theta"
-    factor = 2.0 if theta else 1.0
+    factor = motor.turns
     unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
     rows: list[tuple[str, str, str, Callable[..., float], tuple[str, ...]]] = [
         ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("guideway_density",)),

@@ -122,7 +122,7 @@ def _result(body: Any, place: str) -> FitResult:
 def _check(result: FitResult, place: str) -> None:
     """ConfigError for what no fit writes: unknown kinds, numbers beyond all physics, texts that are none."""
     from linid.physics.model import Model
-    from linid.physics.motors import PARAMETERS
+    from linid.physics.motors import MOTORS
 
     def refuse(fact: str) -> ConfigError:
         return ConfigError(place, fact, _REMEDY)
@@ -130,7 +130,7 @@ def _check(result: FitResult, place: str) -> None:
     texts = (result.model, result.axis, result.input_unit, result.winding, *result.effects, *result.fitted)
     if not all(isinstance(text, str) for text in (*texts, *result.warnings)):
         raise refuse("holds names that are no text")
-    if result.model != "friction" and result.model not in PARAMETERS:
+    if result.model not in MOTORS:
         raise refuse(f"has the unknown model kind {str(result.model)[:40]!r}")
     if result.axis not in ("linear", "rotary"):
         raise refuse(f"has the unknown axis {str(result.axis)[:40]!r}")

@@ -101,7 +101,7 @@ def check_recordings(recordings: Sequence[Recording], model: Model) -> None:
                 "Record longer or at a higher rate",
             )
     driven = [r for r in recordings if r.kind != "free_wheel"]
-    if model.kind in ("sine", "theta"):
+    if model.phases:
         if not driven:
             raise UsageError(
                 "--model",

@@ -22,13 +22,13 @@ _BINS, _SHARES = 400, 10  # of the stroke, and of the places visited
 
 def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, float]) -> Outlook:
     """What the recordings look like; values: SI values of the base model, for the wavenumber of its field."""
-    density = values.get("guideway_density") if model.kind in ("sine", "theta") else None
+    density = values.get("guideway_density") if model.phases else None
     motion = measure_motion(recordings)
     low, high = min(float(np.min(r.y)) for r in recordings), max(float(np.max(r.y)) for r in recordings)
     return Outlook(
         stroke_low=low,
         stroke_high=high,
-        field_wavenumber=None if density is None else density * (2.0 if model.kind == "theta" else 1.0),
+        field_wavenumber=None if density is None else density * model.turns,
         top_speed=float(np.quantile(np.abs(motion.v), 0.999)),
         top_current=max(_top_current(r) for r in recordings),
         durations=tuple(r.duration for r in recordings),

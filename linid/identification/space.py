@@ -63,7 +63,7 @@ def build_space(
     if densities:
         box["guideway_density"] = (0.9 * min(densities), 1.1 * max(densities))
     if "shift" in first:
-        half = math.pi if model.kind == "sine" else 0.5 * math.pi
+        half = math.pi / model.turns
         box["shift"] = (first["shift"] - half, first["shift"] + half)
     fundamental = model.kind == "theta" and "force_constant" in box and "force_constant" not in bounds
     if fundamental:

@@ -171,7 +171,7 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     # The back-EMF tells the field's phase at first order: no flat valley where voltages are known.
     pair = None if problem.space.model.winding else field_phase.columns(problem.space)
     spurious = np.zeros((n, n))
-    if problem.space.model.kind in ("sine", "theta"):
+    if problem.space.model.phases:
         spurious = _spurious_information(problem, fit, seed)[np.ix_(told, told)]
     spurious[:p, :p] += noise_curvature(problem, fit)
     aligned = False

@@ -67,10 +67,10 @@ class Model:
     mask: int = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in motors.MOTOR_CODES:
-            kinds = ", ".join(motors.MOTOR_CODES)
+        if self.kind not in motors.MOTORS:
+            kinds = ", ".join(motors.MOTORS)
             raise UsageError("--model", f"there is no model {self.kind!r}", f"Choose one of {kinds}")
-        if self.winding not in electrical.PARAMETERS or (self.winding and self.kind not in ("sine", "theta")):
+        if self.winding not in electrical.PARAMETERS or (self.winding and not self.phases):
             raise UsageError(
                 f"{self.kind} model", f"cannot be driven by voltages of {self.winding!r} windings",
                 "Take the sine or theta model with star or separate windings.",
@@ -80,13 +80,23 @@ class Model:
     @property
     def motor(self) -> int:
         """The motor's code in the compiled kernel."""
-        return motors.MOTOR_CODES[self.kind]
+        return motors.MOTORS[self.kind].code
+
+    @property
+    def phases(self) -> bool:
+        """Whether three phase currents drive the motor."""
+        return motors.MOTORS[self.kind].phases
+
+    @property
+    def turns(self) -> float:
+        """Electrical radians per radian of the motor's own angles."""
+        return motors.MOTORS[self.kind].turns
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters of friction, motor and active effects, in table order."""
         active = tuple(p for name in self.effects for p in find_effect(name).parameters_of(self.kind))
-        return motors.PARAMETERS[self.kind] + electrical.PARAMETERS[self.winding] + friction.PARAMETERS + active
+        return motors.MOTORS[self.kind].parameters + electrical.PARAMETERS[self.winding] + friction.PARAMETERS + active
 
     @property
     def states(self) -> tuple[int, ...]:
@@ -103,7 +113,7 @@ class Model:
         for index, parameter in enumerate(friction.PARAMETERS):
             if parameter.name == name:
                 return index
-        for index, parameter in enumerate(motors.PARAMETERS[self.kind]):
+        for index, parameter in enumerate(motors.MOTORS[self.kind].parameters):
             if parameter.name == name:
                 return MOTOR_START + index
         for index, parameter in enumerate(electrical.PARAMETERS[self.winding]):

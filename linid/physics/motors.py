@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -13,31 +14,53 @@ from linid.physics.parameter import Parameter
 from linid.physics.theta import GAUSSIAN_NOME, big_theta_0, harmonic_coefficients
 
 NONE, FORCE, SINE, THETA = 0, 1, 2, 3
-MOTOR_CODES = {"friction": NONE, "force": FORCE, "sine": SINE, "theta": THETA}
 
 _TURN = 2.0 * math.pi
 _HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # 33 bits, 33 bits, rest
 _BLOCK = 256
 _Values = TypeVar("_Values", float, NDArray[np.float64])
-PARAMETERS = {
-    "friction": (),
-    "force": (Parameter("force_constant", "K", "N/A", 1e-3, 1e3, 1.0, log=True, meaning="force per input"),),
-    "sine": (
-        Parameter("force_constant", "K_f", "N/A", 1e-1, 1e3, 30.0, log=True, meaning="force per phase current"),
-        Parameter("guideway_density", "omega_g", "1/m", 20.0, 1500.0, 200.0, log=True, meaning="pi / pole pitch"),
-        Parameter("winding_displacement", "alpha_p", "1", 0.05, _TURN, 2.094, meaning="phase between windings"),
-        Parameter("shift", "alpha_S", "1", -_TURN, _TURN, 0.0, meaning="field phase at position zero"),
-    ),
-    "theta": (
-        Parameter("force_constant", "K_f'", "N/A", 1e-2, 1e4, 10.0, log=True, meaning="theta force per phase current"),
-        Parameter("guideway_density", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
-        Parameter("winding_displacement", "z_p", "1", 0.025, math.pi, 1.047, meaning="phase between windings"),
-        Parameter("shift", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
-        Parameter(
-            "winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length z_0 l_y / 2"
-        ),
-        Parameter("nome", "q_0", "1", 0.02, 0.98, 0.5, meaning="field shape, exp(-k^2 pi^2 / 4)"),
-    ),
+
+
+@dataclass(frozen=True)
+class Motor:
+    """One motor model. code: its number in the compiled kernel; inputs: how many it has, 0, 1 or 3 (phase currents);
+    turns: electrical radians per radian of its own angles (displacement and shift), and so of its wavenumber."""
+
+    name: str
+    code: int
+    inputs: int
+    parameters: tuple[Parameter, ...] = ()
+    turns: float = 1.0
+
+    @property
+    def phases(self) -> bool:
+        """Whether three phase currents drive it."""
+        return self.inputs == 3
+
+
+_FORCE = (Parameter("force_constant", "K", "N/A", 1e-3, 1e3, 1.0, log=True, meaning="force per input"),)
+_SINE = (
+    Parameter("force_constant", "K_f", "N/A", 1e-1, 1e3, 30.0, log=True, meaning="force per phase current"),
+    Parameter("guideway_density", "omega_g", "1/m", 20.0, 1500.0, 200.0, log=True, meaning="pi / pole pitch"),
+    Parameter("winding_displacement", "alpha_p", "1", 0.05, _TURN, 2.094, meaning="phase between windings"),
+    Parameter("shift", "alpha_S", "1", -_TURN, _TURN, 0.0, meaning="field phase at position zero"),
+)
+_THETA = (
+    Parameter("force_constant", "K_f'", "N/A", 1e-2, 1e4, 10.0, log=True, meaning="theta force per phase current"),
+    Parameter("guideway_density", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
+    Parameter("winding_displacement", "z_p", "1", 0.025, math.pi, 1.047, meaning="phase between windings"),
+    Parameter("shift", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
+    Parameter("winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length z_0 l_y / 2"),
+    Parameter("nome", "q_0", "1", 0.02, 0.98, 0.5, meaning="field shape, exp(-k^2 pi^2 / 4)"),
+)
+MOTORS = {
+    motor.name: motor
+    for motor in (
+        Motor("friction", NONE, 0),
+        Motor("force", FORCE, 1, _FORCE),
+        Motor("sine", SINE, 3, _SINE),
+        Motor("theta", THETA, 3, _THETA, turns=2.0),
+    )
 }
 
 

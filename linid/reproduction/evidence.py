@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from linid.diagnosis.gap import RecordingGap, Trace
 from linid.diagnosis.measures import model_of
 from linid.identification.result import FitResult
-from linid.physics.motors import MOTOR_CODES, gaussian_force, phase_force, prepare_motor
+from linid.physics.motors import MOTORS, gaussian_force, phase_force, prepare_motor
 from linid.physics.theta import MAX_HARMONICS
 from linid.recording.recording import Recording
 from linid.reproduction.printed import TABLE_2, meant
@@ -134,7 +134,7 @@ def _force_loop(result: FitResult, *, printed: bool) -> Callable[[], float]:
     """Evaluates the motor's force over and over. printed: theta by its six series per force (45), not by harmonics."""
     p = _motor_vector(result.model, {e.name: e.value for e in result.estimates})
     table = np.zeros((3, MAX_HARMONICS))
-    count = prepare_motor(MOTOR_CODES[result.model], p, table)
+    count = prepare_motor(MOTORS[result.model].code, p, table)
     return lambda: float(_forces(_FORCES, p, table, count, printed))
 
 

@@ -84,9 +84,10 @@ def field(
 
 def _motor_model(path: Path) -> FitResult:
     from linid.identification.model_file import load_model
+    from linid.physics.motors import MOTORS
 
     result = load_model(path)
-    if result.model not in ("sine", "theta"):
+    if not MOTORS[result.model].phases:
         raise UsageError(
             "--model", f"is a {result.model} model, which knows no field", "Give the MODEL.json of a sine or theta fit."
         )
@@ -168,14 +169,14 @@ def _thrust(made: MotorDesign) -> Iterator[tuple[float, ...]]:
 
 
 def _parameters(made: MotorDesign) -> Iterator[tuple[str, str, float, str]]:
-    from linid.physics.motors import PARAMETERS
+    from linid.physics.motors import MOTORS
 
     for name, kind, values in (
         ("sine", "sine", made.sine),
         ("theta", "theta", made.theta),
         ("theta, matched", "theta", made.matched),
     ):
-        for parameter in PARAMETERS[kind]:
+        for parameter in MOTORS[kind].parameters:
             yield name, parameter.name, values[parameter.name], parameter.unit
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from linid.diagnosis.gap import RecordingGap
 from linid.identification.result import Generation
-from linid.physics.motors import MOTOR_CODES, phase_force, prepare_motor
+from linid.physics.motors import MOTORS, phase_force, prepare_motor
 from linid.reproduction.claims import Claim, Evidence, claims, impossible
 from linid.reproduction.evidence import (
     Fitted,
@@ -38,7 +38,7 @@ def test_the_thrust_is_that_of_the_compiled_motor() -> None:
         [*(values[n] for n in ("force_constant", "guideway_density", "winding_displacement", "shift")), 0.0, 0.0]
     )
     table = np.zeros((3, 12))
-    count = prepare_motor(MOTOR_CODES["sine"], p, table)
+    count = prepare_motor(MOTORS["sine"].code, p, table)
     compiled = [phase_force(a, *i, p[1], p[3], table, count) for a, i in zip(y, currents.T, strict=True)]
     assert sine_thrust(values, y, currents) == pytest.approx(compiled, rel=1e-12)
 

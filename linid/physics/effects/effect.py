@@ -22,6 +22,7 @@ from typing import Any, Literal
 from numba import njit
 
 from linid.errors import ConfigError
+from linid.physics import motors
 from linid.physics.parameter import Parameter
 
 Slot = Literal["DRIVE", "FORCE", "SENSOR"]
@@ -47,9 +48,9 @@ TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "initial": COMMON_ARGUMENTS,
     "advance": ("h", "t", "y", "v", "a", *COMMON_ARGUMENTS[3:]),
 }
-PHASE_MOTORS = ("sine", "theta")
-MOTORS = ("force", *PHASE_MOTORS)
-ALL_KINDS = ("friction", *MOTORS)
+PHASE_MOTORS = tuple(name for name, motor in motors.MOTORS.items() if motor.phases)
+MOTORS = tuple(name for name, motor in motors.MOTORS.items() if motor.inputs)
+ALL_KINDS = tuple(motors.MOTORS)
 
 
 @dataclass(frozen=True)

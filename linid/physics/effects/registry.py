@@ -79,7 +79,7 @@ def collect(built_in: Iterable[Effect], others: Iterable[EntryPoint]) -> tuple[E
     """All effects in order; raises ConfigError for a malformed effect or a name that is taken already."""
     effects: list[Effect] = []
     owners = {p.name: "the base model" for p in friction.PARAMETERS}
-    owners |= {p.name: "the base model" for kind in motors.PARAMETERS.values() for p in kind}
+    owners |= {p.name: "the base model" for motor in motors.MOTORS.values() for p in motor.parameters}
 
     def add(effect: Effect, place: str) -> None:
         effects.append(check_effect(effect, place))
