@@ -1,8 +1,8 @@
 """Selection: base and effects are identified together, as many effects as pay, each judged with all others there.
 
-Forward steps on the fitted rows only propose: they add what lessens the criterion most, until nothing does. The tests
-stand at the end, on held-out rows: each effect is taken out, the others are fitted again, and what then comes back must
-be beyond doubt and a share of what no effect here explains. What fails goes, the weakest first.
+Forward steps on the fitted rows only propose what lessens the criterion most. The tests stand at the end, on held-out
+rows: each effect is taken out, the others are fitted again, and what then comes back must be beyond doubt and a share
+of what no effect here explains. What fails goes, the weakest first.
 """
 
 from __future__ import annotations
@@ -396,6 +396,6 @@ def stands(part: Part) -> bool:
     most = e.power_closed >= MOST_OF_POWER and e.certainty >= max(CERTAINTY, least)
     closed = LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED
     there = not effect.per_recording or e.power >= LEAST_POWER_ALONE
-    beyond_doubt = e.certainty >= (SURE_ALONE if effect.per_recording else SURE)
-    beyond_doubt = beyond_doubt and min(e.gain, e.power_closed) >= NO_TRIFLE
+    wanted = SURE_ALONE if effect.per_recording else SURE
+    beyond_doubt = e.certainty >= wanted and min(e.gain, e.power_closed) >= NO_TRIFLE
     return there and e.gain >= LEAST_GAIN and (most or beyond_doubt or (sure and e.closed >= closed))

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.diagnosis.joint import Coordinate, Fitted
+from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
+from linid.diagnosis.unknowns import Coordinate
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.statistics import NORMAL_95

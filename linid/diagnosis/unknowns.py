@@ -1,0 +1,172 @@
+"""The unknowns of a joint fit: which there are, on which scales they are searched, and how they become parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.diagnosis.balance import Balance
+from linid.identification.motion import measure_motion
+from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
+from linid.identification.space import travel_between_reversals
+from linid.physics.effects.registry import find_effect
+from linid.physics.model import Model
+from linid.physics.motors import fundamental_force_constant
+from linid.physics.parameter import Parameter
+
+Array = NDArray[np.float64]
+ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
+# Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
+_LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One unknown. log: its logarithm is searched; lower, upper: bounds of what is searched; scale: its size; force:
+    the residual is linear in it, but where the axis rests."""
+
+    name: str
+    log: bool
+    lower: float
+    upper: float
+    scale: float
+    force: bool = False
+
+
+class Coordinates:
+    """The unknowns of any model on some recordings, with bounds that scale with the axis.
+
+    Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
+    step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
+    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as
+    F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its
+    presliding growing too.
+    """
+
+    def __init__(
+        self, balance: Balance, reference: Mapping[str, float], limits: Mapping[str, tuple[float, float]]
+    ) -> None:
+        self.limits = dict(limits)
+        recordings = balance.recordings
+        self.reference = dict(reference)
+        motion = measure_motion(recordings)
+        noise = max(float(np.min(motion.position_noise)), 1e-12)
+        travel = travel_between_reversals(recordings)
+        speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
+        inertia = reference.get("mass", 1.0) * typical_acceleration(recordings)
+        self.force = max(abs(reference.get("coulomb_force", 0.0)), 1e-2 * inertia, 1e-15)
+        self.speed = speed
+        low, high = _LEAST_PRESLIDING * noise, _LARGEST_PRESLIDING * travel
+        self.presliding = (math.log(low), math.log(max(high, 10.0 * low)))
+        self.outlook = look_out(balance.base, recordings, self.reference)
+        self.force_scale = force_scale(recordings, self.reference)
+
+    def of(self, model: Model, held: Mapping[str, float], values: Mapping[str, float]) -> tuple[Coordinate, ...]:
+        """The unknowns of a model; held: SI values that are not identified; values: first values."""
+        amplitudes = {name for effect in model.effects for name in find_effect(effect).amplitudes_of(model.kind)}
+        out = []
+        for parameter in model.parameters:
+            if parameter.name in held or parameter.name == "stribeck_exponent":
+                continue
+            if parameter.name in amplitudes:
+                low, high = amplitude_range(parameter, self.outlook, self.force_scale, self.reference["mass"])
+                out.append(Coordinate(parameter.name, False, low, high, high, True))
+            else:
+                out.append(self._coordinate(parameter, values, held))
+        return tuple(out)
+
+    def _coordinate(self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]) -> Coordinate:
+        name = parameter.name
+        size = abs(self.reference.get(name, values.get(name, parameter.default)))
+        if name in self.limits:
+            return Coordinate(name, False, *self.limits[name], size)
+        match name:
+            case "coulomb_force":
+                return Coordinate(name, False, 1e-4 * self.force, 1e3 * self.force, self.force, True)
+            case "static_force":
+                return Coordinate(name, True, 0.0, math.log(8.0), 1.0)
+            case "stribeck_velocity":
+                return Coordinate(name, True, math.log(1e-4 * self.speed), math.log(0.1 * self.speed), 1.0)
+            case "bristle_stiffness":
+                return Coordinate(name, True, *self.presliding, 1.0)
+            case "bristle_damping":
+                return Coordinate(name, True, math.log(3e-3), math.log(30.0), 1.0)
+            case "viscous_friction":
+                top = self.force / self.speed
+                return Coordinate(name, False, 1e-5 * top, 1e2 * top, top, True)
+            case "force_constant":
+                return Coordinate(name, False, 1e-3 * size, 1e3 * size, size, True)
+            case "mass":
+                return Coordinate(name, True, math.log(size / 8.0), math.log(8.0 * size), 1.0)
+            case "guideway_density":
+                return Coordinate(name, True, math.log(0.9 * size), math.log(1.1 * size), 0.01)
+            case "shift":
+                if "force_constant" in held:
+                    return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
+                top = 1e3 * abs(self.reference["force_constant"])
+                return Coordinate(ACROSS, False, -top, top, 1e-3 * top, True)
+        first = values.get(name, parameter.default)
+        if parameter.log:
+            low, high = math.log(parameter.lower), math.log(parameter.upper)
+            if parameter.reach > 0.0:
+                low, high = math.log(first / parameter.reach), math.log(first * parameter.reach)
+            return Coordinate(name, True, low, high, min(1.0, high - low))
+        low, high = parameter.lower, parameter.upper
+        if parameter.reach > 0.0:
+            low, high = first - parameter.reach, first + parameter.reach
+        return Coordinate(name, False, low, high, high - low)
+
+
+def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:
+    """SI values -> what is searched (p,), within the bounds."""
+    out = np.empty(len(coordinates))
+    for k, c in enumerate(coordinates):
+        if c.name == ACROSS:
+            out[k] = 0.0
+            continue
+        value = values.get(c.name, next(p.default for p in model.parameters if p.name == c.name))
+        if c.name == "static_force":
+            value = value / values["coulomb_force"]
+        elif c.name == "bristle_stiffness":
+            value = values["coulomb_force"] / value
+        elif c.name == "bristle_damping":
+            value = value / (2.0 * math.sqrt(values["bristle_stiffness"] * values["mass"]))
+        elif c.name == "force_constant" and model.kind == "theta":
+            value = fundamental_force_constant(value, values["winding_length"], values["nome"])
+        out[k] = min(max(math.log(max(value, 1e-300)) if c.log else value, c.lower), c.upper)
+    return out
+
+
+def vectors_of(
+    coordinates: Sequence[Coordinate], model: Model, held: Mapping[str, float], searched: Array, phase: float
+) -> Array:
+    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units; phase: the field's first, rad."""
+    searched = np.atleast_2d(searched)
+    out = np.empty((searched.shape[0], model.vector({}).size))
+    out[:] = model.vector(dict(held))
+    names = {c.name for c in coordinates}
+    for k, c in enumerate(coordinates):
+        if c.name != ACROSS:
+            out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
+    if ACROSS in names:
+        across = searched[:, [c.name for c in coordinates].index(ACROSS)]
+        constant, shift = model.slot("force_constant"), model.slot("shift")
+        out[:, shift] = phase + np.arctan2(across, out[:, constant]) / model.turns
+        out[:, constant] = np.hypot(out[:, constant], across)
+    coulomb, static, stiffness, damping, mass = (
+        model.slot(n) for n in ("coulomb_force", "static_force", "bristle_stiffness", "bristle_damping", "mass")
+    )
+    if "static_force" in names:
+        out[:, static] *= out[:, coulomb]
+    if "bristle_stiffness" in names:
+        out[:, stiffness] = out[:, coulomb] / out[:, stiffness]
+    if "bristle_damping" in names:
+        out[:, damping] *= 2.0 * np.sqrt(out[:, stiffness] * out[:, mass])
+    if model.kind == "theta" and "force_constant" in names:
+        length, nome, constant = (model.slot(n) for n in ("winding_length", "nome", "force_constant"))
+        out[:, constant] /= fundamental_force_constant(np.ones(out.shape[0]), out[:, length], out[:, nome])
+    return out
