@@ -16,8 +16,8 @@ class RecordingGap:
 
     free_run: RMS(y_sim - y)/std(y); ahead: RMS position error 0.1 s ahead in m (rotary: rad);
     force: RMS residual force in N (rotary: N m); force_share: the same over the RMS total force.
-    The *_floor fields hold what encoder and current noise alone would give, and at least what of the error does not
-    repeat, where repeats: their number besides this recording.
+    Those that end in `_floor` hold what encoder and current noise alone would give, and at least what of the error does
+    not repeat, where repeats: their number besides this recording.
     """
 
     recording: str
