@@ -9,7 +9,27 @@ Public are the names in `__all__`, with `linid.plot` for figures; everything els
 
 import os
 from importlib import import_module, metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from linid import plot
+    from linid.api import (
+        Campaign,
+        ConfigError,
+        DataError,
+        Diagnosed,
+        Fit,
+        Gaps,
+        LinidError,
+        Recording,
+        UsageError,
+        diagnose,
+        fit,
+        load,
+        read,
+        simulate,
+        validate,
+    )
 
 if _cache := os.environ.get("LINID_CACHE_DIR"):  # numba reads this when it is first imported
     os.environ.setdefault("NUMBA_CACHE_DIR", os.path.join(_cache, "numba"))

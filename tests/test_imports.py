@@ -68,7 +68,8 @@ def own_part(path: Path) -> str:
 @pytest.mark.parametrize("path", modules(), ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_imports_follow_the_direction(path: Path) -> None:
     if own_part(path) == "__init__":
-        assert imported_parts(path.read_text(encoding="utf-8"), "") == set()
+        found = {name for name, _ in imported_parts(path.read_text(encoding="utf-8"), "")}
+        assert found <= {"api", "plot"}  # for type checkers: test_api looks at what is imported in fact
         return
     assert wrong_imports(path.read_text(encoding="utf-8"), own_part(path)) == []
 
