@@ -28,12 +28,13 @@ from linid.report.diagnosis_files import diagnosis_data
 from linid.report.page.build import page_html
 from linid.report.tables import gap_table_console, identifiability_notes, parameter_table_console, table_text
 from linid.workflow.diagnose import base_kind
-from linid.workflow.fit_friction import friction_task
+from linid.workflow.fit_friction import checked_friction_task
+from linid.workflow.fit_motor import motor_tasks
 from linid.workflow.inputs import Inputs, read_inputs
 from linid.workflow.results import residual_recordings
 from linid.workflow.run_folder import write_text
 from linid.workflow.settings import make_settings
-from linid.workflow.stage import FitTask, check_names, fitted
+from linid.workflow.stage import fitted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -283,19 +284,16 @@ def fit(
         raise UsageError("model", f"there is no model {model!r}", f"Choose one of {', '.join(MOTORS)}.")
     chosen = make_settings(settings)
     inputs = _inputs(campaign)
+    before = None if start is None else start.result
     hooks = Hooks(progress=progress or (lambda stage, done, total, best: None))
     kind: ModelKind = model  # type: ignore[assignment]
     with threadpool_limits(1):
         if kind == "friction":
-            task = replace(friction_task(inputs, chosen), start=None if start is None else start.result)
-            check_names(set(task.parameter_names()), chosen, inputs.known if task.kind == "force" else {})
-            return Fit(fitted(task, jobs, hooks))
-        task = FitTask(kind, inputs.of(split="fit"), chosen, chosen.known_values(inputs.known))
-        check_names(set(task.parameter_names()), chosen, inputs.known)
-        first = None if start is None else start.result
-        if first is None and inputs.of(split="fit", kind="free_wheel"):
-            first = fitted(friction_task(inputs, chosen), jobs, hooks)
-        return Fit(fitted(replace(task.restricted(), start=first), jobs, hooks))
+            return Fit(fitted(replace(checked_friction_task(inputs, chosen), start=before), jobs, hooks))
+        first, task = motor_tasks(inputs, chosen, kind, before)
+        if first is not None:
+            task = replace(task, start=fitted(first, jobs, hooks))
+        return Fit(fitted(task, jobs, hooks))
 
 
 def load(path: str | Path) -> Fit:
@@ -309,7 +307,10 @@ def validate(fit: Fit, recordings: Campaign | Iterable[Recording], *, jobs: int 
     recordings: of which those are taken that the model can be asked for; a Campaign also lends repeats for the floor.
     Returns Gaps. Raises DataError where none can be measured.
     """
-    given = tuple(recordings)
+    return _measured(fit, tuple(recordings), jobs, seed)
+
+
+def _measured(fit: Fit, given: tuple[Recording, ...], jobs: int = 1, seed: int = 1, *, floors: bool = True) -> Gaps:
     chosen = residual_recordings(given, fit.result)
     if not chosen:
         raise DataError(
@@ -317,7 +318,7 @@ def validate(fit: Fit, recordings: Campaign | Iterable[Recording], *, jobs: int 
             "Give free wheels, or recordings with the channels that the model needs.",
         )  # fmt: skip
     with threadpool_limits(1):
-        gaps, traces = measure_gaps(fit.result, chosen, jobs=jobs, seed=seed, among=given)
+        gaps, traces = measure_gaps(fit.result, chosen, jobs=jobs, seed=seed, among=given, floors=floors)
     return Gaps(gaps, traces, fit.result.axis)
 
 
@@ -327,7 +328,7 @@ def simulate(fit: Fit, recording: Recording) -> Trace:
     Returns a Trace: t in s, y_simulated and y_measured in m, velocity_simulated in m/s, (n,) each.
     Raises DataError where the recording lacks the channels that the model needs.
     """
-    return validate(fit, [recording]).traces[0]
+    return _measured(fit, (recording,), floors=False).traces[0]
 
 
 def diagnose(

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linid.physics.friction import stribeck_fall
 from linid.report.figures.diagnosis_waterfall import waterfall_figure
+from linid.report.figures.friction_curve import force_unit, friction_band
 from linid.report.style import MEASURED, MODEL
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["error", "free_run", "friction_curve", "waterfall"]
 
-_DRAWS = 400
 _POINTS = 400
 
 
@@ -28,45 +27,22 @@ def _axes(axes: Any) -> Any:
     return Figure(layout="constrained").subplots()
 
 
-def friction_curve(fit: Fit, axes: Any = None, *, top_speed: float | None = None, seed: int = 1) -> Any:
+def friction_curve(fit: Fit, axes: Any = None, *, top_speed: float | None = None, seed: int = 0) -> Any:
     """Steady friction over speed, Stribeck curve and viscous part (paper, eq. 42), with its 95 % band.
 
-    top_speed: m/s (rotary: rad/s), by default ten times the Stribeck velocity; the band: of draws from the estimates'
-    covariance, seeded. Returns the axes.
+    top_speed: m/s (rotary: rad/s), by default ten times the Stribeck velocity; the band: of seeded draws from the
+    estimates' covariance, see `friction_band`. Returns the axes.
     """
     axes = _axes(axes)
-    names = ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent", "viscous_friction")
-    values = [fit[name].value for name in names]
-    top = 10.0 * values[2] if top_speed is None else top_speed
+    top = 10.0 * fit["stribeck_velocity"].value if top_speed is None else top_speed
     v = np.linspace(-top, top, _POINTS)
-    fitted = list(fit.result.fitted)
-    rows = np.tile([e.value for e in fit.result.estimates], (_DRAWS, 1))
-    places = {e.name: k for k, e in enumerate(fit.result.estimates)}
-    if fit.result.covariance.shape == (len(fitted), len(fitted)) and fitted:
-        draws = np.random.default_rng(seed).multivariate_normal(
-            np.zeros(len(fitted)), fit.result.covariance, _DRAWS, check_valid="ignore"
-        )
-        rows[:, [places[name] for name in fitted]] += draws
-    drawn = np.array([_curve(v, rows[k, [places[name] for name in names]]) for k in range(_DRAWS)])
-    low, high = np.nanquantile(drawn, (0.025, 0.975), axis=0)
-    rotary = fit.result.axis == "rotary"
+    curve, low, high = friction_band(fit.result, v, seed=seed)
     axes.fill_between(v, low, high, color=MODEL, alpha=0.25, linewidth=0.0, label="95 %")
-    axes.plot(v, _curve(v, np.array(values)), color=MODEL, label="steady friction")
-    axes.set_xlabel("Speed (rad/s)" if rotary else "Speed (m/s)")
-    unit = "N m" if rotary else "N"
-    per = (" per kg m²" if rotary else " per kg") if fit.result.per_mass else ""
-    axes.set_ylabel(f"Friction ({unit}{per})")
+    axes.plot(v, curve, color=MODEL, label="steady friction")
+    axes.set_xlabel("Speed (rad/s)" if fit.result.axis == "rotary" else "Speed (m/s)")
+    axes.set_ylabel(f"Friction ({force_unit(fit.result)})")
     axes.legend()
     return axes
-
-
-def _curve(v: Any, values: Any) -> Any:
-    """Friction in N at speeds (n,) in m/s; values: F_C, F_S, v_s, alpha, sigma_2; nan for impossible ones."""
-    coulomb, static, velocity, exponent, viscous = map(float, values)
-    if not velocity > 0.0:
-        return np.full(v.size, np.nan)
-    levels = np.array([stribeck_fall(abs(x), coulomb, static, velocity, exponent)[0] for x in v])
-    return np.sign(v) * levels + viscous * v
 
 
 def free_run(trace: Trace, axes: Any = None) -> Any:

@@ -96,8 +96,11 @@ class StepRegression:
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
         """Derivatives by each amplitude at each entry of the grid, (N + p, entries * amplitudes), weighted."""
-        columns = self.effects.of(effect, entries, sizes) * self.weights[:, None]
-        return np.vstack([columns, np.zeros((self.p, columns.shape[1]))])
+        return self.weighted(self.effects.of(effect, entries, sizes))
+
+    def weighted(self, columns: NDArray[Any]) -> Array:
+        """Columns (N, k) of acceleration in m/s^2 as the regression takes them, (N + p, k)."""
+        return np.vstack([columns * self.weights[:, None], np.zeros((self.p, columns.shape[1]))])
 
     def trials(self, effect: Effect, grid: Sequence[Values], sizes: Values) -> list[Trial]:
         """A trial for each entry of the grid; sizes: upper ends of the ranges of its amplitudes, by name."""
@@ -230,12 +233,14 @@ class Screening:
         able = [k for k, r in enumerate(self.recordings) if 1 <= r.number <= MOST_MARKED]
         bits = {k: 2.0 ** (self.recordings[k].number - 1) for k in able}
         entry = {effect.mark: float(sum(bits.values()))}
-        whole = regression.effect_columns(effect, [entry], {amplitude: size})[:, 0]
+        columns = self.effects_everywhere.of(effect, [entry], {amplitude: size})
+        whole = regression.weighted(columns)[:, 0]
         owner = np.concatenate([regression.part.classes, np.full(regression.p, -1)])
         span, rest = regression.span(), regression.rest()
-        shown = self._shown(effect, {amplitude: size}, able)
+        squares = np.bincount(regression.part.classes, columns[:, 0] ** 2, minlength=len(self.recordings))
+        shown = np.sqrt(squares / np.maximum(np.bincount(regression.part.classes, minlength=squares.size), 1))
         found: list[tuple[int, float, float]] = []  # recording, amplitude, gain
-        for k in (k for k in able if shown[k] >= _FAINT * float(np.median(list(shown.values())))):
+        for k in (k for k in able if shown[k] >= _FAINT * float(np.median(shown[able]))):
             column = np.where(owner == k, whole, 0.0)
             length = float(column @ column)
             moment = float(column @ rest)
@@ -258,13 +263,6 @@ class Screening:
                     mark = float(sum(bits[k] for k in group))
                     best = Trial({effect.mark: mark}, {amplitude: held}, explained)
         return best
-
-    def _shown(self, effect: Effect, sizes: Values, able: Sequence[int]) -> dict[int, float]:
-        """RMS acceleration that an effect would cause in each of some recordings (places), m/s^2."""
-        bits = {k: 2.0 ** (self.recordings[k].number - 1) for k in able}
-        column = self.effects_everywhere.of(effect, [{effect.mark: float(sum(bits.values()))}], sizes)[:, 0]
-        owner = self.fits.balance.rows.recording
-        return {k: float(np.sqrt(np.mean(column[owner == k] ** 2))) if np.any(owner == k) else 0.0 for k in able}
 
     def _best_moment(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
         """The push that explains most, of all moments and lengths in all recordings, with its lead over others."""

@@ -79,14 +79,32 @@ def set_states(start, kept, p):
         keep_states(p)
 
 
-@compiled
-def started(terms, axis, bristles, clock, coefficients, first, count, start, kept, p, table):
-    """The motion at the first sample."""
-    y, v, w = start[0], start[1], start[2]
-    currents = (0.0, 0.0, 0.0)
+@allocating
+def prepared(terms, params, motor, on, powered, t_start, dt, added_mass, record, elapsed, guided, substeps, tolerance):
+    """What stays the same in one simulation: axis, bristles, clock, parameters with room for states, harmonics."""
+    on = on & terms.chosen | terms.always
+    p = params
+    if on & terms.acts.any:
+        p = work_vector(params, record, elapsed)
+    table = np.zeros((3, 12))
+    axis = axis_of(motor, on, powered, p, table)
+    tick = dt / (substeps << FINEST)
+    clock = Clock(t_start, dt, substeps, tick, total_delay(terms, on, p), guided, tolerance)
+    return axis, bristles_of(terms, on, p, added_mass), clock, p, table
+
+
+@inlined
+def first_inputs(terms, axis, clock, coefficients, first, count):
+    """The three inputs at the first sample; none where there is no interval to act in."""
     if axis.powered and count > 1:
-        currents = inputs_then(terms, axis.on, coefficients, clock.dt, first, 0.0, 0.0, clock.lag)
-    t = clock.t_start + first * clock.dt
+        return inputs_then(terms, axis.on, coefficients, clock.dt, first, 0.0, 0.0, clock.lag)
+    return 0.0, 0.0, 0.0
+
+
+@compiled
+def started(terms, axis, bristles, t, start, kept, currents, p, table):
+    """The motion at the first sample, at t seconds with these currents."""
+    y, v, w = start[0], start[1], start[2]
     if axis.on & terms.acts.advance:
         start_states(terms, axis.on, t, y, v, currents, p)
         set_states(start, kept, p)
@@ -188,6 +206,31 @@ def followed_step(terms, axis, bristles, clock, coefficients, forces, n, done, m
     return Motion(y + displacement, v_new, w_new, force_end, currents, (stiffness, damping)), middle
 
 
+@inlined
+def write_sample(terms, on, k, t, motion, p, y_out, v_out):
+    """Put what is seen of a motion at t seconds into sample k."""
+    y_out[k] = motion.y
+    if on & terms.acts.sensor:
+        y_out[k] += reading_error(terms, on, t, motion.y, motion.v, motion.currents, p)
+    if v_out.size > 0:
+        v_out[k] = motion.v
+
+
+@inlined
+def diverged(motion):
+    """Whether a simulation has run away, or is no number any more."""
+    return not abs(motion.y) < LARGEST_POSITION or not abs(motion.v) < LARGEST_SPEED
+
+
+@inlined
+def no_samples(first, y_out, v_out):
+    """Nothing is known from sample `first` on."""
+    for k in range(first, y_out.size):
+        y_out[k] = np.nan
+    for k in range(first, v_out.size):
+        v_out[k] = np.nan
+
+
 @allocating
 def simulate_one(
     terms, params, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, record, elapsed, start,
@@ -200,25 +243,16 @@ def simulate_one(
     the motor's at the ends and middles of all base steps of the recording, or empty;
     y_out: (count,) m; v_out: (count,) m/s, or empty if not wanted. A diverged run is nan from there on.
     """
-    on = on & terms.chosen | terms.always
-    p = params
-    if on & terms.acts.any:
-        p = work_vector(params, record, elapsed)
-    table = np.zeros((3, 12))
-    axis = axis_of(motor, on, powered, p, table)
-    bristles = bristles_of(terms, on, p, added_mass)
+    axis, bristles, clock, p, table = prepared(
+        terms, params, motor, on, powered, t_start, dt, added_mass, record, elapsed, guided, substeps, tolerance
+    )
     whole = substeps << FINEST
-    clock = Clock(t_start, dt, substeps, dt / whole, total_delay(terms, on, p), guided, tolerance)
     borders = borders_of(terms, axis, bristles)
-    motion = started(terms, axis, bristles, clock, coefficients, first, count, start, kept, p, table)
-    want_v = v_out.size > 0
+    currents = first_inputs(terms, axis, clock, coefficients, first, count)
+    motion = started(terms, axis, bristles, t_start + first * dt, start, kept, currents, p, table)
     followed = False  # the bristle, where fast sliding turned out to end
     glide, glide_h = (1.0, 0.5, 1.0 / 6.0), 0.0  # how fast sliding decays over a step of that length
-    y_out[0] = motion.y
-    if on & terms.acts.sensor:
-        y_out[0] += reading_error(terms, on, t_start + first * dt, motion.y, motion.v, motion.currents, p)
-    if want_v:
-        v_out[0] = motion.v
+    write_sample(terms, axis.on, 0, t_start + first * dt, motion, p, y_out, v_out)
     steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
     for k in range(count - 1):
         n = first + k
@@ -254,17 +288,10 @@ def simulate_one(
             steps += 1
             if halvings > 0 and done % (size << 1) == 0 and middle.swing < 0.3 * middle.allowed:
                 halvings -= 1
-        if not abs(motion.y) < LARGEST_POSITION or not abs(motion.v) < LARGEST_SPEED:
-            for rest in range(k + 1, count):
-                y_out[rest] = np.nan
-                if want_v:
-                    v_out[rest] = np.nan
+        if diverged(motion):
+            no_samples(k + 1, y_out, v_out)
             return steps
-        y_out[k + 1] = motion.y
-        if on & terms.acts.sensor:
-            y_out[k + 1] += reading_error(terms, on, t_start + n * dt + dt, motion.y, motion.v, motion.currents, p)
-        if want_v:
-            v_out[k + 1] = motion.v
+        write_sample(terms, axis.on, k + 1, t_start + n * dt + dt, motion, p, y_out, v_out)
     return steps
 
 

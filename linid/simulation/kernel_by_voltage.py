@@ -17,21 +17,8 @@ from linid.physics.electrical import WEIGHTS, clarke, current_weights, mode_indu
 from linid.physics.friction import lugre_step
 from linid.physics.model import WINDING_START
 from linid.simulation.bundle import Bundle
-from linid.simulation.forces import (
-    advance_states,
-    axis_of,
-    bristles_of,
-    emf_constants,
-    force_once,
-    keep_states,
-    pushed_force,
-    reading_error,
-    start_states,
-    steady_bristle,
-    total_delay,
-    work_vector,
-)
-from linid.simulation.kernel import LARGEST_POSITION, LARGEST_SPEED, Clock, Motion, set_states
+from linid.simulation.forces import advance_states, emf_constants, keep_states, pushed_force
+from linid.simulation.kernel import Motion, diverged, first_inputs, no_samples, prepared, started, write_sample
 from linid.simulation.splines_at import inputs_then, spline_at
 from linid.simulation.steps import FINEST, Middle, bristle_now, friction_at, impulse, predicted
 from linid.simulation.terms import allocating, inlined
@@ -267,38 +254,24 @@ def simulate_one(
     winding: 1 star, 2 separate; i_start: (3,) A, nan where not given; i_out: (3, count) A, or empty if not wanted; the
     rest as in `kernel.simulate_one`.
     """
-    on = on & terms.chosen | terms.always
-    p = params
-    if on & terms.acts.any:
-        p = work_vector(params, record, elapsed)
-    table = np.zeros((3, 12))
-    axis = axis_of(motor, on, powered, p, table)
-    bristles = bristles_of(terms, on, p, added_mass)
+    axis, bristles, clock, p, table = prepared(
+        terms, params, motor, on, powered, t_start, dt, added_mass, record, elapsed, guided, substeps, tolerance
+    )
     whole = substeps << FINEST
-    clock = Clock(t_start, dt, substeps, dt / whole, total_delay(terms, on, p), guided, tolerance)
     windings = Windings(
         winding, p[WINDING_START], *mode_inductances(winding, p[WINDING_START + 1], p[WINDING_START + 2])
     )
     space, common = np.zeros(WEIGHTS), np.zeros(WEIGHTS)
     weighed = -1
-    y, v, w = start[0], start[1], start[2]
     t = t_start + first * dt
-    voltages = (0.0, 0.0, 0.0)
-    if powered and count > 1:
-        voltages = inputs_then(terms, on, coefficients, dt, first, 0.0, 0.0, clock.lag)
-    constants = emf_constants(terms, axis, t, y, v, voltages, p, table)
-    flow = first_flow(windings, axis, voltages, constants, v, i_start)
+    voltages = first_inputs(terms, axis, clock, coefficients, first, count)
+    constants = emf_constants(terms, axis, t, start[0], start[1], voltages, p, table)
+    flow = first_flow(windings, axis, voltages, constants, start[1], i_start)
     currents = phases(flow.current[0], flow.current[1], flow.current[2])
-    if on & terms.acts.advance:
-        start_states(terms, on, t, y, v, currents, p)
-        set_states(start, kept, p)
-    if math.isnan(w):
-        w = steady_bristle(terms, axis, bristles, t, y, v, currents, p, table)
-    force = force_once(terms, axis, t, y, v, currents, p, table)
-    _, stiffness, damping = bristle_now(terms, axis, bristles, t, y, v, currents, p)
-    motion = Motion(y, v, w, force, currents, (stiffness, damping))
+    motion = started(terms, axis, bristles, t, start, kept, currents, p, table)
     steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
-    _write(terms, on, 0, t, motion, p, y_out, v_out, i_out)
+    write_sample(terms, axis.on, 0, t, motion, p, y_out, v_out)
+    _write_currents(0, motion.currents, i_out)
     for k in range(count - 1):
         done = 0
         while done < whole:
@@ -312,24 +285,20 @@ def simulate_one(
             steps += 1
             if halvings > 0 and done % (size << 1) == 0 and middle.swing < 0.3 * middle.allowed:
                 halvings -= 1
-        if not abs(motion.y) < LARGEST_POSITION or not abs(motion.v) < LARGEST_SPEED:
-            y_out[k + 1 :] = np.nan
-            v_out[k + 1 :] = np.nan
-            i_out[:, k + 1 :] = np.nan
+        if diverged(motion):
+            no_samples(k + 1, y_out, v_out)
+            for rest in range(k + 1, count):
+                _write_currents(rest, (np.nan, np.nan, np.nan), i_out)
             return steps
-        _write(terms, on, k + 1, t_start + (first + k) * dt + dt, motion, p, y_out, v_out, i_out)
+        write_sample(terms, axis.on, k + 1, t_start + (first + k) * dt + dt, motion, p, y_out, v_out)
+        _write_currents(k + 1, motion.currents, i_out)
     return steps
 
 
 @inlined
-def _write(terms, on, k, t, motion, p, y_out, v_out, i_out):
-    y_out[k] = motion.y
-    if on & terms.acts.sensor:
-        y_out[k] += reading_error(terms, on, t, motion.y, motion.v, motion.currents, p)
-    if v_out.size > 0:
-        v_out[k] = motion.v
+def _write_currents(k, currents, i_out):
     if i_out.size > 0:
-        i_out[0, k], i_out[1, k], i_out[2, k] = motion.currents
+        i_out[0, k], i_out[1, k], i_out[2, k] = currents
 
 
 def simulate_tasks_with(terms: Bundle) -> Any:

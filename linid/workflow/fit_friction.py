@@ -28,8 +28,7 @@ def fit_friction(request: Request, reporter: Reporter) -> Outcome:
     """
     inputs = read_inputs(request.files, request.settings)
     announce(inputs, reporter)
-    task = friction_task(inputs, request.settings)
-    check_names(set(task.parameter_names()), request.settings, inputs.known if task.kind == "force" else {})
+    task = checked_friction_task(inputs, request.settings)
     if request.dry_run:
         return plan_outcome(COMMAND, [("friction", task)], inputs)
     folder = begin(request, COMMAND, inputs, task.identity())
@@ -39,6 +38,13 @@ def fit_friction(request: Request, reporter: Reporter) -> Outcome:
     with recorded(folder), reporter:
         result = run_stage(task, folder.path, reporter, label="friction", jobs=request.jobs, resume=request.resume)
         return complete(folder, result, inputs, request, reporter)
+
+
+def checked_friction_task(inputs: Inputs, settings: Settings) -> FitTask:
+    """`friction_task` as the only one of a run; raises UsageError for known values and bounds that it does not have."""
+    task = friction_task(inputs, settings)
+    check_names(set(task.parameter_names()), settings, inputs.known if task.kind == "force" else {})
+    return task
 
 
 def friction_task(inputs: Inputs, settings: Settings) -> FitTask:

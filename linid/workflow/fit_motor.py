@@ -15,9 +15,11 @@ from linid.workflow.stage import FitTask, check_names, decisive, run_stage, run_
 
 if TYPE_CHECKING:
     from linid.identification.result import FitResult, ModelKind
+    from linid.workflow.inputs import Inputs
     from linid.workflow.outcome import Outcome
     from linid.workflow.reporter import Reporter
     from linid.workflow.request import Request
+    from linid.workflow.settings import Settings
 
 COMMAND = "fit-motor"
 
@@ -32,7 +34,6 @@ def fit_motor(
     Raises LinidError for what the user can mend, Interrupted after Ctrl-C or SIGTERM (the state is saved).
     """
     from linid.identification.model_file import load_model, model_to_text
-    from linid.physics.electrical import PARAMETERS
 
     start = None if friction is None else load_model(friction)
     inputs = read_inputs(request.files, request.settings, axis=None if start is None else start.axis)
@@ -46,14 +47,10 @@ def fit_motor(
     known = settings.known_values(inputs.known)
     if winding and model == "force":
         raise UsageError("--input voltage", "needs a model of the phases", "Take --model sine or theta.")
-    electrical = {p.name for p in PARAMETERS[winding]}
-    whole = FitTask(model, inputs.of(split="fit"), settings, known, start)
-    check_names(set(whole.parameter_names()) | electrical, settings, inputs.known)
+    first, whole = motor_tasks(inputs, settings, model, start, winding)
     task = whole.restricted() if winding else whole
     stages = [("motor", task)]
-    first: FitTask | None = None
-    if start is None and inputs.of(split="fit", kind="free_wheel"):
-        first = friction_task(inputs, settings)
+    if first is not None:
         stages.insert(0, ("friction", first))
     if request.dry_run:
         return plan_outcome(COMMAND, stages, inputs)
@@ -73,6 +70,21 @@ def fit_motor(
         if winding:
             result = run_windings(result, whole, winding, folder.path, reporter, jobs=request.jobs)
         return complete(folder, result, inputs, request, reporter)
+
+
+def motor_tasks(
+    inputs: Inputs, settings: Settings, model: ModelKind, start: FitResult | None = None, winding: str = ""
+) -> tuple[FitTask | None, FitTask]:
+    """The friction fit that comes first (None: `start` or no free wheels take its place), and the motor's own.
+
+    Raises UsageError for known values and bounds of parameters that the model does not have.
+    """
+    from linid.physics.electrical import PARAMETERS
+
+    whole = FitTask(model, inputs.of(split="fit"), settings, settings.known_values(inputs.known), start)
+    check_names(set(whole.parameter_names()) | {p.name for p in PARAMETERS[winding]}, settings, inputs.known)
+    free = start is None and inputs.of(split="fit", kind="free_wheel")
+    return (friction_task(inputs, settings) if free else None), whole
 
 
 def _friction_stage(task: FitTask, folder: Path, reporter: Reporter, request: Request) -> FitResult:
