@@ -35,9 +35,23 @@ if _cache := os.environ.get("LINID_CACHE_DIR"):  # numba reads this when it is f
     os.environ.setdefault("NUMBA_CACHE_DIR", os.path.join(_cache, "numba"))
 
 __all__ = [
-    "Campaign", "ConfigError", "DataError", "Diagnosed", "Fit", "Gaps", "LinidError", "Recording", "UsageError",
-    "diagnose", "fit", "load", "plot", "read", "simulate", "validate",
-]  # fmt: skip
+    "Campaign",
+    "ConfigError",
+    "DataError",
+    "Diagnosed",
+    "Fit",
+    "Gaps",
+    "LinidError",
+    "Recording",
+    "UsageError",
+    "diagnose",
+    "fit",
+    "load",
+    "plot",
+    "read",
+    "simulate",
+    "validate",
+]
 
 
 def __getattr__(name: str) -> Any:

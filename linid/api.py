@@ -42,9 +42,22 @@ if TYPE_CHECKING:
     from linid.diagnosis.report_data import Budget, Verdict
 
 __all__ = [
-    "Campaign", "ConfigError", "DataError", "Diagnosed", "Fit", "Gaps", "LinidError", "Recording", "UsageError",
-    "diagnose", "fit", "load", "read", "simulate", "validate",
-]  # fmt: skip
+    "Campaign",
+    "ConfigError",
+    "DataError",
+    "Diagnosed",
+    "Fit",
+    "Gaps",
+    "LinidError",
+    "Recording",
+    "UsageError",
+    "diagnose",
+    "fit",
+    "load",
+    "read",
+    "simulate",
+    "validate",
+]
 
 Progress = Callable[[str, int, int], None]
 
@@ -106,11 +119,16 @@ class Campaign:
 
         rows = [
             {
-                "recording": r.name, "kind": r.kind, "split": r.split, "samples": r.t.size, "period": r.period,
-                "duration": r.duration, "added_mass": r.added_mass,
+                "recording": r.name,
+                "kind": r.kind,
+                "split": r.split,
+                "samples": r.t.size,
+                "period": r.period,
+                "duration": r.duration,
+                "added_mass": r.added_mass,
             }
             for r in self.recordings
-        ]  # fmt: skip
+        ]
         return pd.DataFrame(rows).set_index("recording")
 
     def _repr_html_(self) -> str:
@@ -248,9 +266,7 @@ class Diagnosed:
     def _repr_html_(self) -> str:
         import pandas as pd
 
-        rows = [
-            {"effect": e.effect, "share": e.share, "low": e.low, "high": e.high} for e in self.budget.entries
-        ]  # fmt: skip
+        rows = [{"effect": e.effect, "share": e.share, "low": e.low, "high": e.high} for e in self.budget.entries]
         table = pd.DataFrame(rows, columns=["effect", "share", "low", "high"])
         sentence = f"<p><b>{_escaped(self.verdict.status)}</b>: {_escaped(self.verdict.sentence)}</p>"
         return sentence + str(table.to_html(index=False, float_format="{:.3f}".format))
@@ -269,9 +285,14 @@ def read(*files: str | Path, **settings: Any) -> Campaign:
 
 
 def fit(
-    campaign: Campaign, model: str = "theta", *, start: Fit | None = None, jobs: int = 1,
-    progress: Callable[[str, int, int, float], None] | None = None, **settings: Any,
-) -> Fit:  # fmt: skip
+    campaign: Campaign,
+    model: str = "theta",
+    *,
+    start: Fit | None = None,
+    jobs: int = 1,
+    progress: Callable[[str, int, int, float], None] | None = None,
+    **settings: Any,
+) -> Fit:
     """Identify a model on the recordings of a campaign that are to be fitted.
 
     model: friction (free wheels), force, sine (paper, 31 and 44) or theta (39 and 45); start: an earlier fit for first
@@ -314,9 +335,10 @@ def _measured(fit: Fit, given: tuple[Recording, ...], jobs: int = 1, seed: int =
     chosen = residual_recordings(given, fit.result)
     if not chosen:
         raise DataError(
-            "recordings", f"hold none that a {fit.model} model can be asked for",
+            "recordings",
+            f"hold none that a {fit.model} model can be asked for",
             "Give free wheels, or recordings with the channels that the model needs.",
-        )  # fmt: skip
+        )
     with threadpool_limits(1):
         gaps, traces = measure_gaps(fit.result, chosen, jobs=jobs, seed=seed, among=given, floors=floors)
     return Gaps(gaps, traces, fit.result.axis)
@@ -332,9 +354,15 @@ def simulate(fit: Fit, recording: Recording) -> Trace:
 
 
 def diagnose(
-    campaign: Campaign, model: str | None = None, *, effects: Sequence[str] = (), known: dict[str, float] | None = None,
-    seed: int = 1, jobs: int = 1, progress: Progress | None = None,
-) -> Diagnosed:  # fmt: skip
+    campaign: Campaign,
+    model: str | None = None,
+    *,
+    effects: Sequence[str] = (),
+    known: dict[str, float] | None = None,
+    seed: int = 1,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> Diagnosed:
     """Where the simulation differs from the machine, which effects are missing, how far the gap shrinks with them.
 
     model: of the base (None: what the recordings allow); effects: those that the base has already; known: SI values
@@ -344,9 +372,15 @@ def diagnose(
     kind: ModelKind = base_kind(campaign.recordings) if model is None else model  # type: ignore[assignment]
     with threadpool_limits(1):
         found = find_effects(
-            campaign.name, campaign.recordings, kind, effects=effects, known={**campaign.known, **(known or {})},
-            jobs=jobs, seed=seed, progress=progress,
-        )  # fmt: skip
+            campaign.name,
+            campaign.recordings,
+            kind,
+            effects=effects,
+            known={**campaign.known, **(known or {})},
+            jobs=jobs,
+            seed=seed,
+            progress=progress,
+        )
     return Diagnosed(found)
 
 

@@ -55,8 +55,12 @@ def cli() -> None:
     "--mapping", type=click.Path(path_type=Path), metavar="YAML", help="Write the starter mapping here [print it]."
 )
 @click.option("--plot", type=click.Path(path_type=Path), metavar="PNG", help="Draw every channel as it was understood.")
-@click.option("--campaign", type=click.Path(path_type=Path), metavar="YAML",
-              help="Of a folder of recordings: write the proposed campaign here [print it].")  # fmt: skip
+@click.option(
+    "--campaign",
+    type=click.Path(path_type=Path),
+    metavar="YAML",
+    help="Of a folder of recordings: write the proposed campaign here [print it].",
+)
 @click.option("--overwrite", is_flag=True, help="Replace files that this command has written.")
 @json_option
 @debug_option
@@ -104,19 +108,39 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
 @cli.command("fit-motor", short_help="Identify the motor, and friction with it.")
 @FILES
 @click.option("--model", required=True, type=click.Choice(["sine", "theta", "force"]), help="Motor model.")
-@click.option("--friction", type=click.Path(path_type=Path), metavar="MODEL.json",
-              help="Start from this friction result [else the free wheels among FILE are fitted first].")  # fmt: skip
-@click.option("--input", "driven_by", type=click.Choice(["current", "voltage"]), default="current", show_default=True,
-              help="voltage: identify the windings too, from phase voltages beside the currents.")  # fmt: skip
-@click.option("--connection", type=click.Choice(["star", "separate"]), default="star", show_default=True,
-              help="Of the windings, with --input voltage.")  # fmt: skip
+@click.option(
+    "--friction",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.json",
+    help="Start from this friction result [else the free wheels among FILE are fitted first].",
+)
+@click.option(
+    "--input",
+    "driven_by",
+    type=click.Choice(["current", "voltage"]),
+    default="current",
+    show_default=True,
+    help="voltage: identify the windings too, from phase voltages beside the currents.",
+)
+@click.option(
+    "--connection",
+    type=click.Choice(["star", "separate"]),
+    default="star",
+    show_default=True,
+    help="Of the windings, with --input voltage.",
+)
 @settings_options
 @fit_options
 @run_options
 def fit_motor(
-    files: tuple[Path, ...], model: Any, friction: Path | None, driven_by: str, connection: str, json_output: bool,
+    files: tuple[Path, ...],
+    model: Any,
+    friction: Path | None,
+    driven_by: str,
+    connection: str,
+    json_output: bool,
     **options: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Identify the motor, and friction again with it.
 
     sine and theta need three phase currents (theta also knows the harmonics of the field), force needs one q-current
@@ -142,14 +166,25 @@ def fit_motor(
 @FILES
 @click.option("--start-position", type=float, metavar="M", help="Start position, m or rad [measured].")
 @click.option("--start-speed", type=float, metavar="M/S", help="Start speed, m/s or rad/s [measured].")
-@click.option("--input", "driven_by", type=click.Choice(["current", "voltage"]), default="current", show_default=True,
-              help="voltage: by the recorded phase voltages, with a model that knows its windings.")  # fmt: skip
+@click.option(
+    "--input",
+    "driven_by",
+    type=click.Choice(["current", "voltage"]),
+    default="current",
+    show_default=True,
+    help="voltage: by the recorded phase voltages, with a model that knows its windings.",
+)
 @settings_options
 @run_options
 def simulate(
-    model: Path, files: tuple[Path, ...], start_position: float | None, start_speed: float | None, driven_by: str,
-    json_output: bool, **options: Any,
-) -> None:  # fmt: skip
+    model: Path,
+    files: tuple[Path, ...],
+    start_position: float | None,
+    start_speed: float | None,
+    driven_by: str,
+    json_output: bool,
+    **options: Any,
+) -> None:
     """Run a model freely over recordings: simulations as CSV, and a figure each.
 
     The model is started once and then sees only the recorded inputs. Driven axes have no spring: such a run drifts or
@@ -174,8 +209,13 @@ def simulate(
 @cli.command(short_help="Measure the gap between a model and recordings.")
 @MODEL
 @FILES
-@click.option("--split", type=click.Choice(["auto", "held_out", "fit", "all"]), default="auto", show_default=True,
-              help="Which recordings; auto: the held-out ones where there are any, else all.")  # fmt: skip
+@click.option(
+    "--split",
+    type=click.Choice(["auto", "held_out", "fit", "all"]),
+    default="auto",
+    show_default=True,
+    help="Which recordings; auto: the held-out ones where there are any, else all.",
+)
 @settings_options
 @run_options
 def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool, **options: Any) -> None:
@@ -196,8 +236,11 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
 
 @cli.command(short_help="Find the effect that a simulation lacks.")
 @FILES
-@click.option("--model", type=click.Choice(["sine", "theta", "force", "friction"]),
-              help="Base model [sine with phase currents, force with one input].")  # fmt: skip
+@click.option(
+    "--model",
+    type=click.Choice(["sine", "theta", "force", "friction"]),
+    help="Base model [sine with phase currents, force with one input].",
+)
 @model_options
 @settings_options
 @run_options
@@ -237,8 +280,14 @@ def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) 
 )
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of all jobs.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
-@click.option("--schema", is_flag=True, is_eager=True, expose_value=False, callback=_print_schema,
-              help="Print the JSON schema of a batch file and exit.")  # fmt: skip
+@click.option(
+    "--schema",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_schema,
+    help="Print the JSON schema of a batch file and exit.",
+)
 @run_options
 @scheduler_option
 def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
@@ -271,8 +320,13 @@ def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
     metavar="N",
     help="Seed of the measurement noise.",
 )
-@click.option("--layout", type=click.Choice(["generic", "twincat", "elmo", "controldesk"]), default="generic",
-              show_default=True, help="Layout of the scope exports.")  # fmt: skip
+@click.option(
+    "--layout",
+    type=click.Choice(["generic", "twincat", "elmo", "controldesk"]),
+    default="generic",
+    show_default=True,
+    help="Layout of the scope exports.",
+)
 @click.option("--decimal-mark", type=click.Choice([".", ","]), default=".", show_default=True, help="Decimal mark.")
 @click.option("--only", multiple=True, metavar="NAME", help="Generate this recording only; repeatable.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder [a fresh dated one].")

@@ -56,20 +56,58 @@ def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tupl
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of everything random.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder [a fresh dated one].")
 @click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="Where the keys go [DIR/keys.yaml].")
-@click.option("--effects", callback=_names, metavar="A,B",
-              help="Effects to hide, or `all` [crowds: all; else the first eighteen, as older seeds had].")  # fmt: skip
-@click.option("--strength", callback=_span, default="0.05,1", show_default=True, metavar="LOW,HIGH",
-              help="Range of strength; at 1 the base model misses 10 % of the total force.")  # fmt: skip
-@click.option("--kinds", callback=_names, default=",".join(KINDS), show_default=True, metavar="A,B",
-              help="Kinds of campaigns; also: crowd (three to six effects at once).")  # fmt: skip
-@click.option("--laws", callback=_names, default="lugre", show_default=True, metavar="A,B",
-              help="Friction laws of the plants: lugre, maxwell, dahl.")  # fmt: skip
-@click.option("--axes", callback=_names, default="phase", show_default=True, metavar="A,B",
-              help="Axes: phase (three phase currents), q_linear, q_rotary (q-current only).")  # fmt: skip
-@click.option("--rates", callback=_numbers, default="1000", show_default=True, metavar="HZ,HZ",
-              help="Logging rates: 250, 500, 1000, 2000, 4000 Hz.")  # fmt: skip
-@click.option("--encoders", callback=_span, metavar="LOW,HIGH",
-              help="Range of the encoders' resolution in um, such as 0.1,10 [all 0.1].")  # fmt: skip
+@click.option(
+    "--effects",
+    callback=_names,
+    metavar="A,B",
+    help="Effects to hide, or `all` [crowds: all; else the first eighteen, as older seeds had].",
+)
+@click.option(
+    "--strength",
+    callback=_span,
+    default="0.05,1",
+    show_default=True,
+    metavar="LOW,HIGH",
+    help="Range of strength; at 1 the base model misses 10 % of the total force.",
+)
+@click.option(
+    "--kinds",
+    callback=_names,
+    default=",".join(KINDS),
+    show_default=True,
+    metavar="A,B",
+    help="Kinds of campaigns; also: crowd (three to six effects at once).",
+)
+@click.option(
+    "--laws",
+    callback=_names,
+    default="lugre",
+    show_default=True,
+    metavar="A,B",
+    help="Friction laws of the plants: lugre, maxwell, dahl.",
+)
+@click.option(
+    "--axes",
+    callback=_names,
+    default="phase",
+    show_default=True,
+    metavar="A,B",
+    help="Axes: phase (three phase currents), q_linear, q_rotary (q-current only).",
+)
+@click.option(
+    "--rates",
+    callback=_numbers,
+    default="1000",
+    show_default=True,
+    metavar="HZ,HZ",
+    help="Logging rates: 250, 500, 1000, 2000, 4000 Hz.",
+)
+@click.option(
+    "--encoders",
+    callback=_span,
+    metavar="LOW,HIGH",
+    help="Range of the encoders' resolution in um, such as 0.1,10 [all 0.1].",
+)
 @JOBS
 @json_option
 @verbosity_options

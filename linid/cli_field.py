@@ -30,8 +30,12 @@ def _numbers(count: int) -> Any:
 
 @click.command(short_help="Derive the motor from its magnets and coils.")
 @click.argument("geometry", required=False, type=click.Path(path_type=Path), metavar="[GEOMETRY.yaml]")
-@click.option("--magnet", callback=_numbers(3), metavar="X,Y,Z",
-              help="Bar magnet in mm: across the guideway, along it, through its thickness.")  # fmt: skip
+@click.option(
+    "--magnet",
+    callback=_numbers(3),
+    metavar="X,Y,Z",
+    help="Bar magnet in mm: across the guideway, along it, through its thickness.",
+)
 @click.option("--remanence", type=float, metavar="T", help="Remanence of the magnets.")
 @click.option("--gap", type=float, metavar="MM", help="Air gap between facing magnets.")
 @click.option("--pitch", type=float, metavar="MM", help="Pole pitch.")
@@ -39,10 +43,18 @@ def _numbers(count: int) -> Any:
 @click.option("--turns", type=int, metavar="N", help="Turns of a winding.")
 @click.option("--phase-spacing", type=float, metavar="MM", help="Distance of neighbouring windings.")
 @click.option("--k", type=float, metavar="K", help="Judge the sine model at this k [the motor's own].")
-@click.option("--model", type=click.Path(path_type=Path), metavar="MODEL.json",
-              help="Sine or theta model of a fit, to be laid beside the dimensions.")  # fmt: skip
-@click.option("--friction", type=click.Path(path_type=Path), metavar="MODEL.json",
-              help="Take friction and mass from this model, for a model that can be simulated.")  # fmt: skip
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.json",
+    help="Sine or theta model of a fit, to be laid beside the dimensions.",
+)
+@click.option(
+    "--friction",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.json",
+    help="Take friction and mass from this model, for a model that can be simulated.",
+)
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder [a fresh dated one].")
 @click.option("--overwrite", is_flag=True, help="Replace an earlier run in the --out folder.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
@@ -51,9 +63,19 @@ def _numbers(count: int) -> Any:
 @verbosity_options
 @debug_option
 def field(
-    geometry: Path | None, k: float | None, model: Path | None, friction: Path | None, out: Path | None,
-    overwrite: bool, no_figures: bool, dry_run: bool, json_output: bool, quiet: bool, verbose: bool, **sizes: Any,
-) -> None:  # fmt: skip
+    geometry: Path | None,
+    k: float | None,
+    model: Path | None,
+    friction: Path | None,
+    out: Path | None,
+    overwrite: bool,
+    no_figures: bool,
+    dry_run: bool,
+    json_output: bool,
+    quiet: bool,
+    verbose: bool,
+    **sizes: Any,
+) -> None:
     """Derive the motor from its magnets and coils: field, force constants, model, and whether a sine will do.
 
     The dimensions stand in a YAML file (configs/motor_geometry.yaml explains its keys), or are given by options, which

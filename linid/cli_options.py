@@ -57,9 +57,13 @@ def usable_cores() -> int:
 def jobs_option(text: str) -> Callable[[Command], Command]:
     """`--jobs`, by default as many as there are cores; text: its help."""
     return click.option(
-        "--jobs", type=click.IntRange(min=1), default=usable_cores, show_default=False, metavar="N",
+        "--jobs",
+        type=click.IntRange(min=1),
+        default=usable_cores,
+        show_default=False,
+        metavar="N",
         help=f"{text} [all cores].",
-    )  # fmt: skip
+    )
 
 
 run_options = _apply(
@@ -153,12 +157,7 @@ fit_options = _apply(
         click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),
         click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
         click.option("--substeps", type=int, metavar="N", help="Internal steps per sample [from the data]."),
-        click.option(
-            "--profile",
-            multiple=True,
-            metavar="NAME",
-            help="Profile likelihood of a parameter; repeatable.",
-        ),
+        click.option("--profile", multiple=True, metavar="NAME", help="Profile likelihood of a parameter; repeatable."),
     ]
 )
 

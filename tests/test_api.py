@@ -123,10 +123,14 @@ def test_recordings_made_in_python(friction: linid.Fit, read: linid.Campaign) ->
             assert isinstance(trace, Trace) and trace.y_simulated.shape == recording.y.shape
             made.append(
                 linid.Recording(
-                    recording.name, recording.t, trace.y_simulated, kind="free_wheel", split=recording.split,
+                    recording.name,
+                    recording.t,
+                    trace.y_simulated,
+                    kind="free_wheel",
+                    split=recording.split,
                     added_mass=recording.added_mass,
                 )
-            )  # fmt: skip
+            )
     own = linid.Campaign.of(made, known={"mass": friction["mass"].value})
     again = linid.fit(own, "friction", **SMALL)
     assert again["coulomb_force"].value == pytest.approx(
@@ -176,8 +180,11 @@ def test_the_script_of_the_documentation_runs(tmp_path: Path) -> None:
     """With a diagnosis: the verdict in words, and its page."""
     done = subprocess.run(
         [sys.executable, ROOT / "docs" / "first_steps.py", ROOT / "data/stand/campaign.yaml", tmp_path],
-        capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=900,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        timeout=900,
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     assert "noise floor" in done.stdout and "moving mass" in done.stdout
     assert (tmp_path / "diagnosis.html").stat().st_size > 1e6 and (tmp_path / "friction_curve.png").exists()

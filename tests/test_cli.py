@@ -19,9 +19,19 @@ COMMANDS = sorted(cli.commands)
 
 def test_the_commands() -> None:
     assert COMMANDS == [
-        "batch", "challenge", "completion", "diagnose", "effects", "field", "fit-friction", "fit-motor", "generate",
-        "inspect", "simulate", "validate",
-    ]  # fmt: skip
+        "batch",
+        "challenge",
+        "completion",
+        "diagnose",
+        "effects",
+        "field",
+        "fit-friction",
+        "fit-motor",
+        "generate",
+        "inspect",
+        "simulate",
+        "validate",
+    ]
 
 
 @pytest.mark.parametrize("name", COMMANDS)

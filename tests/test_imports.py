@@ -10,10 +10,22 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
-    ("errors", "statistics", "stop_signals"), ("config", "entry_points"), ("recording",), ("physics",), ("simulation",),
-    ("identification",), ("diagnosis",), ("challenge", "reproduction"), ("report",), ("workflow",),
-    ("api",), ("plot",), ("cli_errors", "cli_options"), ("cli_challenge", "cli_field"), ("cli",),
-)  # fmt: skip
+    ("errors", "statistics", "stop_signals"),
+    ("config", "entry_points"),
+    ("recording",),
+    ("physics",),
+    ("simulation",),
+    ("identification",),
+    ("diagnosis",),
+    ("challenge", "reproduction"),
+    ("report",),
+    ("workflow",),
+    ("api",),
+    ("plot",),
+    ("cli_errors", "cli_options"),
+    ("cli_challenge", "cli_field"),
+    ("cli",),
+)
 STAND = {"errors", "statistics", "config", "recording", "physics"}
 USES_STAND = {"challenge", "workflow", "cli", "cli_options"}
 

@@ -118,11 +118,12 @@ def _entries(verdict: Mapping[str, Any], budget: Mapping[str, Any]) -> tuple[Bud
         return tuple(BudgetEntry(name, rivals if len(names) == 1 else ()) for name in names)
     found = [
         BudgetEntry(
-            str(entry["effect"]), tuple(map(str, entry.get("rivals", ()))),
+            str(entry["effect"]),
+            tuple(map(str, entry.get("rivals", ()))),
             Stated(_finite(entry.get("share")), _finite(entry.get("low")), _finite(entry.get("high"))),
         )
         for entry in budget["entries"]
-    ]  # fmt: skip
+    ]
     return tuple(sorted(found, key=lambda entry: -(entry.stated.share or 0.0)))
 
 

@@ -11,15 +11,7 @@ from linid.challenge.catalogue import Scales
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
 from linid.physics.described import Friction
 from linid.stand.description import AxisDescription, Drive, Measurement, SineMotor, Stroke, ThetaMotor
-from linid.stand.mode_descriptions import (
-    FreeWheel,
-    Mode,
-    Moves,
-    SineCurrent,
-    SinePosition,
-    SlowRamp,
-    SquareCurrent,
-)
+from linid.stand.mode_descriptions import FreeWheel, Mode, Moves, SineCurrent, SinePosition, SlowRamp, SquareCurrent
 
 Random = np.random.Generator
 # (kind, splits): the free wheels come in pairs without, with one and with two added masses.
@@ -78,9 +70,15 @@ def draw_axis(name: str, random: Random) -> HiddenAxis:
     stroke = Stroke(lower_m=0.0, upper_m=_even(random, 0.6, 1.1, 2))
     place = FreeWheel(name="place", mode="free_wheel", duration_s=1.0, start_position_m=0.0, speed_m_per_s=0.0)
     bare = HiddenAxis(
-        name=name, mass_kg=mass, friction=friction, motor=motor, stroke=stroke, drive=drive, measurement=measurement,
+        name=name,
+        mass_kg=mass,
+        friction=friction,
+        motor=motor,
+        stroke=stroke,
+        drive=drive,
+        measurement=measurement,
         campaign=(place,),
-    )  # fmt: skip
+    )
     return bare.model_copy(update={"campaign": draw_modes(bare, random, PLAN)})
 
 
@@ -105,15 +103,22 @@ def _draw_motor(random: Random, thrust: float) -> SineMotor | ThetaMotor:
     shift = _even(random, 0.2, 2.9)
     if random.random() < 0.5:
         return SineMotor(
-            kind="sine", force_constant_n_per_a=per_phase, guideway_density_per_m=density,
-            winding_displacement_rad=spread, shift_rad=shift,
-        )  # fmt: skip
+            kind="sine",
+            force_constant_n_per_a=per_phase,
+            guideway_density_per_m=density,
+            winding_displacement_rad=spread,
+            shift_rad=shift,
+        )
     nome, winding = _even(random, 0.25, 0.55), _even(random, 0.5, 0.8)
     return ThetaMotor(
-        kind="theta", force_constant_n_per_a=per_phase / (8 * nome * math.sin(2 * winding)),
-        guideway_density_per_m=density / 2, winding_displacement_rad=spread / 2, shift_rad=shift / 2,
-        winding_length_rad=winding, nome=nome,
-    )  # fmt: skip
+        kind="theta",
+        force_constant_n_per_a=per_phase / (8 * nome * math.sin(2 * winding)),
+        guideway_density_per_m=density / 2,
+        winding_displacement_rad=spread / 2,
+        shift_rad=shift / 2,
+        winding_length_rad=winding,
+        nome=nome,
+    )
 
 
 def scales(description: HiddenAxis) -> Scales:
@@ -121,10 +126,15 @@ def scales(description: HiddenAxis) -> Scales:
     thrust = thrust_per_ampere(description)
     stroke = description.stroke.upper_m
     return Scales(
-        mass=description.mass_kg, coulomb=description.friction.coulomb_force_n, thrust=thrust,
-        current=3 * description.friction.static_force_n / thrust, limit=description.drive.current_limit_a,
-        stroke=stroke, reach=TRAVEL * stroke, radius=description.radius_m,
-    )  # fmt: skip
+        mass=description.mass_kg,
+        coulomb=description.friction.coulomb_force_n,
+        thrust=thrust,
+        current=3 * description.friction.static_force_n / thrust,
+        limit=description.drive.current_limit_a,
+        stroke=stroke,
+        reach=TRAVEL * stroke,
+        radius=description.radius_m,
+    )
 
 
 def draw_modes(
@@ -151,18 +161,26 @@ def _free_wheel(d: AxisDescription, random: Random, *, forward: bool, added_mass
     speed = min(FASTEST, math.sqrt(2 * braking * d.stroke.upper_m * _even(random, 0.15, 0.6)))
     start = d.stroke.upper_m * (0.15 if forward else 0.85)
     return FreeWheel(
-        mode="free_wheel", duration_s=1.5, start_position_m=_round(start, 3), added_mass_kg=added_mass_kg,
-        speed_m_per_s=_round(speed if forward else -speed, 3), **known,
-    )  # fmt: skip
+        mode="free_wheel",
+        duration_s=1.5,
+        start_position_m=_round(start, 3),
+        added_mass_kg=added_mass_kg,
+        speed_m_per_s=_round(speed if forward else -speed, 3),
+        **known,
+    )
 
 
 def _slow_ramp(d: AxisDescription, random: Random, **known: Any) -> SlowRamp:
     sign = 1 if random.random() < 0.5 else -1
     amplitude = sign * d.friction.static_force_n * _even(random, 1.07, 1.15) / thrust_per_ampere(d)
     return SlowRamp(
-        mode="slow_ramp", duration_s=4.0, amplitude_a=_round(amplitude, 4), period_s=_even(random, 0.9, 1.7, 2),
-        start_fraction=_even(random, 0.35, 0.55, 2), **known,
-    )  # fmt: skip
+        mode="slow_ramp",
+        duration_s=4.0,
+        amplitude_a=_round(amplitude, 4),
+        period_s=_even(random, 0.9, 1.7, 2),
+        start_fraction=_even(random, 0.35, 0.55, 2),
+        **known,
+    )
 
 
 def _swing(d: AxisDescription, random: Random, strongest: float) -> tuple[float, float]:
@@ -188,9 +206,12 @@ def _sine_position(d: AxisDescription, random: Random, **known: Any) -> SinePosi
     amplitude = d.stroke.upper_m * _even(random, 0.06, 0.27)
     frequency = min(_even(random, 0.5, 1.1) / amplitude, math.sqrt(18.0 / amplitude) / (2 * math.pi)) / (2 * math.pi)
     return SinePosition(
-        mode="sine_position", duration_s=4.0, amplitude_m=_round(amplitude, 3),
-        frequency_hz=_round(max(frequency, 0.6), 3), **known,
-    )  # fmt: skip
+        mode="sine_position",
+        duration_s=4.0,
+        amplitude_m=_round(amplitude, 3),
+        frequency_hz=_round(max(frequency, 0.6), 3),
+        **known,
+    )
 
 
 def _moves(d: AxisDescription, random: Random, **known: Any) -> Moves:
@@ -202,15 +223,23 @@ def _moves(d: AxisDescription, random: Random, **known: Any) -> Moves:
         targets.append(target)
         here = target
     return Moves(
-        mode="moves", duration_s=4.5, targets_m=tuple(targets), speed_m_per_s=_even(random, 0.5, 1.5, 2),
-        acceleration_m_per_s2=_even(random, 5, 20, 2), dwell_s=_even(random, 0.25, 0.4, 2), **known,
-    )  # fmt: skip
+        mode="moves",
+        duration_s=4.5,
+        targets_m=tuple(targets),
+        speed_m_per_s=_even(random, 0.5, 1.5, 2),
+        acceleration_m_per_s2=_even(random, 5, 20, 2),
+        dwell_s=_even(random, 0.25, 0.4, 2),
+        **known,
+    )
 
 
 _DRAW: dict[str, Any] = {
-    "slow_ramp": _slow_ramp, "sine_current": _sine_current, "square_current": _square_current,
-    "sine_position": _sine_position, "moves": _moves,
-}  # fmt: skip
+    "slow_ramp": _slow_ramp,
+    "sine_current": _sine_current,
+    "square_current": _square_current,
+    "sine_position": _sine_position,
+    "moves": _moves,
+}
 
 
 def tamed(mode: Mode) -> Mode:

@@ -89,20 +89,25 @@ def ledger(key: Key, answer: Answer) -> Ledger:
             taken.append(id(entry))
     items = tuple(
         Item(
-            name, shares[name], key.gap is None or shares[name] * key.gap >= VISIBLE_FLOORS, matched.get(name),
+            name,
+            shares[name],
+            key.gap is None or shares[name] * key.gap >= VISIBLE_FLOORS,
+            matched.get(name),
             name in matched and name not in named,
         )
         for name in key.effects
         if name in shares and name not in OUTSIDE
-    )  # fmt: skip
+    )
     absent = tuple(entry.effect for entry in answer.entries if id(entry) not in taken)
     stated, truth = answer.unexplained, key.unexplained
     # Of another friction law than the library's the key holds an upper bound only.
     knows = bool(key.shares) and key.law == "lugre" and stated.share is not None
     return Ledger(
-        items, absent, stated.share - truth if knows and stated.share is not None else None,
+        items,
+        absent,
+        stated.share - truth if knows and stated.share is not None else None,
         stated.covers(truth) if knows else None,
-    )  # fmt: skip
+    )
 
 
 def score_budgets(pairs: Sequence[tuple[Key, Answer]]) -> BudgetScore:
@@ -111,9 +116,7 @@ def score_budgets(pairs: Sequence[tuple[Key, Answer]]) -> BudgetScore:
     items = [item for _, _, one in ledgers for item in one.items]
     large = [item for item in items if item.matters]
     hiding = [(one, key) for key, _, one in ledgers if one.items]
-    covered = [
-        item.entry.stated.covers(item.share) for item in items if item.entry is not None
-    ]  # fmt: skip
+    covered = [item.entry.stated.covers(item.share) for item in items if item.entry is not None]
     names = [(entry, one) for _, answer, one in ledgers for entry in answer.entries]
     remainders = [one.unexplained for _, _, one in ledgers if one.unexplained is not None]
     rates = {

@@ -89,9 +89,12 @@ def _nothing(random: Random, scales: Scales) -> dict[str, float]:
 
 def _cogging(r: Random, s: Scales) -> dict[str, float]:
     return {
-        "swell": _even(r, 0.1, 0.4), "swell_length": _even(r, 0.15, 0.4), "phase": _phase(r),
-        "second": _even(r, 0.0, 0.4), "second_phase": _phase(r),
-    }  # fmt: skip
+        "swell": _even(r, 0.1, 0.4),
+        "swell_length": _even(r, 0.15, 0.4),
+        "phase": _phase(r),
+        "second": _even(r, 0.0, 0.4),
+        "second_phase": _phase(r),
+    }
 
 
 def _ripple(r: Random, s: Scales) -> dict[str, float]:
@@ -118,9 +121,11 @@ def _asymmetry(r: Random, s: Scales) -> dict[str, float]:
 
 def _cable(r: Random, s: Scales) -> dict[str, float]:
     return {
-        "neutral": s.stroke * _even(r, 0.35, 0.65), "length": s.stroke * _even(r, 0.1, 0.3),
-        "hysteresis": _even(r, 0.2, 0.5), "turning_length": _even(r, 4e-3, 15e-3),
-    }  # fmt: skip
+        "neutral": s.stroke * _even(r, 0.35, 0.65),
+        "length": s.stroke * _even(r, 0.1, 0.3),
+        "hysteresis": _even(r, 0.2, 0.5),
+        "turning_length": _even(r, 4e-3, 15e-3),
+    }
 
 
 def _bump(r: Random, s: Scales) -> dict[str, float]:
@@ -202,8 +207,11 @@ def _gear(r: Random, s: Scales) -> dict[str, float]:
 
 def _gravity(r: Random, s: Scales) -> dict[str, float]:
     return {
-        "turns_per_metre": 1 / s.radius, "phase": _phase(r), "second": _even(r, 0.0, 0.1), "second_phase": _phase(r),
-    }  # fmt: skip
+        "turns_per_metre": 1 / s.radius,
+        "phase": _phase(r),
+        "second": _even(r, 0.0, 0.1),
+        "second_phase": _phase(r),
+    }
 
 
 def _constant(value: float) -> Callable[[Scales], float]:
@@ -246,19 +254,22 @@ LISTED: dict[str, Entry] = {
     "dwell_stiction": Entry(kernel.DWELL, "all", _constant(0.2), _constant(4.0), _dwell, most=0.25),
     "pole_pitch_error": Entry(kernel.PITCH, "driven", _constant(1e-3), _constant(5e-3), _pitch, axes=PHASE),
     "gravity": Entry(
-        kernel.GRAVITY, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _gravity, BOTH,
+        kernel.GRAVITY,
+        "all",
+        lambda s: 0.15 * s.coulomb,
+        lambda s: 0.75 * s.coulomb,
+        _gravity,
+        BOTH,
         axes=("q_rotary",),
     ),
     "load_dependent_friction": Entry(kernel.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
     "drive_train_backlash": Entry(kernel.GEAR_PLAY, "all", _constant(0.05), _constant(0.6), _gear, most=0.35),
     "friction_level_change": Entry(kernel.LEVEL, "chosen", _constant(0.1), _constant(0.6), _nothing, BOTH),
-}  # fmt: skip
+}
 # Those that single effects and pairs are drawn from unless others are asked for: campaigns of older seeds stay.
 FIRST = tuple(LISTED)[:18]
 OUTSIDE: dict[str, Entry] = {
-    "floor_vibration": Entry(
-        kernel.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration
-    ),
+    "floor_vibration": Entry(kernel.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration),
     "clock_beat": Entry(None, "all", _constant(5e-5), _constant(3e-3), _beat),
     "walking_friction": Entry(kernel.WALK, "all", _constant(0.1), _constant(0.8), _walk),
     "speed_derating": Entry(kernel.SPEED_DERATING, "driven", _constant(0.1), _constant(3.0), _nothing),
@@ -270,10 +281,13 @@ OUTSIDE: dict[str, Entry] = {
         kernel.SPEED_COGGING, "all", lambda s: 0.3 * s.coulomb, lambda s: 6 * s.coulomb, _speed_cogging
     ),
     "reluctance_force": Entry(
-        kernel.RELUCTANCE, "driven", lambda s: 0.1 * s.thrust / s.current, lambda s: 3 * s.thrust / s.current,
+        kernel.RELUCTANCE,
+        "driven",
+        lambda s: 0.1 * s.thrust / s.current,
+        lambda s: 3 * s.thrust / s.current,
         _phase_only,
     ),
-}  # fmt: skip
+}
 ENTRIES = LISTED | OUTSIDE
 
 

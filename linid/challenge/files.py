@@ -62,19 +62,29 @@ def key_of(campaign: HiddenCampaign) -> Key:
     """The key of a campaign."""
     parameters = {
         effect.name: {
-            "amplitude": effect.amplitude, **effect.shape,
+            "amplitude": effect.amplitude,
+            **effect.shape,
             **({"recordings": list(effect.recordings)} if effect.recordings else {}),
             **({"pushes": [list(push) for push in effect.pushes]} if effect.pushes else {}),
         }
         for effect in campaign.effects
-    }  # fmt: skip
+    }
     axis = campaign.description
     return Key(
-        campaign.kind, tuple(e.name for e in campaign.effects), dict(campaign.strength), parameters,
-        axis.motor.kind if axis.kind == "phase" else "force", truth(axis), dict(campaign.truth.shares),
-        campaign.truth.unexplained, campaign.truth.gap, axis.kind, axis.law,
-        1 / axis.measurement.sample_period_s, axis.measurement.position_resolution_m,
-    )  # fmt: skip
+        campaign.kind,
+        tuple(e.name for e in campaign.effects),
+        dict(campaign.strength),
+        parameters,
+        axis.motor.kind if axis.kind == "phase" else "force",
+        truth(axis),
+        dict(campaign.truth.shares),
+        campaign.truth.unexplained,
+        campaign.truth.gap,
+        axis.kind,
+        axis.law,
+        1 / axis.measurement.sample_period_s,
+        axis.measurement.position_resolution_m,
+    )
 
 
 def write_hidden_campaign(campaign: HiddenCampaign, folder: Path) -> None:

@@ -24,9 +24,15 @@ LAWS: tuple[Law, ...] = ("lugre", "maxwell", "dahl")
 Four = Annotated[tuple[float, ...], Field(min_length=4, max_length=4)]
 # Powers of the radius by which the parameters of a linear axis become those of a rotary one.
 _POWERS = {
-    "mass": 2, "force_constant": 1, "coulomb_force": 1, "static_force": 1, "stribeck_velocity": -1,
-    "bristle_stiffness": 2, "bristle_damping": 2, "viscous_friction": 2,
-}  # fmt: skip
+    "mass": 2,
+    "force_constant": 1,
+    "coulomb_force": 1,
+    "static_force": 1,
+    "stribeck_velocity": -1,
+    "bristle_stiffness": 2,
+    "bristle_damping": 2,
+    "viscous_friction": 2,
+}
 
 
 class HiddenAxis(AxisDescription):
@@ -86,9 +92,12 @@ def varied(
     if kind != "phase":
         turns = axis.motor.guideway_density_per_m * (1 if axis.motor.kind == "sine" else 2)
         changes["motor"] = SineMotor(
-            kind="sine", force_constant_n_per_a=thrust_per_ampere(axis) / 1.5, guideway_density_per_m=turns,
-            winding_displacement_rad=2 * math.pi / 3, shift_rad=axis.motor.shift_rad,
-        )  # fmt: skip
+            kind="sine",
+            force_constant_n_per_a=thrust_per_ampere(axis) / 1.5,
+            guideway_density_per_m=turns,
+            winding_displacement_rad=2 * math.pi / 3,
+            shift_rad=axis.motor.shift_rad,
+        )
         if kind == "q_rotary":
             changes["radius_m"] = int(random.integers(2, 7)) / turns
     if law == "maxwell":

@@ -27,10 +27,36 @@ ACCELERATION, BASE_ACCELERATION, THRUST = STATES, STATES + 1, STATES + 2
 LOGGED = STATES + 3
 # Rows of `Plant.number` (amplitude first, then the shape), and bits of `Plant.on`.
 (
-    COGGING, CABLE_FORCE, DRAG, SATURATION, THERMAL, END, LOAD_SPRING, ENCODER, DISTURBANCE, DRIFT, ASYMMETRY, BUMP,
-    DELAY, VIBRATION, WALK, SPEED_DERATING, THRUST_FRICTION, ACCELERATION_FRICTION, SPEED_COGGING, RELUCTANCE,
-    CONSTANT, EDDY, DWELL, LEVEL, GRAVITY, WANDER, PITCH, GEAR_PLAY, PLAY,
-) = range(29)  # fmt: skip
+    COGGING,
+    CABLE_FORCE,
+    DRAG,
+    SATURATION,
+    THERMAL,
+    END,
+    LOAD_SPRING,
+    ENCODER,
+    DISTURBANCE,
+    DRIFT,
+    ASYMMETRY,
+    BUMP,
+    DELAY,
+    VIBRATION,
+    WALK,
+    SPEED_DERATING,
+    THRUST_FRICTION,
+    ACCELERATION_FRICTION,
+    SPEED_COGGING,
+    RELUCTANCE,
+    CONSTANT,
+    EDDY,
+    DWELL,
+    LEVEL,
+    GRAVITY,
+    WANDER,
+    PITCH,
+    GEAR_PLAY,
+    PLAY,
+) = range(29)
 ROWS, COLUMNS = 29, 7
 # Friction laws, and the elements of Maxwell's.
 LUGRE, DAHL, MAXWELL = range(3)
@@ -38,16 +64,31 @@ ELEMENTS = 4
 # Rows by where they act, as bits of `on`: whole groups are skipped where none is present.
 MOTOR_ROWS = 1 << SATURATION | 1 << THERMAL | 1 << END | 1 << SPEED_DERATING
 FRICTION_ROWS = (
-    1 << DRIFT | 1 << ASYMMETRY | 1 << BUMP | 1 << WALK | 1 << THRUST_FRICTION | 1 << ACCELERATION_FRICTION
-    | 1 << DWELL | 1 << LEVEL
-)  # fmt: skip
+    1 << DRIFT
+    | 1 << ASYMMETRY
+    | 1 << BUMP
+    | 1 << WALK
+    | 1 << THRUST_FRICTION
+    | 1 << ACCELERATION_FRICTION
+    | 1 << DWELL
+    | 1 << LEVEL
+)
 FORCE_ROWS = (
-    1 << CONSTANT | 1 << COGGING | 1 << CABLE_FORCE | 1 << DRAG | 1 << DISTURBANCE | 1 << VIBRATION
-    | 1 << SPEED_COGGING | 1 << RELUCTANCE | 1 << EDDY | 1 << GRAVITY | 1 << WANDER
-)  # fmt: skip
+    1 << CONSTANT
+    | 1 << COGGING
+    | 1 << CABLE_FORCE
+    | 1 << DRAG
+    | 1 << DISTURBANCE
+    | 1 << VIBRATION
+    | 1 << SPEED_COGGING
+    | 1 << RELUCTANCE
+    | 1 << EDDY
+    | 1 << GRAVITY
+    | 1 << WANDER
+)
 STATE_ROWS = (
     1 << THERMAL | 1 << CABLE_FORCE | 1 << LOAD_SPRING | 1 << ACCELERATION_FRICTION | 1 << DWELL | 1 << GEAR_PLAY
-)  # fmt: skip
+)
 SIXTH, TWELFTH, THIRTIETH, FORTY_SECOND = 1 / 6, 1 / 12, 1 / 30, 1 / 42
 
 
@@ -288,9 +329,26 @@ def slip(slips: Array, travel: float, g: float, p: Plant) -> None:
 
 @njit(cache=True, inline="always", error_model="numpy")
 def _rates(
-    y: float, v: float, w: float, i_q: float, base_w: float, hidden: Array, push: float, t: float, late: bool,
-    a: float, b: float, y0: float, sin0: float, cos0: float, p: Plant, out: Array, slips: Array, led: bool, lead: float,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    y: float,
+    v: float,
+    w: float,
+    i_q: float,
+    base_w: float,
+    hidden: Array,
+    push: float,
+    t: float,
+    late: bool,
+    a: float,
+    b: float,
+    y0: float,
+    sin0: float,
+    cos0: float,
+    p: Plant,
+    out: Array,
+    slips: Array,
+    led: bool,
+    lead: float,
+) -> tuple[float, float, float, float, float, float]:
     """Motor force, acceleration, rates of w, work, loss and base_w; those of the hidden states go into `out`.
 
     late: the currents a, b are delayed ones; sin0, cos0: of the electrical angle at y0, a step or less away; slips:
@@ -411,9 +469,21 @@ def _delayed(history: Array, row: int, step: int, back: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def integrate(
-    p: Plant, d: Loops, control: int, current: Array, y_reference: Array, v_reference: Array, push: Array,
-    y0: float, v0: float, w0: float, base_w0: float, substeps: int, loops_per_sample: int, path: Array,
-) -> tuple[Array, float, float]:  # fmt: skip
+    p: Plant,
+    d: Loops,
+    control: int,
+    current: Array,
+    y_reference: Array,
+    v_reference: Array,
+    push: Array,
+    y0: float,
+    v0: float,
+    w0: float,
+    base_w0: float,
+    substeps: int,
+    loops_per_sample: int,
+    path: Array,
+) -> tuple[Array, float, float]:
     """Integrate one recording; returns what is logged, (n, LOGGED), and the lowest and highest position in m.
 
     control: 0 power stage off, 1 current command, 2 position loop; commands: (loops,), held over a loop period.
@@ -490,16 +560,36 @@ def integrate(
                 if late:
                     a, b = _delayed(history, 0, step, dead - part), _delayed(history, 1, step, dead - part)
                 thrust, v_rate, w_rate, power, heat, b_rate = _rates(
-                    ys, vs, ws, cs, bs, x, push[loop], (step + part) * h, late, a, b, y, sin0, cos0, p, rate,
-                    slips, led, lead,
-                )  # fmt: skip
+                    ys,
+                    vs,
+                    ws,
+                    cs,
+                    bs,
+                    x,
+                    push[loop],
+                    (step + part) * h,
+                    late,
+                    a,
+                    b,
+                    y,
+                    sin0,
+                    cos0,
+                    p,
+                    rate,
+                    slips,
+                    led,
+                    lead,
+                )
                 if first:
                     row[THRUST], row[ACCELERATION], first = thrust, v_rate, False
                 c_rate = (i_reference - cs) * (1.0 / p.current_lag)
                 yt, vt, wt, bt, ct = (
-                    yt + weight * vs, vt + weight * v_rate, wt + weight * w_rate, bt + weight * b_rate,
+                    yt + weight * vs,
+                    vt + weight * v_rate,
+                    wt + weight * w_rate,
+                    bt + weight * b_rate,
                     ct + weight * c_rate,
-                )  # fmt: skip
+                )
                 work_t, loss_t = work_t + weight * power, loss_t + weight * heat
                 ws, bs = w + ahead * w_rate, base_w + ahead * b_rate
                 if not led:
@@ -511,8 +601,12 @@ def integrate(
             sixth = h / 6.0
             y_before = y
             y, v, w, base_w, i_q = (
-                y + sixth * yt, v + sixth * vt, w + sixth * wt, base_w + sixth * bt, i_q + sixth * ct
-            )  # fmt: skip
+                y + sixth * yt,
+                v + sixth * vt,
+                w + sixth * wt,
+                base_w + sixth * bt,
+                i_q + sixth * ct,
+            )
             if led:
                 y, v, i_q = path[ahead_of, 0], path[ahead_of, 1], path[ahead_of, 3]
             work, loss = work + sixth * work_t, loss + sixth * loss_t

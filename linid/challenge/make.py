@@ -167,8 +167,9 @@ def variant(plan: Plan, index: int, axis: HiddenAxis, names: Sequence[str] = ())
 def _check_axes(plan: Plan) -> None:
     """Raise UsageError for laws, axes, rates and encoders that no plant has."""
     given: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
-        ("--laws", plan.laws, LAWS), ("--axes", plan.axes, AXES)
-    )  # fmt: skip
+        ("--laws", plan.laws, LAWS),
+        ("--axes", plan.axes, AXES),
+    )
     for option, values, known in given:
         odd = [value for value in values if value not in known]
         if odd or not values:
@@ -199,15 +200,21 @@ def make_campaign(plan: Plan, index: int) -> HiddenCampaign:
         if made is not None:
             return made
     raise UsageError(
-        name, f"no axis shows {', '.join(names)} at strength {', '.join(f'{s:.2g}' for s in wanted)}",
+        name,
+        f"no axis shows {', '.join(names)} at strength {', '.join(f'{s:.2g}' for s in wanted)}",
         "Lower the upper end of --strength.",
-    )  # fmt: skip
+    )
 
 
 def _attempt(
-    description: HiddenAxis, kind: Kind, names: Sequence[str], wanted: Sequence[float], random: np.random.Generator, *,
+    description: HiddenAxis,
+    kind: Kind,
+    names: Sequence[str],
+    wanted: Sequence[float],
+    random: np.random.Generator,
+    *,
     several: bool,
-) -> HiddenCampaign | None:  # fmt: skip
+) -> HiddenCampaign | None:
     sizes = scales(description)
     listed = tuple(
         (m.name, "free_wheel" if isinstance(m, FreeWheel) else "motor", m.split) for m in description.campaign
@@ -239,9 +246,15 @@ def _attempt(
     if fresh is None:
         return None
     return HiddenCampaign(
-        description.name, kind, description, tuple(drawn), {effect.name: strength for effect, strength in found},
-        _measured(description, runs, noise, 0), fresh, true_shares(description, drawn),
-    )  # fmt: skip
+        description.name,
+        kind,
+        description,
+        tuple(drawn),
+        {effect.name: strength for effect, strength in found},
+        _measured(description, runs, noise, 0),
+        fresh,
+        true_shares(description, drawn),
+    )
 
 
 def _fresh(description: HiddenAxis, effects: Sequence[HiddenEffect], noise: int) -> tuple[Measured, ...] | None:
@@ -269,8 +282,12 @@ def _measured(description: HiddenAxis, runs: Sequence[HiddenRun], noise: int, fi
     out = []
     for index, (mode, run) in enumerate(zip(description.campaign, runs, strict=True)):
         y, currents = measure(
-            run.reading, run.currents, description.measurement, seed=noise, index=first + index,
+            run.reading,
+            run.currents,
+            description.measurement,
+            seed=noise,
+            index=first + index,
             powered=not isinstance(mode, FreeWheel),
-        )  # fmt: skip
+        )
         out.append(Measured(mode, y, currents))
     return tuple(out)

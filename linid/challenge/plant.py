@@ -73,15 +73,30 @@ def simulate(
     else:
         currents = columns[None, kernel.IQ]
     return HiddenRun(
-        t, y, v, reading, currents, logged[:, : kernel.STATES], columns[kernel.ACCELERATION],
-        columns[kernel.BASE_ACCELERATION], columns[kernel.THRUST], plant.base_mass, peak,
-    )  # fmt: skip
+        t,
+        y,
+        v,
+        reading,
+        currents,
+        logged[:, : kernel.STATES],
+        columns[kernel.ACCELERATION],
+        columns[kernel.BASE_ACCELERATION],
+        columns[kernel.THRUST],
+        plant.base_mass,
+        peak,
+    )
 
 
 def integrated(
-    description: HiddenAxis, mode: Mode, plant: Plant, told: Command, substeps: int, *, every: int | None = None,
+    description: HiddenAxis,
+    mode: Mode,
+    plant: Plant,
+    told: Command,
+    substeps: int,
+    *,
+    every: int | None = None,
     path: Array | None = None,
-) -> tuple[Array, tuple[float, float]]:  # fmt: skip
+) -> tuple[Array, tuple[float, float]]:
     """What the kernel logs, (n, LOGGED), and the lowest and highest position in m.
 
     every: loop periods between what is logged (default: the scope's samples); path: (loops, 4) motion along which the
@@ -89,9 +104,13 @@ def integrated(
     """
     drive = description.drive
     loops = Loops(
-        drive.loop_period_s, drive.current_limit_a, drive.position_gain_per_s, drive.velocity_gain_a_s_per_m,
-        drive.velocity_integral_gain_a_per_m, drive.velocity_feedforward,
-    )  # fmt: skip
+        drive.loop_period_s,
+        drive.current_limit_a,
+        drive.position_gain_per_s,
+        drive.velocity_gain_a_s_per_m,
+        drive.velocity_integral_gain_a_per_m,
+        drive.velocity_feedforward,
+    )
     base_w0 = w0 = 0.0
     if told.v0:
         # Bristles at their steady deflection.
@@ -100,10 +119,21 @@ def integrated(
             for p in (plant, plant._replace(on=0))
         )
     logged, low, high = kernel.integrate(
-        plant, loops, told.control, told.current, told.y_reference, told.v_reference, told.push,
-        mode.start_position_m, told.v0, w0, base_w0, substeps, every or description.loops_per_sample,
+        plant,
+        loops,
+        told.control,
+        told.current,
+        told.y_reference,
+        told.v_reference,
+        told.push,
+        mode.start_position_m,
+        told.v0,
+        w0,
+        base_w0,
+        substeps,
+        every or description.loops_per_sample,
         np.zeros((0, 4)) if path is None else path,
-    )  # fmt: skip
+    )
     return logged, (low, high)
 
 

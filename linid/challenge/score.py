@@ -83,9 +83,17 @@ def score_line(name: str, key: Key, answer: Answer) -> Line:
         top_1 = 1.0 if set(answer.named) == hidden else 0.0
         top_3 = 1.0 if hidden <= set(answer.named[:3]) else top_1
     return Line(
-        name, key.kind, key.effects, key.weakest, answer, top_1, top_3, bool(account.absent), account,
+        name,
+        key.kind,
+        key.effects,
+        key.weakest,
+        answer,
+        top_1,
+        top_3,
+        bool(account.absent),
+        account,
         dict(key.strength),
-    )  # fmt: skip
+    )
 
 
 def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence[float] = BINS) -> Score:
@@ -126,9 +134,15 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
         if line.answer.closure is not None and line.answer.oracle is not None and line.answer.oracle > 0
     ]
     return Score(
-        lines, rates, tuple(_bins(singles, bins)), confusion(lines), median(closures) if closures else None,
-        median(relative) if relative else None, len(relative), groups(keys, answers),
-    )  # fmt: skip
+        lines,
+        rates,
+        tuple(_bins(singles, bins)),
+        confusion(lines),
+        median(closures) if closures else None,
+        median(relative) if relative else None,
+        len(relative),
+        groups(keys, answers),
+    )
 
 
 def confusion(lines: Sequence[Line]) -> tuple[tuple[str, ...], tuple[str, ...], tuple[tuple[float, ...], ...]]:
@@ -178,6 +192,10 @@ def _bins(singles: Sequence[Line], edges: Sequence[float]) -> Iterable[Bin]:
         high = math.inf if i == len(edges) - 2 else edges[i + 1]
         inside = [x for x in singles if x.strength is not None and low <= x.strength < high]
         yield Bin(
-            edges[i], edges[i + 1], rate(_marks(inside, lambda x: x.top_1)), rate(_marks(inside, lambda x: x.top_3)),
-            rate(_marks(inside, lambda x: x.wrong)), rate(_marks(inside, lambda x: x.answer.status == "none")),
-        )  # fmt: skip
+            edges[i],
+            edges[i + 1],
+            rate(_marks(inside, lambda x: x.top_1)),
+            rate(_marks(inside, lambda x: x.top_3)),
+            rate(_marks(inside, lambda x: x.wrong)),
+            rate(_marks(inside, lambda x: x.answer.status == "none")),
+        )

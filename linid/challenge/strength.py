@@ -107,11 +107,9 @@ def run_all(
     chosen = range(len(description.campaign)) if only is None else only
     told = commands(description) if told is None else told
     runs = [
-        simulate(
-            description, description.campaign[i], effects, index=first_index + i, substeps=substeps, told=told[i]
-        )
+        simulate(description, description.campaign[i], effects, index=first_index + i, substeps=substeps, told=told[i])
         for i in chosen
-    ]  # fmt: skip
+    ]
     wrong = tuple(i for i, run in zip(chosen, runs, strict=True) if not plausible(description, run))
     if wrong:
         raise OutOfStrokeError(wrong)
@@ -138,11 +136,7 @@ def scope_of(effect: HiddenEffect, description: HiddenAxis) -> list[int]:
 
 
 def calibrate(
-    description: HiddenAxis,
-    effect: HiddenEffect,
-    wanted: float,
-    scales: Scales,
-    told: Sequence[Command] | None = None,
+    description: HiddenAxis, effect: HiddenEffect, wanted: float, scales: Scales, told: Sequence[Command] | None = None
 ) -> tuple[HiddenEffect, float] | None:
     """Scale an effect's amplitude to a wanted strength on this campaign; returns it and the strength reached.
 

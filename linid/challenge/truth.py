@@ -119,9 +119,12 @@ def contributions(
         number = plant.number.copy()
         number[kernel.ENCODER] = whole.number[kernel.ENCODER]
         plant = plant._replace(
-            on=plant.on | seen, number=number, offsets=whole.offsets, base_phases=field_tables(description, present),
+            on=plant.on | seen,
+            number=number,
+            offsets=whole.offsets,
+            base_phases=field_tables(description, present),
             trusted=not any(effect.name == "current_offset" for effect in present),
-        )  # fmt: skip
+        )
         return integrated(description, mode, plant._replace(**changes), told, 1, path=path)[0].T
 
     acting = [effect for effect in effects if acts(effect, mode, powered)]
@@ -143,9 +146,11 @@ def contributions(
         caused[-1] = none[kernel.ACCELERATION] - base[kernel.ACCELERATION]
     damping = whole.sigma_1 + 0.2 * math.sqrt(whole.sigma_0 * whole.base_mass)
     changes: list[dict[str, Any]] = [
-        {"sigma_0": 0.8 * whole.sigma_0}, {"sigma_1": damping}, {"static": whole.static + 0.1 * whole.coulomb},
+        {"sigma_0": 0.8 * whole.sigma_0},
+        {"sigma_1": damping},
+        {"static": whole.static + 0.1 * whole.coulomb},
         {"stribeck": 0.8 * whole.stribeck},
-    ]  # fmt: skip
+    ]
     changes += [turned_field(whole.base_phases, turn) for turn in _TURN * np.array([[1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])]
     bends = [led((), law=kernel.LUGRE, **change)[kernel.ACCELERATION] - base[kernel.ACCELERATION] for change in changes]
     bends.append(bends[4] * columns[kernel.Y])
@@ -171,9 +176,11 @@ def _rows(description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], 
     causes = smoothed(caused, smooth) + smoothed(errors, curve)
     keep = _without_steps(description, told, width, causes.shape[1])
     return Rows(
-        causes[:, keep], smoothed(base, smooth)[:, keep],
-        _noise(description, mode, told.control != 0, smooth, curve), mode.split == "held_out",
-    )  # fmt: skip
+        causes[:, keep],
+        smoothed(base, smooth)[:, keep],
+        _noise(description, mode, told.control != 0, smooth, curve),
+        mode.split == "held_out",
+    )
 
 
 def _without_steps(description: HiddenAxis, told: Command, width: int, rows: int) -> NDArray[np.bool_]:

@@ -148,8 +148,10 @@ def gain_of(model: Model, vector: Array) -> float:
     """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor."""
     if model.kind == "friction":
         return 0.0
-    constant, length, nome = (float(vector[model.slot(n)]) if model.kind == "theta" or n == "force_constant" else 0.0
-                              for n in ("force_constant", "winding_length", "nome"))  # fmt: skip
+    constant, length, nome = (
+        float(vector[model.slot(n)]) if model.kind == "theta" or n == "force_constant" else 0.0
+        for n in ("force_constant", "winding_length", "nome")
+    )
     if model.kind == "theta":
         constant = float(fundamental_force_constant(constant, length, nome))
     return constant / float(vector[model.slot("mass")])
@@ -220,5 +222,5 @@ def _rows(part: Acceleration, recordings: tuple[Recording, ...]) -> Rows:
     motion = part.motion
     flat = part.rows
     return Rows(
-        owner, parts[0], parts[1], t, motion.y[flat], motion.v[flat], part.target, current, motion.standstill[flat],
-    )  # fmt: skip
+        owner, parts[0], parts[1], t, motion.y[flat], motion.v[flat], part.target, current, motion.standstill[flat]
+    )

@@ -50,9 +50,15 @@ def numbered(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 
 def fit_base_model(
-    recordings: Sequence[Recording], kind: ModelKind, known: dict[str, float], jobs: int, seed: int,
-    assumptions: list[str], watch: Progress, memory: Memory | None = None,
-) -> Base:  # fmt: skip
+    recordings: Sequence[Recording],
+    kind: ModelKind,
+    known: dict[str, float],
+    jobs: int,
+    seed: int,
+    assumptions: list[str],
+    watch: Progress,
+    memory: Memory | None = None,
+) -> Base:
     """The base model by the force balance of the fitted recordings; what they do not tell is held in all later fits."""
     fitted = [r for r in recordings if r.split == "fit"]
     places = tuple(k for k, r in enumerate(recordings) if r.split == "fit")
@@ -145,9 +151,12 @@ def _with_friction(values: dict[str, float], model: Model, fitted: Sequence[Reco
     speed = float(np.quantile(np.abs(measure_motion(fitted).v), 0.99))
     coulomb = max(values.get("coulomb_force", 0.0), _LEAST_FRICTION * mass * typical_acceleration(fitted))
     out = {
-        **values, "coulomb_force": coulomb, "mass": mass, "stribeck_exponent": 2.0,
+        **values,
+        "coulomb_force": coulomb,
+        "mass": mass,
+        "stribeck_exponent": 2.0,
         "viscous_friction": max(values.get("viscous_friction", 0.0), 1e-3 * coulomb / speed),
-    }  # fmt: skip
+    }
     if "force_constant" in out:
         out["force_constant"] = max(out["force_constant"], 1e-9 * coulomb)
     own = {p.name for p in model.parameters}
@@ -165,8 +174,10 @@ def _friction_rivals(
     for breakaway, stribeck, presliding in itertools.product(_BREAKAWAY, _STRIBECK, _PRESLIDING):
         stiffness = values["coulomb_force"] / (presliding * travel)
         friction = {
-            "static_force": breakaway * values["coulomb_force"], "stribeck_velocity": stribeck * speed,
-            "bristle_stiffness": stiffness, "bristle_damping": 2.0 * _RATIO * (stiffness * values["mass"]) ** 0.5,
-        }  # fmt: skip
+            "static_force": breakaway * values["coulomb_force"],
+            "stribeck_velocity": stribeck * speed,
+            "bristle_stiffness": stiffness,
+            "bristle_damping": 2.0 * _RATIO * (stiffness * values["mass"]) ** 0.5,
+        }
         out.append({**values, **friction, **{k: x for k, x in held.items() if k in friction}})
     return out

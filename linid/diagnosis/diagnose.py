@@ -105,9 +105,10 @@ def diagnose(
         extended = fit_effects(base, screening, tuple(effects))
         if extended is None:
             raise UsageError(
-                "--effect", f"one of {', '.join(effects)} makes no sense with the {kind} model and these recordings",
+                "--effect",
+                f"one of {', '.join(effects)} makes no sense with the {kind} model and these recordings",
                 "See what each needs: linid effects",
-            )  # fmt: skip
+            )
         base = replace(base, fitted=extended, rivals=())
     found = select(base, screening, watch)
     watch("where", 0, 1)
@@ -125,9 +126,10 @@ def diagnose(
     verdict = decide(budget, seen.where, screened, seen.motion, checks)
     words = _waves(found.best, recordings[0].axis, seen.field)
     verdict = replace(
-        verdict, sentence=verdict.sentence + words,
+        verdict,
+        sentence=verdict.sentence + words,
         next_experiment=_next_experiment(verdict.next_experiment, budget, found, judge, base, seen.field),
-    )  # fmt: skip
+    )
     diagnosis = Diagnosis(
         name=name,
         model=kind,
@@ -191,18 +193,28 @@ class _Seen:
             floor=rms(force**2 * noise),
             excess_before=judge.excess(found.base.residual, rows),
             excess_after=judge.excess(found.best.residual, rows),
-            closed=closed, closed_low=low, closed_high=high,
-            unexplained=rest[0], unexplained_low=rest[1], unexplained_high=rest[2],
-            entries=entries, ceiling=self.ceiling, depends_on=tuple(telling[:3]),
+            closed=closed,
+            closed_low=low,
+            closed_high=high,
+            unexplained=rest[0],
+            unexplained_low=rest[1],
+            unexplained_high=rest[2],
+            entries=entries,
+            ceiling=self.ceiling,
+            depends_on=tuple(telling[:3]),
             level_before=judge.fits.level(found.base.residual, found.base.floor, rows),
             level_after=judge.fits.level(found.best.residual, found.best.floor, rows),
-        )  # fmt: skip
+        )
 
 
 def _entries(
-    found: Selection, shares: Shares, after: FitResult, recordings: Sequence[Recording],
-    changes: Mapping[str, Change], seed: int,
-) -> tuple[Entry, ...]:  # fmt: skip
+    found: Selection,
+    shares: Shares,
+    after: FitResult,
+    recordings: Sequence[Recording],
+    changes: Mapping[str, Change],
+    seed: int,
+) -> tuple[Entry, ...]:
     """The budget's lines, the largest share first; changes: of the measures by all effects together."""
     held = [r for r in recordings if r.split == "held_out"]
     best = measured(after, found.best, held, seed, recordings) if len(found.parts) > 1 else {}
@@ -220,14 +232,17 @@ def _entries(
             Entry(
                 effect=part.name,
                 rivals=tuple(name for name, _ in found.rivals.get(part.name, ())),
-                share=portion.share, low=portion.low, high=portion.high,
-                first_in=portion.first_in, last_in=portion.last_in,
+                share=portion.share,
+                low=portion.low,
+                high=portion.high,
+                first_in=portion.first_in,
+                last_in=portion.last_in,
                 certainty=part.evidence.certainty,
                 parameters=parameters,
                 combinations=effect_combinations(after, part.name),
                 measures=measures,
             )
-        )  # fmt: skip
+        )
     return tuple(sorted(out, key=lambda entry: -entry.share))
 
 
@@ -296,9 +311,12 @@ def _next_experiment(
     order = (*(e for e in found.best.model.effects if e != last), last)
     best = replace(found.best, model=Model(found.best.model.kind, order))
     ranking = prospects(
-        best, rival, [balance.recordings[k] for k in fitted], judge.scale[fitted],
+        best,
+        rival,
+        [balance.recordings[k] for k in fitted],
+        judge.scale[fitted],
         experiments(Model(base.fitted.model.kind), base.fitted.vector, span, driven[0]),
-    )  # fmt: skip
+    )
     noise = float(np.median(judge.noise.deviation(rows)))
     return advice(budget, ranking[0], noise, balance.recordings[0].axis)
 
@@ -309,9 +327,14 @@ def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
 
 
 def _models(
-    found: Selection, fitted: Sequence[Recording], jobs: int, workers: Workers | None, seed: int,
-    memory: Memory, watch: Progress,
-) -> tuple[FitResult, FitResult]:  # fmt: skip
+    found: Selection,
+    fitted: Sequence[Recording],
+    jobs: int,
+    workers: Workers | None,
+    seed: int,
+    memory: Memory,
+    watch: Progress,
+) -> tuple[FitResult, FitResult]:
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
     wanted = {f"refined {model.model.effects} {model.key}": model for model in (found.base, found.best)}
     missing = [(key, model) for key, model in wanted.items() if key not in memory]
@@ -336,9 +359,14 @@ def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[s
 
 
 def _changes(
-    recordings: Sequence[Recording], before: FitResult, after: FitResult, jobs: int, workers: Workers | None,
-    seed: int, watch: Progress,
-) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:  # fmt: skip
+    recordings: Sequence[Recording],
+    before: FitResult,
+    after: FitResult,
+    jobs: int,
+    workers: Workers | None,
+    seed: int,
+    watch: Progress,
+) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:
     """The measures of every recording before and after, and the traces behind them."""
     measured = partial(_measured, tuple(recordings), before, after if after is not before else None, seed)
     found = []

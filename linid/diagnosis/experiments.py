@@ -46,11 +46,13 @@ def range_of(recordings: Sequence[Recording], v: Array, a: Array, field_wavenumb
     low = min(float(np.min(r.y)) for r in recordings)
     high = max(float(np.max(r.y)) for r in recordings)
     return Range(
-        low + _MARGIN * (high - low), high - _MARGIN * (high - low),
-        float(np.quantile(np.abs(v), 0.99)), float(np.quantile(np.abs(a), 0.98)),
+        low + _MARGIN * (high - low),
+        high - _MARGIN * (high - low),
+        float(np.quantile(np.abs(v), 0.99)),
+        float(np.quantile(np.abs(a), 0.98)),
         float(np.median([r.period for r in recordings])),
         None if field_wavenumber is None else np.pi / field_wavenumber,
-    )  # fmt: skip
+    )
 
 
 def experiments(model: Model, vector: Array, span: Range, like: Recording) -> tuple[Experiment, ...]:
@@ -62,11 +64,19 @@ def experiments(model: Model, vector: Array, span: Range, like: Recording) -> tu
     for words, y in _motions(span, like):
         n = y.size
         bare = replace(
-            like, name=words, t=span.period * np.arange(n, dtype=np.float64), y=y, v=None,
-            split="held_out", added_mass=0.0, number=0, elapsed=0.0, repeat_of="",
+            like,
+            name=words,
+            t=span.period * np.arange(n, dtype=np.float64),
+            y=y,
+            v=None,
+            split="held_out",
+            added_mass=0.0,
+            number=0,
+            elapsed=0.0,
+            repeat_of="",
             phase_currents=None if like.phase_currents is None else np.zeros((3, n)),
             drive_input=None if like.drive_input is None else np.zeros(n),
-        )  # fmt: skip
+        )
         out.append(Experiment(words, _driven(model, vector, bare)))
     return tuple(out)
 

@@ -89,9 +89,14 @@ class JointFit:
     """
 
     def __init__(
-        self, balance: Balance, scale: Array, noise: Noise, held: Mapping[str, float], reference: Mapping[str, float],
+        self,
+        balance: Balance,
+        scale: Array,
+        noise: Noise,
+        held: Mapping[str, float],
+        reference: Mapping[str, float],
         limits: Mapping[str, tuple[float, float]],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.balance = balance
         self.held = dict(held)
         self.scale = scale
@@ -145,9 +150,14 @@ class JointFit:
         return np.asarray(np.where(rows, per_bin[self.balance.rows.bin] * self.inverse, 0.0))
 
     def _pull(
-        self, coordinates: Sequence[Coordinate], residual: Array, vector: Array, model: Model, rows: Chosen,
+        self,
+        coordinates: Sequence[Coordinate],
+        residual: Array,
+        vector: Array,
+        model: Model,
+        rows: Chosen,
         softness: float,
-    ) -> Array:  # fmt: skip
+    ) -> Array:
         """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass."""
         out = np.zeros(len(coordinates))
         if self.noise.gain == 0.0:
@@ -166,9 +176,16 @@ class JointFit:
         return out
 
     def fit(
-        self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int],
-        effort: Effort, slopes: Mapping[str, Array] | None = None, exact: bool = False, soft: Sequence[float] = (),
-    ) -> Fitted:  # fmt: skip
+        self,
+        model: Model,
+        values: Mapping[str, float],
+        structural: Mapping[str, float],
+        recordings: Iterable[int],
+        effort: Effort,
+        slopes: Mapping[str, Array] | None = None,
+        exact: bool = False,
+        soft: Sequence[float] = (),
+    ) -> Fitted:
         """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
         near there, where they are known; exact: they are those at the first values; soft: floors that count as one,
         in turn, before one does."""
@@ -249,9 +266,15 @@ class JointFit:
         return self.balance.residuals(model, vectors_of(coordinates, model, held, searched, phase))
 
     def _differences(
-        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
-        residual: Array, wanted: Iterable[int],
-    ) -> Array:  # fmt: skip
+        self,
+        model: Model,
+        coordinates: Sequence[Coordinate],
+        held: Mapping[str, float],
+        x: Array,
+        phase: float,
+        residual: Array,
+        wanted: Iterable[int],
+    ) -> Array:
         """d residual / d unknown (k, n) of the wanted unknowns."""
         wanted = list(wanted)
         if not wanted:
@@ -267,9 +290,18 @@ class JointFit:
         return np.asarray((rows - residual) / np.array(steps)[:, None])
 
     def _descend(
-        self, model: Model, coordinates: Sequence[Coordinate], held: Mapping[str, float], x: Array, phase: float,
-        rows: Chosen, effort: Effort, known: Mapping[str, Array], exact: bool, soft: Sequence[float],
-    ) -> tuple[Array, Array]:  # fmt: skip
+        self,
+        model: Model,
+        coordinates: Sequence[Coordinate],
+        held: Mapping[str, float],
+        x: Array,
+        phase: float,
+        rows: Chosen,
+        effort: Effort,
+        known: Mapping[str, Array],
+        exact: bool,
+        soft: Sequence[float],
+    ) -> tuple[Array, Array]:
         """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19,
         577), computed anew when a step fails to keep its promise. Returns the unknowns (p,) and the residual (n,)."""
         lower, upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
@@ -341,9 +373,13 @@ class JointFit:
 
 
 def _key(
-    model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort,
+    model: Model,
+    held: Mapping[str, float],
+    recordings: tuple[int, ...],
+    x: Array,
+    effort: Effort,
     soft: Sequence[float],
-) -> str:  # fmt: skip
+) -> str:
     """What decides the result of a fit, as a hash."""
     parts = (model.kind, model.effects, sorted(held.items()), recordings, x.tolist(), effort, tuple(soft))
     return hashlib.sha256(repr(parts).encode()).hexdigest()

@@ -110,9 +110,13 @@ def compare(fits: JointFit, before: Fitted, after: Fitted, chosen: Chosen) -> Ev
 
 
 def judge_of(
-    balance: Balance, model: Model, values: Mapping[str, float], held: Mapping[str, float],
-    limits: Mapping[str, tuple[float, float]], seed: int,
-) -> Judge:  # fmt: skip
+    balance: Balance,
+    model: Model,
+    values: Mapping[str, float],
+    held: Mapping[str, float],
+    limits: Mapping[str, tuple[float, float]],
+    seed: int,
+) -> Judge:
     """A judge whose noise is that of the base model; values: SI values of the base; held: what no fit identifies;
     limits: bounds of single parameters in all fits, SI."""
     noise = balance.noise(model, model.vector(dict(values)))

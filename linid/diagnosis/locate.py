@@ -105,10 +105,16 @@ def locate(
         x, mean, spread = _means(coordinate, bins, force, rows.block)
         shares.append(
             Share(
-                coordinate.name, coordinate.label, coordinate.unit, max(float(found[0]), 0.0),
-                p_value(float(found[0]), found[1:]), x, mean, spread,
+                coordinate.name,
+                coordinate.label,
+                coordinate.unit,
+                max(float(found[0]), 0.0),
+                p_value(float(found[0]), found[1:]),
+                x,
+                mean,
+                spread,
             )
-        )  # fmt: skip
+        )
     return tuple(sorted(shares, key=lambda s: -s.share))
 
 

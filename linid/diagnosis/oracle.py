@@ -22,9 +22,14 @@ class Oracle:
 
 
 def oracle(
-    recordings: Sequence[Recording], kind: ModelKind, effects: Sequence[str], known: dict[str, float],
-    *, jobs: int = 1, seed: int = 1,
-) -> Oracle | None:  # fmt: skip
+    recordings: Sequence[Recording],
+    kind: ModelKind,
+    effects: Sequence[str],
+    known: dict[str, float],
+    *,
+    jobs: int = 1,
+    seed: int = 1,
+) -> Oracle | None:
     """The base model with exactly these effects, fitted and judged like any other; None if one makes no sense here.
 
     recordings: both splits; known: SI values that are not identified.

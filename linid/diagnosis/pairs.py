@@ -108,8 +108,10 @@ def _beyond_slope(draws: Draws, bins: Integers, line: Coordinate, half: Integers
     size = int(bins.max(initial=0)) + 1
     slots = np.where((bins >= 0) & known, bins + half * size, -1)
     inside = slots >= 0
-    n, sx, sxx = (np.bincount(slots[inside], w, 2 * size).reshape(2, size, 1) for w in
-                  (np.ones(int(inside.sum())), x[inside], x[inside] ** 2))  # fmt: skip
+    n, sx, sxx = (
+        np.bincount(slots[inside], w, 2 * size).reshape(2, size, 1)
+        for w in (np.ones(int(inside.sum())), x[inside], x[inside] ** 2)
+    )
     sr = slot_sums(slots, 2 * size, draws).reshape(2, size, -1)
     srx = slot_sums(slots, 2 * size, draws, x).reshape(2, size, -1)
     gain = np.zeros(draws.shape[1])

@@ -107,9 +107,8 @@ class Entry:
     def worsens(self) -> tuple[str, ...]:
         """Measures that are worse with it than without, by more than the noise explains."""
         return tuple(
-            name for name, change in self.measures.items()
-            if change.after > float(np.fmax(change.before, change.floor))
-        )  # fmt: skip
+            name for name, change in self.measures.items() if change.after > float(np.fmax(change.before, change.floor))
+        )
 
 
 @dataclass(frozen=True)

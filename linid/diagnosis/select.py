@@ -163,9 +163,12 @@ def forward(base: Base, screening: Screening, watch: Watch) -> tuple[Fitted, tup
 
 
 def proposed(
-    fits: JointFit, screening: Screening, screened: Sequence[tuple[Fitted, Sequence[Screened]]], watch: Watch,
+    fits: JointFit,
+    screening: Screening,
+    screened: Sequence[tuple[Fitted, Sequence[Screened]]],
+    watch: Watch,
     number: int,
-) -> Fitted | None:  # fmt: skip
+) -> Fitted | None:
     """The first step's model with the effect that lessens the criterion most, None if none does beyond doubt.
 
     screened: steps to start from, each with what was found there.
@@ -187,9 +190,13 @@ def proposed(
 
 
 def _best_of(
-    fits: JointFit, screening: Screening, before: Fitted, items: Sequence[tuple[Fitted, Screened]], watch: Watch,
+    fits: JointFit,
+    screening: Screening,
+    before: Fitted,
+    items: Sequence[tuple[Fitted, Screened]],
+    watch: Watch,
     number: int,
-) -> Fitted | None:  # fmt: skip
+) -> Fitted | None:
     """The model of the candidates that lessens the criterion most, None if none does beyond doubt."""
     fitted: list[tuple[Evidence, Fitted, bool]] = []
     for (_, item), one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
@@ -220,10 +227,11 @@ def worth_proposing(evidence: Evidence) -> bool:
 def contenders(found: Sequence[Screened], share: float, most: int = CONTENDERS) -> list[Screened]:
     """The screened effects that are worth a fit: at most so many, which explain that share of the best one at least."""
     able = [
-        s for s in found
+        s
+        for s in found
         if s.trial.explained > (MOMENTS_GAIN if find_effect(s.name).acts == "one" else 0.5 * PROPOSED_GAIN)
         and s.trial.lead >= LEAST_LEAD
-    ]  # fmt: skip
+    ]
     if not able:
         return []
     return [s for s in able if s.gain >= share * able[0].gain][:most]
@@ -335,10 +343,12 @@ def contested(
         gain = part.without.level - full.level
         simpler = find_effect(part.name).includes
         found = [
-            s for s in screening.screen(part.without)
-            if s.name not in full.model.effects and (not caught or find_effect(s.name).force is not None)
+            s
+            for s in screening.screen(part.without)
+            if s.name not in full.model.effects
+            and (not caught or find_effect(s.name).force is not None)
             and (s.name in simpler or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD))
-        ]  # fmt: skip
+        ]
         found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
         left = []
         for item in found:

@@ -32,9 +32,12 @@ def status_of(budget: Budget) -> Status:
 
 
 def decide(
-    budget: Budget, where: Sequence[Share], screened: Sequence[tuple[str, float]], motion: float,
+    budget: Budget,
+    where: Sequence[Share],
+    screened: Sequence[tuple[str, float]],
+    motion: float,
     checks: Sequence[RecordingChecks],
-) -> Verdict:  # fmt: skip
+) -> Verdict:
     """The verdict of a diagnosis.
 
     where: shares of the base's residual by coordinate; screened: effect and explained share, best first; motion: share
@@ -78,9 +81,12 @@ def _in_words(entry: Entry) -> str:
 
 
 def _unknown(
-    budget: Budget, where: Sequence[Share], screened: Sequence[tuple[str, float]], motion: float,
+    budget: Budget,
+    where: Sequence[Share],
+    screened: Sequence[tuple[str, float]],
+    motion: float,
     checks: Sequence[RecordingChecks],
-) -> str:  # fmt: skip
+) -> str:
     """What was tried and what it saw, where no effect has evidence."""
     found = [s.label for s in where if s.share > TELLING and s.p_value < SURE][:3]
     depends = f"depends on {_list(found)}" if found else "depends on none of the usual coordinates"

@@ -39,9 +39,20 @@ def voltage_driven(
     dt = recording.duration / (recording.t.size - 1)
     nothing = np.zeros(0)
     trace = Trace(
-        recording=recording.name, kind=recording.kind, split=recording.split, axis=recording.axis,
-        added_mass=recording.added_mass, t=recording.t, y_measured=recording.y, y_simulated=y[0],
-        velocity_measured=np.gradient(recording.y, dt, edge_order=2), velocity_simulated=v[0], force_t=nothing,
-        force_residual=nothing, phase_currents=i[0], drive_input=None, input_unit=recording.input_unit,
-    )  # fmt: skip
+        recording=recording.name,
+        kind=recording.kind,
+        split=recording.split,
+        axis=recording.axis,
+        added_mass=recording.added_mass,
+        t=recording.t,
+        y_measured=recording.y,
+        y_simulated=y[0],
+        velocity_measured=np.gradient(recording.y, dt, edge_order=2),
+        velocity_simulated=v[0],
+        force_t=nothing,
+        force_residual=nothing,
+        phase_currents=i[0],
+        drive_input=None,
+        input_unit=recording.input_unit,
+    )
     return trace, np.asarray(i[0])

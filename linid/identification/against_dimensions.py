@@ -73,6 +73,13 @@ def _row(found: Estimate, value: float, equivalents: Callable[[float], tuple[flo
     if nearest != 0 and not note:
         note = f"identified as {found.value:.5g}, which is equivalent"
     return Comparison(
-        found.name, found.symbol, found.unit, value, candidates[nearest], ends[0], ends[1],
-        ends[0] <= value <= ends[1] if known else None, note,
-    )  # fmt: skip
+        found.name,
+        found.symbol,
+        found.unit,
+        value,
+        candidates[nearest],
+        ends[0],
+        ends[1],
+        ends[0] <= value <= ends[1] if known else None,
+        note,
+    )

@@ -92,9 +92,14 @@ class EffectColumns:
         return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T, dtype=np.float32)
 
     def in_recording(
-        self, effect: Effect, recording: Recording, half_width: int, entries: Sequence[Values], amplitude: str,
+        self,
+        effect: Effect,
+        recording: Recording,
+        half_width: int,
+        entries: Sequence[Values],
+        amplitude: str,
         size: float,
-    ) -> NDArray[np.float32]:  # fmt: skip
+    ) -> NDArray[np.float32]:
         """Columns (N, entries) of one recording, m/s^2 per unit of the amplitude; size: upper end of its range;
         half_width: of the bump in samples."""
         model = Model(self.kind, (effect.name,))
@@ -152,9 +157,14 @@ class Regression:
     """
 
     def __init__(
-        self, base: SearchSpace, genes: Array, recordings: Sequence[Recording], jobs: int,
-        scales: Array | None = None, effects: EffectColumns | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        base: SearchSpace,
+        genes: Array,
+        recordings: Sequence[Recording],
+        jobs: int,
+        scales: Array | None = None,
+        effects: EffectColumns | None = None,
+    ) -> None:
         self.recordings = tuple(recordings)
         self.jobs = jobs
         self.base = base

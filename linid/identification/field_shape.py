@@ -48,8 +48,9 @@ def field_shapes(space: SearchSpace, balance: Acceleration, values: dict[str, fl
     found = []
     for nomes in _NOMES:
         shapes = list(product(_TURNS, nomes, _LENGTHS))
-        rows = np.array([without + first * _relative(nome, length) @ waves[_TURNS.index(turn)]
-                         for turn, nome, length in shapes])  # fmt: skip
+        rows = np.array(
+            [without + first * _relative(nome, length) @ waves[_TURNS.index(turn)] for turn, nome, length in shapes]
+        )
         turn, nome, length = shapes[int(np.argmin(cost.of_residuals([rows])))]
         constant = first / float(_amplitudes(nome, length)[0])
         best = {"nome": nome, "winding_length": length, "force_constant": constant, "shift": values["shift"] + turn}

@@ -44,6 +44,8 @@ def field_vector(space: SearchSpace) -> FieldVector | None:
         return None
     constant, shift = (space.genes[places[name]] for name in ("force_constant", "shift"))
     return FieldVector(
-        places["force_constant"], places["shift"], math.log(constant.upper / constant.lower),
+        places["force_constant"],
+        places["shift"],
+        math.log(constant.upper / constant.lower),
         space.model.turns * (shift.upper - shift.lower),
-    )  # fmt: skip
+    )

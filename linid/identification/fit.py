@@ -83,9 +83,12 @@ def fit(
         check_profile(space, name)
     substeps = settings.substeps or choose_substeps(model, recordings, first)
     coarse_parts = make_parts(
-        model, [without_rest(r) for r in recordings], settings, 1,
+        model,
+        [without_rest(r) for r in recordings],
+        settings,
+        1,
         look=Look(_thinning(recordings), project=True, coarse=True),
-    )  # fmt: skip
+    )
     coarse = Problem(space, coarse_parts)
     seeds = seed_candidates(space, model, recordings, first, densities, settings, rivals)
     state, reason, silent = _search(coarse, *seeds, settings, hooks)
@@ -114,9 +117,17 @@ def refine(
     substeps = settings.substeps or choose_substeps(space.model, recordings, first)
     state = SearchState("none", 0, [], [], [float(g) for g in genes], float("nan"), 0, 0, None)
     return _refine(
-        space, state, "no search: started from given values", recordings, settings, substeps, [], False,
-        hooks or Hooks(), [(substeps, Look(_thinning(recordings)))],
-    )  # fmt: skip
+        space,
+        state,
+        "no search: started from given values",
+        recordings,
+        settings,
+        substeps,
+        [],
+        False,
+        hooks or Hooks(),
+        [(substeps, Look(_thinning(recordings)))],
+    )
 
 
 _PART_PRECISION, _PART_CREEP_GAIN = 0.3, 1.2  # of the polish on a part of the data
@@ -137,9 +148,17 @@ def _thinning(recordings: Sequence[Recording]) -> int:
 
 
 def _refine(
-    space: SearchSpace, state: SearchState, reason: str, recordings: Sequence[Recording], settings: FitSettings,
-    substeps: int, warnings: list[str], per_mass: bool, hooks: Hooks, looks: Sequence[tuple[int, Look]],
-) -> FitResult:  # fmt: skip
+    space: SearchSpace,
+    state: SearchState,
+    reason: str,
+    recordings: Sequence[Recording],
+    settings: FitSettings,
+    substeps: int,
+    warnings: list[str],
+    per_mass: bool,
+    hooks: Hooks,
+    looks: Sequence[tuple[int, Look]],
+) -> FitResult:
     """Polish the best candidate, estimate the uncertainty and put the result together.
 
     looks: the stages of the polish, each with its internal steps per sample; the last one gives the intervals.
@@ -202,9 +221,15 @@ def _search(
             hooks.progress(state.method, state.generation, settings.search.generations, state.best_cost)
 
     state, reason = search(
-        cost, seeds, len(problem.space.genes), settings.search, starts=polished, spent=cost.evaluations,
-        resume=hooks.resume, watch=watch,
-    )  # fmt: skip
+        cost,
+        seeds,
+        len(problem.space.genes),
+        settings.search,
+        starts=polished,
+        spent=cost.evaluations,
+        resume=hooks.resume,
+        watch=watch,
+    )
     return state, reason, silent
 
 
@@ -253,14 +278,20 @@ def _polish_in_stages(
         polished = min(
             (
                 polish(
-                    problem, cost, rival, offsets, steps=settings.polish_steps, watch=watch, final=last,
+                    problem,
+                    cost,
+                    rival,
+                    offsets,
+                    steps=settings.polish_steps,
+                    watch=watch,
+                    final=last,
                     precision=settings.polish_precision if last else max(settings.polish_precision, _PART_PRECISION),
                     creep=_CREEP_GAIN if last else _PART_CREEP_GAIN,
                 )
                 for rival in rivals
             ),
             key=lambda result: result.cost,
-        )  # fmt: skip
+        )
         evaluations = cost.evaluations
         genes, offsets = polished.genes, polished.offsets
         # The thinned problem has a cost of its own, which must not be read against the next.

@@ -24,9 +24,16 @@ from linid.recording.splines import cubic_spline_coefficients
 
 Array = NDArray[np.float64]
 _UNTOLD = Estimate(
-    MUTUAL.name, MUTUAL.symbol, MUTUAL.unit, 0.0, math.nan, math.nan, math.nan, "not_identifiable",
+    MUTUAL.name,
+    MUTUAL.symbol,
+    MUTUAL.unit,
+    0.0,
+    math.nan,
+    math.nan,
+    math.nan,
+    "not_identifiable",
     "these recordings do not tell it, as the currents all but sum to zero: feed one phase alone",
-)  # fmt: skip
+)
 _TOGETHER = "stands for L - M, as in a star: these recordings do not tell M"
 
 
@@ -52,9 +59,10 @@ def fit_windings(
     able = [r for r in recordings if tells_windings(r)]
     if not able:
         raise DataError(
-            "recordings", "hold no driven one with three phase voltages and the phase currents",
+            "recordings",
+            "hold no driven one with three phase voltages and the phase currents",
             "Log both, and map them: voltage_u, voltage_v, voltage_w beside current_u, current_v.",
-        )  # fmt: skip
+        )
     model = Model(result.model, result.effects, winding)
     values = {e.name: e.value for e in result.estimates}
     resistance, inductance = first_winding_values(model.turns * values["guideway_density"], able)
@@ -72,17 +80,27 @@ def fit_windings(
         names.remove(MUTUAL.name)
         settings = _without_mutual(settings)
     space = build_space(
-        model, recordings, {name: values[name] for name in names}, fixed, settings.bounds, settings.free_exponent,
-        (values["guideway_density"],), settings.stribeck,
-    )  # fmt: skip
+        model,
+        recordings,
+        {name: values[name] for name in names},
+        fixed,
+        settings.bounds,
+        settings.free_exponent,
+        (values["guideway_density"],),
+        settings.stribeck,
+    )
     found = refine(space, space.encode(values), recordings, settings=settings, hooks=hooks)
     if untold:
         found = replace(found, winding=winding, estimates=_with_mutual_untold(found.estimates))
     return replace(
-        found, history=result.history + found.history, stop_reasons=result.stop_reasons + found.stop_reasons,
-        evaluations=result.evaluations + found.evaluations, warnings=result.warnings + found.warnings,
-        converged=result.converged and found.converged, seed=result.seed,
-    )  # fmt: skip
+        found,
+        history=result.history + found.history,
+        stop_reasons=result.stop_reasons + found.stop_reasons,
+        evaluations=result.evaluations + found.evaluations,
+        warnings=result.warnings + found.warnings,
+        converged=result.converged and found.converged,
+        seed=result.seed,
+    )
 
 
 def _without_mutual(settings: FitSettings) -> FitSettings:

@@ -30,20 +30,35 @@ def designed_model(design: MotorDesign, kind: Literal["sine", "theta"], rest: di
         value = motor.get(parameter.name, rest.get(parameter.name))
         if value is None:
             raise UsageError(
-                f"{design.geometry.name}: {parameter.name}", "is neither a dimension's consequence nor given",
+                f"{design.geometry.name}: {parameter.name}",
+                "is neither a dimension's consequence nor given",
                 "Give mass_kg and friction: in the geometry, or --friction MODEL.json.",
-            )  # fmt: skip
+            )
         estimates.append(
             Estimate(
                 parameter.name, parameter.symbol, parameter.unit, value, math.nan, math.nan, math.nan, "fixed", source
             )
         )
     bare = FitResult(
-        model=kind, axis="linear", effects=(), estimates=tuple(estimates), fitted=(), correlation=np.zeros((0, 0)),
-        condition_number=math.nan, pairs=(), starts={}, objectives={}, residual_rms={}, history=(),
-        stop_reasons=("from dimensions",), converged=True, seed=0, evaluations=0, substeps=_SUBSTEPS,
+        model=kind,
+        axis="linear",
+        effects=(),
+        estimates=tuple(estimates),
+        fitted=(),
+        correlation=np.zeros((0, 0)),
+        condition_number=math.nan,
+        pairs=(),
+        starts={},
+        objectives={},
+        residual_rms={},
+        history=(),
+        stop_reasons=("from dimensions",),
+        converged=True,
+        seed=0,
+        evaluations=0,
+        substeps=_SUBSTEPS,
         step_error=math.nan,
-    )  # fmt: skip
+    )
     derived = (e for e in derived_quantities(bare, ()) if e.name != "sine_force_error")
     nan = math.nan
     fixed = (replace(e, std=nan, low=nan, high=nan, status="fixed", note="from dimensions") for e in derived)

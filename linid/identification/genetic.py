@@ -233,9 +233,10 @@ def _refuse_other(state: SearchState, dimension: int, settings: SearchSettings) 
     found = (state.method, len(state.best), len(state.population))
     if found != (settings.method, dimension, settings.population):
         raise ConfigError(
-            "checkpoint", "is of another search: method {}, {} unknowns, {} candidates".format(*found),
+            "checkpoint",
+            "is of another search: method {}, {} unknowns, {} candidates".format(*found),
             "Delete it to start this search anew.",
-        )  # fmt: skip
+        )
 
 
 def search(

@@ -72,9 +72,13 @@ def is_useless(space: SearchSpace, column: int, gene_std: float) -> bool:
 
 
 def inseparable_pairs(
-    estimates: tuple[Estimate, ...], names: tuple[str, ...], correlation: Array, balanced_currents: bool,
-    axis: str, kind: str,
-) -> tuple[tuple[str, str, float, str], ...]:  # fmt: skip
+    estimates: tuple[Estimate, ...],
+    names: tuple[str, ...],
+    correlation: Array,
+    balanced_currents: bool,
+    axis: str,
+    kind: str,
+) -> tuple[tuple[str, str, float, str], ...]:
     """Pairs of parameters with a correlation beyond PAIR_LIMIT that costs precision, and what would separate them.
 
     Pairs whose members are both known to LOOSE (relative; angles in rad) are left out: nobody need separate them.

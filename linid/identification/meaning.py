@@ -52,13 +52,7 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
     rows: list[tuple[str, str, str, Callable[..., float], tuple[str, ...]]] = [
         ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("guideway_density",)),
-        (
-            "phase_spacing",
-            "y_p",
-            unit,
-            lambda p, d: p / d,
-            ("winding_displacement", "guideway_density"),
-        ),
+        ("phase_spacing", "y_p", unit, lambda p, d: p / d, ("winding_displacement", "guideway_density")),
     ]
     if theta:
         rows += [

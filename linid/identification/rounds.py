@@ -30,9 +30,16 @@ def at_frozen_weights(line: Linearisation, x: Array, *, evaluations: int, tolera
     from scipy.optimize import least_squares
 
     return least_squares(
-        line.length, x, jac=line.rotated_jacobian, bounds=line.bounds, x_scale="jac", max_nfev=evaluations,
-        ftol=tolerance, xtol=tolerance, gtol=1e-12,
-    )  # fmt: skip
+        line.length,
+        x,
+        jac=line.rotated_jacobian,
+        bounds=line.bounds,
+        x_scale="jac",
+        max_nfev=evaluations,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=1e-12,
+    )
 
 
 def polish_in_rounds(cost: Cost, genes: Array, *, rounds: int, evaluations: int, tolerance: float) -> Array:

@@ -233,6 +233,10 @@ def phase_guess(
 
 def _thin(rows: _Rows, every: int) -> _Rows:
     return _Rows(
-        rows.a[::every], rows.v[::every], rows.y[::every], rows.inputs[:, ::every], rows.added_mass[::every],
+        rows.a[::every],
+        rows.v[::every],
+        rows.y[::every],
+        rows.inputs[:, ::every],
+        rows.added_mass[::every],
         rows.recording[::every],
-    )  # fmt: skip
+    )

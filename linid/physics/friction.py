@@ -70,9 +70,13 @@ def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, f
         fast_1, fast_2, fast_3 = _phi(half_trace - root)
         odd = 0.5 / root
         return (
-            0.5 * (slow_1 + fast_1), odd * (slow_1 - fast_1), 0.5 * (slow_2 + fast_2), odd * (slow_2 - fast_2),
-            0.5 * (slow_3 + fast_3), odd * (slow_3 - fast_3),
-        )  # fmt: skip
+            0.5 * (slow_1 + fast_1),
+            odd * (slow_1 - fast_1),
+            0.5 * (slow_2 + fast_2),
+            odd * (slow_2 - fast_2),
+            0.5 * (slow_3 + fast_3),
+            odd * (slow_3 - fast_3),
+        )
     if abs(half_trace) < 0.5 and square > -0.0625:
         # Small matrix: the series of phi_3 by Horner, whatever the eigenvalues are.
         even, odd, coefficient = 0.0, 0.0, 1.0 / 20922789888000.0
@@ -97,9 +101,13 @@ def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, f
     even_2, odd_2 = inverse * (half_trace * even - square * odd_1), inverse * (half_trace * odd_1 - even)
     even = even_2 - 0.5
     return (
-        even_1, odd_1, even_2, odd_2,
-        inverse * (half_trace * even - square * odd_2), inverse * (half_trace * odd_2 - even),
-    )  # fmt: skip
+        even_1,
+        odd_1,
+        even_2,
+        odd_2,
+        inverse * (half_trace * even - square * odd_2),
+        inverse * (half_trace * odd_2 - even),
+    )
 
 
 @njit(cache=True, error_model="numpy")

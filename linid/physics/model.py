@@ -72,9 +72,10 @@ class Model:
             raise UsageError("--model", f"there is no model {self.kind!r}", f"Choose one of {kinds}")
         if self.winding not in electrical.PARAMETERS or (self.winding and not self.phases):
             raise UsageError(
-                f"{self.kind} model", f"cannot be driven by voltages of {self.winding!r} windings",
+                f"{self.kind} model",
+                f"cannot be driven by voltages of {self.winding!r} windings",
                 "Take the sine or theta model with star or separate windings.",
-            )  # fmt: skip
+            )
         object.__setattr__(self, "mask", active_mask(self.effects))
 
     @property

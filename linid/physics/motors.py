@@ -170,8 +170,12 @@ def motor_forces(
         size = min(_BLOCK, y.size - begin)
         end = begin + size
         place, u, v, w, force = (
-            y[begin:end], current_u[begin:end], current_v[begin:end], current_w[begin:end], out[begin:end],
-        )  # fmt: skip
+            y[begin:end],
+            current_u[begin:end],
+            current_v[begin:end],
+            current_w[begin:end],
+            out[begin:end],
+        )
         for j in range(size):
             sine[j], cosine[j] = sine_cosine(wavenumber * place[j] + phase)
         for j in range(size):

@@ -25,16 +25,29 @@ if TYPE_CHECKING:
     from linid.recording.splines import cubic_spline_coefficients, to_uniform, trim
 
 _WHERE = {
-    "is_campaign": "campaign", "read_campaign": "campaign",
-    "Finding": "check_findings", "RecordingChecks": "check_findings",
-    "all_findings": "checks", "checks_data": "checks", "checks_of": "checks", "checks_table": "checks",
-    "joined_findings": "checks", "CHECKS_LEGEND": "checks",
-    "CoastDown": "coastdown", "find_coast_down": "coastdown",
-    "Inspection": "inspection", "inspect_file": "inspection", "starter_mapping": "inspection",
-    "ChannelMapping": "mapping", "ChannelSpec": "mapping",
-    "check_long_enough": "read", "read_recording": "read",
-    "cubic_spline_coefficients": "splines", "to_uniform": "splines", "trim": "splines",
-}  # fmt: skip
+    "is_campaign": "campaign",
+    "read_campaign": "campaign",
+    "Finding": "check_findings",
+    "RecordingChecks": "check_findings",
+    "all_findings": "checks",
+    "checks_data": "checks",
+    "checks_of": "checks",
+    "checks_table": "checks",
+    "joined_findings": "checks",
+    "CHECKS_LEGEND": "checks",
+    "CoastDown": "coastdown",
+    "find_coast_down": "coastdown",
+    "Inspection": "inspection",
+    "inspect_file": "inspection",
+    "starter_mapping": "inspection",
+    "ChannelMapping": "mapping",
+    "ChannelSpec": "mapping",
+    "check_long_enough": "read",
+    "read_recording": "read",
+    "cubic_spline_coefficients": "splines",
+    "to_uniform": "splines",
+    "trim": "splines",
+}
 
 __all__ = [
     "CHECKS_LEGEND",

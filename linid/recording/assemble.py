@@ -118,9 +118,12 @@ def _inside(t: Array, window: tuple[float, float], place: str) -> slice:
 
 
 def _common_part(
-    values: dict[Role, Array], keep: np.ndarray[tuple[int], np.dtype[np.bool_]], notes: list[str], place: str,
+    values: dict[Role, Array],
+    keep: np.ndarray[tuple[int], np.dtype[np.bool_]],
+    notes: list[str],
+    place: str,
     reading: Reading,
-) -> Signals:  # fmt: skip
+) -> Signals:
     """The time range in which every channel has values."""
     covered = np.flatnonzero(keep)
     if len(covered) < 4:

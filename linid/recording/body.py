@@ -34,9 +34,13 @@ class Body:
 
 
 def read_body(
-    lines: Sequence[str], dialect: Dialect, place: str, *, short_rows: bool = False,
+    lines: Sequence[str],
+    dialect: Dialect,
+    place: str,
+    *,
+    short_rows: bool = False,
     wanted: Collection[int] | None = None,
-) -> Body:  # fmt: skip
+) -> Body:
     """All data rows from `dialect.first` on, a piece of the file at a time.
 
     short_rows: rows may end early (a slower time group has fewer samples); wanted: the columns to keep (default: all).
@@ -54,9 +58,13 @@ def read_body(
 
 
 def _all_clean(
-    lines: Sequence[str], dialect: Dialect, end: int, columns: list[Array], kept: list[int],
+    lines: Sequence[str],
+    dialect: Dialect,
+    end: int,
+    columns: list[Array],
+    kept: list[int],
     clocks: Mapping[int, StampClock],
-) -> bool:  # fmt: skip
+) -> bool:
     """Fill the kept columns by the C parser; False when anything in the file is unusual."""
     lead = lines[dialect.first]  # the parser takes the number of fields from the first line that it sees
     for first, stop, text in texts(lines, dialect.first, end):
@@ -136,9 +144,16 @@ def _clean_row(dialect: Dialect) -> re.Pattern[str]:
 
 
 def _careful(
-    lines: Sequence[str], dialect: Dialect, place: str, end: int, columns: list[Array], kept: list[int],
-    notes: list[str], short_rows: bool, clocks: Mapping[int, StampClock],
-) -> Body:  # fmt: skip
+    lines: Sequence[str],
+    dialect: Dialect,
+    place: str,
+    end: int,
+    columns: list[Array],
+    kept: list[int],
+    notes: list[str],
+    short_rows: bool,
+    clocks: Mapping[int, StampClock],
+) -> Body:
     """Fill the kept columns with what is clean by the C parser and with the rest line by line."""
     clean = _clean_row(dialect).fullmatch
     numbers = np.empty(end - dialect.first, dtype=np.int64)
@@ -178,9 +193,8 @@ def _careful(
         at = after
     rows.refuse_if_too_many(len(numbers), end)
     return Body(
-        tuple(column[:at] for column in columns), numbers[:at], tuple(ends), rows.bad,
-        (*notes, *rows.notes(end)),
-    )  # fmt: skip
+        tuple(column[:at] for column in columns), numbers[:at], tuple(ends), rows.bad, (*notes, *rows.notes(end))
+    )
 
 
 class _Rows:
@@ -214,10 +228,13 @@ class _Rows:
             self.wrong.append((line, len(cells)))
             return None
         return [
-            self._value(cells[k], line, row, k) if dialect.numeric[k]
-            else self._stamp(cells[k], row, k) if k in self.clocks else np.nan
+            self._value(cells[k], line, row, k)
+            if dialect.numeric[k]
+            else self._stamp(cells[k], row, k)
+            if k in self.clocks
+            else np.nan
             for k in range(dialect.fields)
-        ]  # fmt: skip
+        ]
 
     def _stamp(self, cell: str, row: int, k: int) -> float:
         value = float(self.clocks[k].seconds([cell])[0])

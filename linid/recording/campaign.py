@@ -94,9 +94,14 @@ def _read(
             raise ConfigError(source.place(where), error.fact, error.remedy) from None
     mass = entry.added_inertia_kg_m2 if config.axis == "rotary" else entry.added_mass_kg
     recording = read_recording(
-        folder / entry.file, channels=channels, axis=config.axis, kind=entry.kind, split=entry.split, added_mass=mass,
+        folder / entry.file,
+        channels=channels,
+        axis=config.axis,
+        kind=entry.kind,
+        split=entry.split,
+        added_mass=mass,
         window=entry.window,
-    )  # fmt: skip
+    )
     return replace(recording, name=name)
 
 

@@ -86,32 +86,44 @@ def clock_findings(samples: int, r: Reading) -> Said:
     said = Said()
     total = max(samples + r.cut, 1)
     if r.jitter > _JITTER and r.resampled:
-        said.append((
-            "clock", "warning" if r.jitter > _WILD else "note",
-            f"its time stamps scatter by {100 * r.jitter:.2g} % of the period and were put on a regular grid; if "
-            "the drive "
-            "samples regularly, give its `period:`",
-        ))  # fmt: skip
+        said.append(
+            (
+                "clock",
+                "warning" if r.jitter > _WILD else "note",
+                f"its time stamps scatter by {100 * r.jitter:.2g} % of the period and were put on a regular grid; if "
+                "the drive "
+                "samples regularly, give its `period:`",
+            )
+        )
     if r.gaps:
         share = r.missing / total
-        said.append((
-            "gaps", "warning" if share > _MISSING else "note",
-            f"{r.missing} samples ({100 * share:.2g} %) are missing in {r.gaps} gap{'s' * (r.gaps > 1)}, the "
-            "longest of "
-            f"{r.longest_gap:.3g} s; record to the drive's memory, or choose a `window:` without them",
-        ))  # fmt: skip
+        said.append(
+            (
+                "gaps",
+                "warning" if share > _MISSING else "note",
+                f"{r.missing} samples ({100 * share:.2g} %) are missing in {r.gaps} gap{'s' * (r.gaps > 1)}, the "
+                "longest of "
+                f"{r.longest_gap:.3g} s; record to the drive's memory, or choose a `window:` without them",
+            )
+        )
     if r.cut:
-        said.append((
-            "cut", "warning" if r.cut > _CUT * total else "note",
-            f"{r.cut} of {total} samples were cut off (long gaps, or channels that end early); choose a `window:`",
-        ))  # fmt: skip
+        said.append(
+            (
+                "cut",
+                "warning" if r.cut > _CUT * total else "note",
+                f"{r.cut} of {total} samples were cut off (long gaps, or channels that end early); choose a `window:`",
+            )
+        )
     if r.filled or r.left_out:
-        said.append((
-            "repaired", "note",
-            f"{r.filled} unreadable cells were interpolated and {r.left_out} rows with a bad time stamp left "
-            "out; repair "
-            "the export if that is more than you expect",
-        ))  # fmt: skip
+        said.append(
+            (
+                "repaired",
+                "note",
+                f"{r.filled} unreadable cells were interpolated and {r.left_out} rows with a bad time stamp left "
+                "out; repair "
+                "the export if that is more than you expect",
+            )
+        )
     return said
 
 
@@ -121,19 +133,27 @@ def _follows(c: RecordingChecks) -> Said:
         return []
     band = f"between {k.low:.3g} and {k.high:.3g} Hz"
     if k.value < FOLLOWS:
-        return [(
-            "coherence", "warning",
-            f"only {k.value:.2f} of the acceleration's power {band} follows the input: something else than the input "
-            "moves this axis (gravity, another drive, a hand), or the channels do not belong together; log what "
-            "acts, or "
-            "leave this recording out",
-        )]  # fmt: skip
+        return [
+            (
+                "coherence",
+                "warning",
+                f"only {k.value:.2f} of the acceleration's power {band} follows the input: something else "
+                "than the input "
+                "moves this axis (gravity, another drive, a hand), or the channels do not belong together; log what "
+                "acts, or "
+                "leave this recording out",
+            )
+        ]
     if not c.phased and k.correlation < _OPPOSITE and k.work < 0.0:
-        return [(
-            "sign", "warning",
-            f"acceleration and input are opposed {band} (correlation {k.correlation:.2f}): give one of them the other "
-            "sign by `scale: -1` in `channels:`",
-        )]  # fmt: skip
+        return [
+            (
+                "sign",
+                "warning",
+                f"acceleration and input are opposed {band} (correlation {k.correlation:.2f}): give one of "
+                "them the other "
+                "sign by `scale: -1` in `channels:`",
+            )
+        ]
     return []
 
 
@@ -144,27 +164,37 @@ def _late(c: RecordingChecks) -> Said:
     size = f"{1e3 * abs(d.seconds):.3g} +- {1e3 * d.deviation:.1g} ms ({abs(d.seconds) / c.period:.2g} samples)"
     if d.seconds > 0.0:
         return [("shift", "note", f"the acceleration comes {size} after the input; try the effect input_delay")]
-    return [(
-        "shift", "warning",
-        f"the acceleration comes {size} before the input: here the input answers the motion (a controller that fights "
-        "cogging, say), or the channels have different clocks; add a recording in which the input moves the axis",
-    )]  # fmt: skip
+    return [
+        (
+            "shift",
+            "warning",
+            f"the acceleration comes {size} before the input: here the input answers the motion (a "
+            "controller that fights "
+            "cogging, say), or the channels have different clocks; add a recording in which the input moves the axis",
+        )
+    ]
 
 
 def _saturated(c: RecordingChecks) -> Said:
     s, said = c.saturation, Said()
     if s.share > _CLIPPED:
-        said.append((
-            "saturation", "note",
-            f"the input rests at its extreme ({s.level:.3g}) for {100 * s.share:.2g} % of the time: if that is a "
-            "limit and not the demand, move more gently",
-        ))  # fmt: skip
+        said.append(
+            (
+                "saturation",
+                "note",
+                f"the input rests at its extreme ({s.level:.3g}) for {100 * s.share:.2g} % of the time: if that is a "
+                "limit and not the demand, move more gently",
+            )
+        )
     if s.rate_share > _RAMPED:
-        said.append((
-            "rate", "note",
-            f"the input changes at its highest rate ({s.rate:.3g} per s) for {100 * s.rate_share:.2g} % of the "
-            "time: a limit if no ramp was asked for",
-        ))  # fmt: skip
+        said.append(
+            (
+                "rate",
+                "note",
+                f"the input changes at its highest rate ({s.rate:.3g} per s) for {100 * s.rate_share:.2g} % of the "
+                "time: a limit if no ramp was asked for",
+            )
+        )
     return said
 
 
@@ -172,23 +202,34 @@ def _resolved(c: RecordingChecks) -> Said:
     r, said = c.resolution, Said()
     unit = "rad" if c.axis == "rotary" else "m"
     if r.floor > _HIDDEN * r.acceleration:
-        said.append((
-            "resolution", "note",
-            f"the encoder's noise ({r.noise:.2g} {unit}, its step {r.step:.2g}) leaves {r.floor:.2g} {unit}/s^2 of the "
-            f"{r.acceleration:.2g} that the acceleration shows: only slower or stronger motion tells more",
-        ))  # fmt: skip
+        said.append(
+            (
+                "resolution",
+                "note",
+                f"the encoder's noise ({r.noise:.2g} {unit}, its step {r.step:.2g}) leaves {r.floor:.2g} "
+                f"{unit}/s^2 of the "
+                f"{r.acceleration:.2g} that the acceleration shows: only slower or stronger motion tells more",
+            )
+        )
     elif r.slow > _SLOW:
-        said.append((
-            "resolution", "note",
-            f"for {100 * r.slow:.0f} % of the moving time it moves less than a step ({r.step:.2g} {unit}) per sample: "
-            f"accelerations below {r.floor:.2g} {unit}/s^2 cannot be seen; log more slowly, or move faster",
-        ))  # fmt: skip
+        said.append(
+            (
+                "resolution",
+                "note",
+                f"for {100 * r.slow:.0f} % of the moving time it moves less than a step ({r.step:.2g} "
+                f"{unit}) per sample: "
+                f"accelerations below {r.floor:.2g} {unit}/s^2 cannot be seen; log more slowly, or move faster",
+            )
+        )
     if r.held > _HELD:
-        said.append((
-            "held", "warning",
-            f"{100 * r.held:.0f} % of the samples in clear motion repeat the position before: it is updated more "
-            "slowly than it is logged; log at the encoder's rate",
-        ))  # fmt: skip
+        said.append(
+            (
+                "held",
+                "warning",
+                f"{100 * r.held:.0f} % of the samples in clear motion repeat the position before: it is updated more "
+                "slowly than it is logged; log at the encoder's rate",
+            )
+        )
     return said
 
 
@@ -199,19 +240,25 @@ def _unit(c: RecordingChecks) -> Said:
         wrap = a.equal and a.jumps > 1
         what = "all alike: a wrap is left in it" if wrap else "a set position, a wrap, or lost counts?"
         turn = f" ({a.jump / (2.0 * math.pi):.3g} turns)" if c.axis == "rotary" else ""
-        said.append((
-            "jumps", "warning",
-            f"the position jumps {a.jumps} time{'s' * (a.jumps > 1)} by about {a.jump:.4g} {unit}{turn}, {what}; "
-            "export the "
-            "unwrapped position, or cut with `window:`",
-        ))  # fmt: skip
+        said.append(
+            (
+                "jumps",
+                "warning",
+                f"the position jumps {a.jumps} time{'s' * (a.jumps > 1)} by about {a.jump:.4g} {unit}{turn}, {what}; "
+                "export the "
+                "unwrapped position, or cut with `window:`",
+            )
+        )
     if c.reading.wraps:
-        said.append((
-            "wraps", "note",
-            f"the position wrapped {c.reading.wraps} times at {c.reading.wrap:.4g} {unit} and was made "
-            "continuous; check that "
-            "it is the mechanical position and not the electrical angle",
-        ))  # fmt: skip
+        said.append(
+            (
+                "wraps",
+                "note",
+                f"the position wrapped {c.reading.wraps} times at {c.reading.wrap:.4g} {unit} and was made "
+                "continuous; check that "
+                "it is the mechanical position and not the electrical angle",
+            )
+        )
     if a.whole or a.speed > _SPEED[c.axis] or a.stroke > _STROKE[c.axis]:
         why = f"all positions are whole numbers of {unit}" if a.whole else f"a speed of {a.speed:.3g} {unit}/s"
         if a.stroke > _STROKE[c.axis] and not a.whole:
@@ -221,17 +268,24 @@ def _unit(c: RecordingChecks) -> Said:
     if c.axis == "rotary" and math.isfinite(pairs):
         whole = round(pairs)
         if abs(pairs - whole) > _POLES * max(whole, 1):
-            said.append((
-                "pole pairs", "warning",
-                f"the currents turn {pairs:.4g} times per turn of the position, and a motor has a whole number of pole "
-                "pairs: check unit and gear of the position",
-            ))  # fmt: skip
+            said.append(
+                (
+                    "pole pairs",
+                    "warning",
+                    f"the currents turn {pairs:.4g} times per turn of the position, and a motor has a whole "
+                    "number of pole "
+                    "pairs: check unit and gear of the position",
+                )
+            )
         elif whole == 1:
-            said.append((
-                "pole pairs", "note",
-                "the currents turn once per turn of the position: the electrical angle, unless the motor has one "
-                "pole pair",
-            ))  # fmt: skip
+            said.append(
+                (
+                    "pole pairs",
+                    "note",
+                    "the currents turn once per turn of the position: the electrical angle, unless the motor has one "
+                    "pole pair",
+                )
+            )
     return said
 
 
@@ -239,12 +293,15 @@ def _stopped(c: RecordingChecks) -> Said:
     if not c.end_stop.side:
         return []
     side = "largest" if c.end_stop.side > 0 else "smallest"
-    return [(
-        "end stop", "warning",
-        f"it stands at its {side} position for {c.end_stop.seconds:.2g} s while the input pushes it further: an "
-        "end stop? "
-        "Cut it off with `window:`",
-    )]  # fmt: skip
+    return [
+        (
+            "end stop",
+            "warning",
+            f"it stands at its {side} position for {c.end_stop.seconds:.2g} s while the input pushes it further: an "
+            "end stop? "
+            "Cut it off with `window:`",
+        )
+    ]
 
 
 def compared(all_checks: Sequence[RecordingChecks]) -> tuple[Finding, ...]:
@@ -252,38 +309,58 @@ def compared(all_checks: Sequence[RecordingChecks]) -> tuple[Finding, ...]:
     found: list[Finding] = []
     found += _odd(all_checks, "period", "note", lambda c: c.period, 0.1, "sampled every {} s, the others every {} s")
     found += _odd(
-        all_checks, "resolution", "note", lambda c: c.resolution.step or math.nan, 0.5,
+        all_checks,
+        "resolution",
+        "note",
+        lambda c: c.resolution.step or math.nan,
+        0.5,
         "its position is resolved to {}, the others' to {}: the same encoder and unit?",
-    )  # fmt: skip
+    )
     found += _odd(
-        all_checks, "field", "warning", lambda c: c.commutation.wavenumber * c.commutation.sense, 0.01,
+        all_checks,
+        "field",
+        "warning",
+        lambda c: c.commutation.wavenumber * c.commutation.sense,
+        0.01,
         "its currents turn by {} rad per unit of position, the others' by {}: other unit, sign or order of phases?",
-    )  # fmt: skip
+    )
     signs = [c for c in all_checks if not c.phased and c.coherence.judged and abs(c.coherence.correlation) > -_OPPOSITE]
     signs = [c for c in signs if c.coherence.value > FOLLOWS]
     found += _odd(
-        signs, "sign", "warning", lambda c: math.copysign(1.0, c.coherence.correlation), 0.01,
+        signs,
+        "sign",
+        "warning",
+        lambda c: math.copysign(1.0, c.coherence.correlation),
+        0.01,
         "input and acceleration go together with the sign {}, in the others with {}: another sign of one channel?",
-    )  # fmt: skip
+    )
     judged = sorted((c for c in all_checks if c.coherence.judged), key=lambda c: c.coherence.value)
     for place, c in enumerate(judged):
         others = [o.coherence.value for k, o in enumerate(judged) if k != place]
         if len(others) < _OTHERS - 1 or min(others[place:], default=0.0) < FOLLOWS or place > len(judged) / 3.0:
             continue
         if c.coherence.value < FOLLOWS:
-            found.append(Finding(
-                c.name, "coherence", "warning",
-                f"{c.coherence.value:.2f} of its acceleration follows the input, in the others "
-                f"{min(others[place:]):.2f} and "
-                "more: leave it out, or log what else acts there",
-            ))  # fmt: skip
+            found.append(
+                Finding(
+                    c.name,
+                    "coherence",
+                    "warning",
+                    f"{c.coherence.value:.2f} of its acceleration follows the input, in the others "
+                    f"{min(others[place:]):.2f} and "
+                    "more: leave it out, or log what else acts there",
+                )
+            )
     return tuple(found)
 
 
 def _odd(
-    all_checks: Sequence[RecordingChecks], check: str, level: Level, value: Callable[[RecordingChecks], float],
-    apart: float, text: str,
-) -> list[Finding]:  # fmt: skip
+    all_checks: Sequence[RecordingChecks],
+    check: str,
+    level: Level,
+    value: Callable[[RecordingChecks], float],
+    apart: float,
+    text: str,
+) -> list[Finding]:
     """Findings on those whose value is `apart` (as a share) from the one that two thirds or more have."""
     known = [(c, value(c)) for c in all_checks if math.isfinite(value(c))]
     if len(known) < _OTHERS:

@@ -122,9 +122,17 @@ def input_checks(recording: Recording, position_step: float, thrust: Array | Non
     band = spectra.frequency[bins]
     reason = "the input goes into friction" if friction > _FRICTION else ""
     coherence = Coherence(
-        value, correlation, work, float(band[0]), float(band[-1]), len(spectra.u), int(bins.sum()), friction,
-        not reason, reason,
-    )  # fmt: skip
+        value,
+        correlation,
+        work,
+        float(band[0]),
+        float(band[-1]),
+        len(spectra.u),
+        int(bins.sum()),
+        friction,
+        not reason,
+        reason,
+    )
     return coherence, _delay(spectra, bins) if friction < _STUCK else unknown
 
 

@@ -16,9 +16,18 @@ from linid.recording.recording import Array, Reading, Recording
 from linid.recording.timebase import gaps, jitter
 
 HEADER = (
-    "Recording", "Follows", "Band Hz", "Late ms", "Jitter %", "Missing", "At limit %", "Step", "Noise", "Floor %",
+    "Recording",
+    "Follows",
+    "Band Hz",
+    "Late ms",
+    "Jitter %",
+    "Missing",
+    "At limit %",
+    "Step",
+    "Noise",
+    "Floor %",
     "Field",
-)  # fmt: skip
+)
 CHECKS_LEGEND = """\
 Follows: share of the acceleration's power in the band that follows the input; in brackets where it proves nothing.
 Late: acceleration after input. At limit: of the time. Step, noise: of the position, SI. Floor: acceleration that the
@@ -50,12 +59,23 @@ def _checks(recording: Recording, thrust: Array | None) -> RecordingChecks:
     known = coherence.judged and coherence.value > 0.5 and abs(coherence.correlation) > 0.1
     sense = 0 if not known else (1 if coherence.correlation > 0.0 else -1)
     checks = RecordingChecks(
-        name=recording.name, axis=recording.axis, kind=recording.kind, split=recording.split,
-        samples=int(recording.y.size), period=recording.period, duration=recording.duration, phased=phased,
-        reading=reading, coherence=coherence, delay=delay, saturation=saturation(recording, reading.input_step),
-        resolution=resolution(recording, reading.position_step), angle=angle(recording, reading.position_step),
-        commutation=field, end_stop=end_stop(recording, pushing, reading.position_step, sense),
-    )  # fmt: skip
+        name=recording.name,
+        axis=recording.axis,
+        kind=recording.kind,
+        split=recording.split,
+        samples=int(recording.y.size),
+        period=recording.period,
+        duration=recording.duration,
+        phased=phased,
+        reading=reading,
+        coherence=coherence,
+        delay=delay,
+        saturation=saturation(recording, reading.input_step),
+        resolution=resolution(recording, reading.position_step),
+        angle=angle(recording, reading.position_step),
+        commutation=field,
+        end_stop=end_stop(recording, pushing, reading.position_step, sense),
+    )
     return replace(checks, findings=findings_of(checks))
 
 
@@ -64,9 +84,13 @@ def _reading(recording: Recording) -> Reading:
     count, missing, longest, _ = gaps(recording.t)
     channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
     return Reading(
-        jitter=jitter(recording.t), gaps=count, missing=missing, longest_gap=longest,
-        position_step=quantum(recording.y), input_step=0.0 if channels is None else quantum(channels.ravel()),
-    )  # fmt: skip
+        jitter=jitter(recording.t),
+        gaps=count,
+        missing=missing,
+        longest_gap=longest,
+        position_step=quantum(recording.y),
+        input_step=0.0 if channels is None else quantum(channels.ravel()),
+    )
 
 
 def all_findings(checks: Sequence[RecordingChecks]) -> tuple[Finding, ...]:
@@ -116,11 +140,18 @@ def _row(c: RecordingChecks) -> tuple[str, ...]:
     follows = "-" if math.isnan(k.value) else (f"{k.value:.3f}" if k.judged else f"({k.value:.2f})")
     limit = max(c.saturation.share, c.saturation.rate_share)
     return (
-        c.name, follows, band, late, _short(100.0 * c.reading.jitter, 1e-3), str(c.reading.missing) if c.reading.missing
-        else "-", _short(100.0 * limit, 1e-3), _short(r.step), _short(r.noise),
+        c.name,
+        follows,
+        band,
+        late,
+        _short(100.0 * c.reading.jitter, 1e-3),
+        str(c.reading.missing) if c.reading.missing else "-",
+        _short(100.0 * limit, 1e-3),
+        _short(r.step),
+        _short(r.noise),
         _short(100.0 * r.floor / r.acceleration if r.acceleration > 0.0 else math.nan),
         "-" if math.isnan(c.commutation.wavenumber) else f"{c.commutation.wavenumber:.4g}",
-    )  # fmt: skip
+    )
 
 
 def _short(value: float, least: float = 0.0) -> str:

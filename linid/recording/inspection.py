@@ -90,15 +90,25 @@ def inspect_file(path: str | Path, channels: ChannelMapping | None = None, axis:
     uneven = jitter(t) if t is not None and len(t) > 2 else None
     period = float(np.median(np.diff(t))) if t is not None and len(t) > 1 else None
     return Inspection(
-        path=path, layout=table.layout, encoding=table.encoding, dialect=table.dialect, header_line=table.header_line,
-        first_data_line=table.first_line, rows=max((len(c.values) for c in table.columns), default=0),
+        path=path,
+        layout=table.layout,
+        encoding=table.encoding,
+        dialect=table.dialect,
+        header_line=table.header_line,
+        first_data_line=table.first_line,
+        rows=max((len(c.values) for c in table.columns), default=0),
         groups=table.groups,
         group_columns=tuple(tuple(c.header for c in table.columns if c.group == g) for g in range(table.groups)),
-        period=period, rate=1.0 / period if period else None, jitter=uneven,
-        t_start=float(t[0]) if t is not None else None, t_end=float(t[-1]) if t is not None else None,
+        period=period,
+        rate=1.0 / period if period else None,
+        jitter=uneven,
+        t_start=float(t[0]) if t is not None else None,
+        t_end=float(t[-1]) if t is not None else None,
         columns=tuple(_inspected(k, c, roles.get(id(c))) for k, c in enumerate(table.columns)),
-        notes=tuple(notes), problem=problem, sha256=table.sha256,
-    )  # fmt: skip
+        notes=tuple(notes),
+        problem=problem,
+        sha256=table.sha256,
+    )
 
 
 def _axis(table: Table, mapping: ChannelMapping) -> Axis:
@@ -114,12 +124,19 @@ def _inspected(number: int, column: Column, channel: Channel | None) -> Inspecte
     values = channel.to_si(finite) if channel is not None else finite
     low, high = (float(values.min()), float(values.max())) if len(values) else (float("nan"), float("nan"))
     return InspectedColumn(
-        number=number + 1, header=column.header, name=column.name, group=column.group + 1,
-        channel=channel.role if channel else None, declared=channel.declared if channel else column.unit,
-        si=channel.si if channel else None, factor=channel.factor * channel.scale if channel else None,
-        minimum=low, maximum=high, unreadable=int((~np.isfinite(column.values)).sum()) if column.numeric else 0,
+        number=number + 1,
+        header=column.header,
+        name=column.name,
+        group=column.group + 1,
+        channel=channel.role if channel else None,
+        declared=channel.declared if channel else column.unit,
+        si=channel.si if channel else None,
+        factor=channel.factor * channel.scale if channel else None,
+        minimum=low,
+        maximum=high,
+        unreadable=int((~np.isfinite(column.values)).sum()) if column.numeric else 0,
         text=channel.text if channel else f"{column.header}: not used",
-    )  # fmt: skip
+    )
 
 
 def starter_mapping(inspection: Inspection) -> str:

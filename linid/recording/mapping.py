@@ -11,9 +11,18 @@ from linid.errors import ConfigError
 from linid.recording.units import find_unit
 
 Role = Literal[
-    "time", "position", "velocity", "current_u", "current_v", "current_w", "voltage_u", "voltage_v", "voltage_w",
-    "current_q", "command",
-]  # fmt: skip
+    "time",
+    "position",
+    "velocity",
+    "current_u",
+    "current_v",
+    "current_w",
+    "voltage_u",
+    "voltage_v",
+    "voltage_w",
+    "current_q",
+    "command",
+]
 ROLES: tuple[Role, ...] = get_args(Role)
 PHASES: tuple[Role, ...] = ("current_u", "current_v", "current_w")
 VOLTAGES: tuple[Role, ...] = ("voltage_u", "voltage_v", "voltage_w")

@@ -18,9 +18,24 @@ from linid.recording.recording import Axis, Recording, Split
 _ALIKE = 0.02  # of the motion's RMS, by which two runs of one command may differ
 _EVERY = 3  # of recordings of one kind that repeat nothing, each third is held out
 SUFFIXES = (
-    ".csv", ".txt", ".tsv", ".dat", ".log", ".asc", ".lvm", ".mat", ".mf4", ".mdf", ".tdms", ".parquet", ".svb", ".gz",
-    ".zip", ".h5", ".hdf5",
-)  # fmt: skip
+    ".csv",
+    ".txt",
+    ".tsv",
+    ".dat",
+    ".log",
+    ".asc",
+    ".lvm",
+    ".mat",
+    ".mf4",
+    ".mdf",
+    ".tdms",
+    ".parquet",
+    ".svb",
+    ".gz",
+    ".zip",
+    ".h5",
+    ".hdf5",
+)
 
 
 @dataclass(frozen=True)

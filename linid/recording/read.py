@@ -61,9 +61,16 @@ def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:
 
 
 def _recording(
-    path: Path, sha256: str, signals: Signals, channels: Channels, table_notes: tuple[str, ...],
-    axis: Axis, kind: Kind | None, split: Split, added_mass: float,
-) -> Recording:  # fmt: skip
+    path: Path,
+    sha256: str,
+    signals: Signals,
+    channels: Channels,
+    table_notes: tuple[str, ...],
+    axis: Axis,
+    kind: Kind | None,
+    split: Split,
+    added_mass: float,
+) -> Recording:
     values = signals.values
     notes = [*table_notes, *channels.notes, *signals.notes]
     phases, phase_notes = _three_phases(values, path)
@@ -87,10 +94,23 @@ def _recording(
         if own is not None:
             frozen(own)
     return Recording(
-        name=plain(path.stem) or "recording", t=values["time"], y=y, v=values.get("velocity"), phase_currents=phases,
-        phase_voltages=voltages, drive_input=drive, input_unit=unit, axis=axis, kind=decided, split=split,
-        added_mass=added_mass, source=path, sha256=sha256, notes=tuple(notes), reading=signals.reading,
-    )  # fmt: skip
+        name=plain(path.stem) or "recording",
+        t=values["time"],
+        y=y,
+        v=values.get("velocity"),
+        phase_currents=phases,
+        phase_voltages=voltages,
+        drive_input=drive,
+        input_unit=unit,
+        axis=axis,
+        kind=decided,
+        split=split,
+        added_mass=added_mass,
+        source=path,
+        sha256=sha256,
+        notes=tuple(notes),
+        reading=signals.reading,
+    )
 
 
 def _three_phases(values: dict[Role, Array], path: Path) -> tuple[Array | None, list[str]]:
@@ -99,9 +119,10 @@ def _three_phases(values: dict[Role, Array], path: Path) -> tuple[Array | None, 
         return None, []
     if len(present) == 1:
         raise DataError(
-            str(path), f"found one phase current ({present[0]}), expected two or three",
+            str(path),
+            f"found one phase current ({present[0]}), expected two or three",
             "Map a second phase current, or map the q-current as `current_q`.",
-        )  # fmt: skip
+        )
     if len(present) == 3:
         return np.stack([values[role] for role in PHASES]), []
     missing = next(role for role in PHASES if role not in values)
@@ -122,9 +143,10 @@ def _kind(
     silent = all(bool((x == 0).all()) for x in inputs)
     if kind == "motor" and not inputs:
         raise DataError(
-            str(path), "a motor recording without currents or command",
+            str(path),
+            "a motor recording without currents or command",
             "Map the phase currents or voltages, the q-current or the command, or set `kind: free_wheel`.",
-        )  # fmt: skip
+        )
     if kind == "motor" and silent:
         return "motor", [f"all {names} are zero although the recording is of kind motor"]
     if kind == "free_wheel" and not silent:
@@ -136,6 +158,7 @@ def _kind(
 def _refuse_constant(y: Array, kind: Kind, path: Path) -> None:
     if float(y.max()) == float(y.min()):
         raise DataError(
-            str(path), f"the position is constant ({y[0]:g}) in a {kind} recording",
+            str(path),
+            f"the position is constant ({y[0]:g}) in a {kind} recording",
             "Check the mapped column and the encoder; a recording without motion holds nothing to identify.",
-        )  # fmt: skip
+        )

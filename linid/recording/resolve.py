@@ -132,9 +132,10 @@ def listing(columns: Iterable[Column]) -> str:
 def _check_group(table: Table, mapping: ChannelMapping) -> list[Column]:
     if mapping.time_group is not None and mapping.time_group > table.groups:
         raise DataError(
-            str(table.path), f"time_group {mapping.time_group} asked for, the file has {table.groups}",
+            str(table.path),
+            f"time_group {mapping.time_group} asked for, the file has {table.groups}",
             f"Give a number from 1 to {table.groups}.",
-        )  # fmt: skip
+        )
     return list(table.columns)
 
 
@@ -246,9 +247,10 @@ def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None,
         si = _si(role, axis)
         if spec is None or "scale" not in spec.model_fields_set:
             raise DataError(
-                place, f"channel {role} is in {declared}, without a scale",
+                place,
+                f"channel {role} is in {declared}, without a scale",
                 f"Give `{role}: {{column: {column.name}, unit: counts, scale: ...}}` with the scale in {si} per count.",
-            )  # fmt: skip
+            )
         return Channel(role, column, declared, si, 1.0, scale, offset)
     return Channel(role, column, declared, unit.si, unit.factor, scale, offset)
 

@@ -157,16 +157,18 @@ def _from_archive(path: Path, encoding: str | None) -> Source:
             if len(members) != 1:
                 listed = ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")
                 raise DataError(
-                    str(path), f"is a ZIP archive of {len(members)} files ({listed}), expected one recording",
+                    str(path),
+                    f"is a ZIP archive of {len(members)} files ({listed}), expected one recording",
                     "Unpack it and name the recordings.",
-                )  # fmt: skip
+                )
             if members[0].flag_bits & 1:
                 raise DataError(str(path), "is an encrypted ZIP archive", "Unpack it first.")
             with archive.open(members[0]) as file:
                 data = _not_too_much(path, file.read(MOST_UNPACKED + 1))
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
         raise DataError(
-            str(path), f"is an Excel workbook or ZIP archive that cannot be unpacked ({error})",
+            str(path),
+            f"is an Excel workbook or ZIP archive that cannot be unpacked ({error})",
             "Save the sheet as CSV, or unpack the archive first.",
-        ) from None  # fmt: skip
+        ) from None
     return _unpacked(path, names[0], "ZIP", data, encoding)

@@ -54,9 +54,10 @@ def to_uniform(recording: Recording) -> Recording:
         kept = part.stop - part.start
         if kept < 4:
             raise DataError(
-                str(recording.source or recording.name), "no gap-free part of at least 4 samples",
+                str(recording.source or recording.name),
+                "no gap-free part of at least 4 samples",
                 "The time stamps are broken: give `period:` in the mapping, or record again.",
-            )  # fmt: skip
+            )
         s = "s" * (len(cuts) > 1)
         notes.append(
             f"{len(cuts)} gap{s} of more than 10 periods: only the longest gap-free part is used "
@@ -113,10 +114,14 @@ def _sliced(recording: Recording, part: slice) -> Recording:
         return None if x is None else x[..., part].copy()
 
     return replace(
-        recording, t=recording.t[part].copy(), y=recording.y[part].copy(), v=cut(recording.v),
-        phase_currents=cut(recording.phase_currents), phase_voltages=cut(recording.phase_voltages),
+        recording,
+        t=recording.t[part].copy(),
+        y=recording.y[part].copy(),
+        v=cut(recording.v),
+        phase_currents=cut(recording.phase_currents),
+        phase_voltages=cut(recording.phase_voltages),
         drive_input=cut(recording.drive_input),
-    )  # fmt: skip
+    )
 
 
 def _resampled(recording: Recording, grid: Array, notes: tuple[str, ...]) -> Recording:
@@ -138,7 +143,12 @@ def _resampled(recording: Recording, grid: Array, notes: tuple[str, ...]) -> Rec
     y = at_grid(recording.y)
     assert y is not None
     return replace(
-        recording, t=grid, y=y, v=at_grid(recording.v), phase_currents=at_grid(recording.phase_currents),
-        phase_voltages=at_grid(recording.phase_voltages), drive_input=at_grid(recording.drive_input),
+        recording,
+        t=grid,
+        y=y,
+        v=at_grid(recording.v),
+        phase_currents=at_grid(recording.phase_currents),
+        phase_voltages=at_grid(recording.phase_voltages),
+        drive_input=at_grid(recording.drive_input),
         notes=(*recording.notes, *notes),
-    )  # fmt: skip
+    )

@@ -106,12 +106,18 @@ def make_columns(
         declared = units[k] if units is not None and units[k] and k not in stamps else unit
         columns.append(
             Column(
-                header=headers[k], name=name, unit=declared, values=body.columns[first + k][:n],
+                header=headers[k],
+                name=name,
+                unit=declared,
+                values=body.columns[first + k][:n],
                 lines=body.lines[:n],
                 bad={row: text for row, text in by_column.get(k, {}).items() if row < n},
-                group=groups[k], aliases=tuple(aliases[k]) if aliases else (), numeric=numeric[k], time=is_clock[k],
+                group=groups[k],
+                aliases=tuple(aliases[k]) if aliases else (),
+                numeric=numeric[k],
+                time=is_clock[k],
             )
-        )  # fmt: skip
+        )
     return tuple(columns)
 
 
@@ -125,9 +131,16 @@ def _clocks(names: Sequence[str], stamps: Sequence[int]) -> list[bool]:
 
 
 def array_column(
-    header: str, values: np.ndarray[Any, Any], *, unit: str | None = None, name: str | None = None,
-    lines: Lines | None = None, group: int = 0, time: bool | None = None, aliases: tuple[str, ...] = (),
-) -> Column:  # fmt: skip
+    header: str,
+    values: np.ndarray[Any, Any],
+    *,
+    unit: str | None = None,
+    name: str | None = None,
+    lines: Lines | None = None,
+    group: int = 0,
+    time: bool | None = None,
+    aliases: tuple[str, ...] = (),
+) -> Column:
     """A column of a format that holds arrays; what is no finite number of a drive becomes an unreadable cell.
 
     header: the channel's name as the file has it, with its unit unless `unit` is given; values: (n,) numbers; lines:
@@ -140,16 +153,27 @@ def array_column(
     good = np.abs(numbers) <= LARGEST
     bad = {int(i): str(numbers[i]) for i in np.flatnonzero(~good)[:_SHOWN_BAD]}
     return Column(
-        header, name or bare, declared, np.where(good, numbers, np.nan),
-        np.arange(1, numbers.size + 1) if lines is None else lines, bad, group, aliases,
+        header,
+        name or bare,
+        declared,
+        np.where(good, numbers, np.nan),
+        np.arange(1, numbers.size + 1) if lines is None else lines,
+        bad,
+        group,
+        aliases,
         time=is_time(bare) if time is None else time,
-    )  # fmt: skip
+    )
 
 
 def with_body(
-    build: Callable[[Body], Table], file: TextFile, dialect: Dialect, used: Used | None, *, first: int = 0,
+    build: Callable[[Body], Table],
+    file: TextFile,
+    dialect: Dialect,
+    used: Used | None,
+    *,
+    first: int = 0,
     short_rows: bool = False,
-) -> Table:  # fmt: skip
+) -> Table:
     """The table that `build` makes of the file's rows, with the values of the columns in use.
 
     used: see `readers.registry.read_table`; first: number of the body's columns before the table's first; short_rows:

@@ -44,9 +44,10 @@ def clean_clock(
     if missing > max(1, _FEW * len(t)):
         first = int(np.flatnonzero(~np.isfinite(t))[0])
         raise DataError(
-            f"{place}, line {lines[first]}", f"{missing} of {len(t)} time stamps are not numbers",
+            f"{place}, line {lines[first]}",
+            f"{missing} of {len(t)} time stamps are not numbers",
             "Repair the time column, or give `period:` in the mapping.",
-        )  # fmt: skip
+        )
     if missing:
         notes.append(f"{missing} row{'s' * (missing > 1)} without a readable time stamp left out")
     if len(rows) < 2:
@@ -73,9 +74,14 @@ def jitter(t: Array) -> float:
 
 
 def _without_duplicates(
-    t: Array, rows: np.ndarray[tuple[int], np.dtype[np.int64]], step: Array, others: Sequence[Array],
-    lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str, notes: list[str],
-) -> np.ndarray[tuple[int], np.dtype[np.int64]]:  # fmt: skip
+    t: Array,
+    rows: np.ndarray[tuple[int], np.dtype[np.int64]],
+    step: Array,
+    others: Sequence[Array],
+    lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]],
+    place: str,
+    notes: list[str],
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     repeated = np.flatnonzero(step == 0)
     if not len(repeated):
         return rows

@@ -129,11 +129,7 @@ def _table() -> dict[str, Unit]:
         ("force", "N", {"N": 1.0, "kN": 1e3, "mN": 1e-3}),
         ("torque", "N m", {"N m": 1.0, "Nm": 1.0, "N*m": 1.0, "mNm": 1e-3, "mN m": 1e-3}),
         ("ratio", "1", {"%": 0.01, "1": 1.0, "-": 1.0}),
-        (
-            "count",
-            "count",
-            dict.fromkeys(_COUNTS, 1.0),
-        ),
+        ("count", "count", dict.fromkeys(_COUNTS, 1.0)),
     ]
     return {name: Unit(name, dimension, si, factor) for dimension, si, names in rows for name, factor in names.items()}
 

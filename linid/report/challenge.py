@@ -44,12 +44,20 @@ BUDGET_LABELS = {
     "none_right": "nothing hidden: said none",
 }
 CAMPAIGN_COLUMNS = (
-    "campaign", "kind", "hidden", "strength", "status", "named", "absent", "top_1", "top_3", "closure",
-    "oracle_closure", "unexplained_less_true",
-)  # fmt: skip
-SHARE_COLUMNS = (
-    "campaign", "kind", "effect", "strength", "true_share", "found_as", "rival", "share", "low", "high",
-)  # fmt: skip
+    "campaign",
+    "kind",
+    "hidden",
+    "strength",
+    "status",
+    "named",
+    "absent",
+    "top_1",
+    "top_3",
+    "closure",
+    "oracle_closure",
+    "unexplained_less_true",
+)
+SHARE_COLUMNS = ("campaign", "kind", "effect", "strength", "true_share", "found_as", "rival", "share", "low", "high")
 BUDGET_COLUMNS = ("group", "campaigns", "rate", "count", "total", "value", "low", "high")
 BIN_COLUMNS = ("strength_low", "strength_high", "rate", "count", "total", "value", "low", "high")
 
@@ -79,9 +87,10 @@ def score_table(score: Score) -> Table:
     table.add_section()
     table.add_row(Text("closure of the gap, median"), "", Text(_number(score.closure)))
     table.add_row(
-        Text("the same relative to the oracle's, median"), Text(f"of {score.relative_count}"),
+        Text("the same relative to the oracle's, median"),
+        Text(f"of {score.relative_count}"),
         Text(_number(score.relative_closure)),
-    )  # fmt: skip
+    )
     return table
 
 
@@ -93,9 +102,11 @@ def bin_table(score: Score) -> Table:
     for title in ("Strength", "n", "Named first", "First three", "Wrong name", "Said none"):
         table.add_column(title, justify="right", no_wrap=True)
     for one in score.bins:
-        cells = (f"{one.low:g} to {one.high:g}", str(one.top_1.total), *(
-            _short(rate) for rate in (one.top_1, one.top_3, one.wrong, one.silent)
-        ))  # fmt: skip
+        cells = (
+            f"{one.low:g} to {one.high:g}",
+            str(one.top_1.total),
+            *(_short(rate) for rate in (one.top_1, one.top_3, one.wrong, one.silent)),
+        )
         table.add_row(*(Text(cell) for cell in cells))
     return table
 
@@ -133,38 +144,63 @@ def write_score_csv(score: Score, folder: Path) -> tuple[Path, ...]:
     strength.csv, one rate of one group or bin per row."""
     rows = [
         [
-            line.campaign, line.kind, " ".join(line.hidden), _number(line.strength), line.answer.status,
-            " ".join(line.answer.named), " ".join(line.ledger.absent), _number(line.top_1), _number(line.top_3),
-            _number(line.answer.closure), _number(line.answer.oracle), _number(line.ledger.unexplained),
+            line.campaign,
+            line.kind,
+            " ".join(line.hidden),
+            _number(line.strength),
+            line.answer.status,
+            " ".join(line.answer.named),
+            " ".join(line.ledger.absent),
+            _number(line.top_1),
+            _number(line.top_3),
+            _number(line.answer.closure),
+            _number(line.answer.oracle),
+            _number(line.ledger.unexplained),
         ]
         for line in score.lines
-    ]  # fmt: skip
+    ]
     shares = [
         [
-            line.campaign, line.kind, item.effect, _number(line.strengths.get(item.effect)), _number(item.share),
-            item.entry.effect if item.entry else "", str(int(item.rival)), *(
-                ("", "", "") if item.entry is None else map(
-                    _number, (item.entry.stated.share, item.entry.stated.low, item.entry.stated.high)
-                )
+            line.campaign,
+            line.kind,
+            item.effect,
+            _number(line.strengths.get(item.effect)),
+            _number(item.share),
+            item.entry.effect if item.entry else "",
+            str(int(item.rival)),
+            *(
+                ("", "", "")
+                if item.entry is None
+                else map(_number, (item.entry.stated.share, item.entry.stated.low, item.entry.stated.high))
             ),
         ]
         for line in score.lines
         for item in line.ledger.items
-    ]  # fmt: skip
+    ]
     budgets = [
-        [group, str(one.campaigns), name, f"{rate.count:g}", str(rate.total), *map(
-            _number, (rate.value, rate.low, rate.high)
-        )]
+        [
+            group,
+            str(one.campaigns),
+            name,
+            f"{rate.count:g}",
+            str(rate.total),
+            *map(_number, (rate.value, rate.low, rate.high)),
+        ]
         for group, one in score.budgets.items()
         for name, rate in one.rates.items()
-    ]  # fmt: skip
+    ]
     bins = [
-        [f"{one.low:g}", f"{one.high:g}", name, f"{rate.count:g}", str(rate.total), *map(
-            _number, (rate.value, rate.low, rate.high)
-        )]
+        [
+            f"{one.low:g}",
+            f"{one.high:g}",
+            name,
+            f"{rate.count:g}",
+            str(rate.total),
+            *map(_number, (rate.value, rate.low, rate.high)),
+        ]
         for one in score.bins
         for name, rate in (("top_1", one.top_1), ("top_3", one.top_3), ("wrong", one.wrong), ("said_none", one.silent))
-    ]  # fmt: skip
+    ]
     return (
         write_csv(folder / "campaigns.csv", CAMPAIGN_COLUMNS, rows),
         write_csv(folder / "shares.csv", SHARE_COLUMNS, shares),

@@ -180,20 +180,29 @@ def budget_lines(diagnosis: Diagnosis) -> tuple[BudgetLine, ...]:
         worse = [spoken[name] for name in MEASURES if name in entry.worsens]
         lines.append(
             BudgetLine(
-                label(entry), percent(entry.share), interval_percent(entry.low, entry.high),
-                sigma_words(entry.certainty), percent(entry.first_in), percent(entry.last_in),
+                label(entry),
+                percent(entry.share),
+                interval_percent(entry.low, entry.high),
+                sigma_words(entry.certainty),
+                percent(entry.first_in),
+                percent(entry.last_in),
                 measure_lines(diagnosis, entry.measures),
                 f"It makes {' and '.join(worse)} worse." if worse else "",
                 tuple(_parameter(one) for one in entry.parameters),
-                entry.combinations, entry.note,
+                entry.combinations,
+                entry.note,
             )
-        )  # fmt: skip
+        )
     return tuple(lines)
 
 
 def _parameter(estimate: Estimate) -> ParameterLine:
     value = rounded(estimate)
     return ParameterLine(
-        estimate.name.replace("_", " "), symbol_parts(estimate.symbol), estimate_text(value), interval_text(value),
-        "" if estimate.unit == "1" else unit_label(estimate.unit), estimate.note,
-    )  # fmt: skip
+        estimate.name.replace("_", " "),
+        symbol_parts(estimate.symbol),
+        estimate_text(value),
+        interval_text(value),
+        "" if estimate.unit == "1" else unit_label(estimate.unit),
+        estimate.note,
+    )

@@ -76,15 +76,20 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "budget": _budget(diagnosis.budget),
         "tried": [
             {
-                "effect": one.effect, "explained": one.explained, "outcome": one.outcome,
-                "certainty": one.certainty, "closed": one.closed,
+                "effect": one.effect,
+                "explained": one.explained,
+                "outcome": one.outcome,
+                "certainty": one.certainty,
+                "closed": one.closed,
             }
             for one in diagnosis.tried
         ],
         # What readers of schema 1 look for.
         "ranking": [
             {
-                "effect": entry.effect, "held_out": _changes(entry.measures), "closure": entry.share,
+                "effect": entry.effect,
+                "held_out": _changes(entry.measures),
+                "closure": entry.share,
                 "interval": _interval(entry.low, entry.high),
             }
             for entry in diagnosis.budget.entries
@@ -93,9 +98,7 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "pairs": [_pair(pair) for pair in diagnosis.pairs],
         "measures": _changes(diagnosis.measures),
         "recordings": [
-            {
-                "recording": one.recording, "kind": one.kind, "split": one.split, "measures": _changes(one.changes),
-            }
+            {"recording": one.recording, "kind": one.kind, "split": one.split, "measures": _changes(one.changes)}
             for one in diagnosis.recordings
         ],
         "checks": checks_data(diagnosis.checks),
@@ -104,7 +107,7 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "combinations": diagnosis.combinations,
         "field_wavenumber": diagnosis.field_wavenumber,
         "seed": diagnosis.seed,
-    }  # fmt: skip
+    }
     cleaned = finite(data)
     assert isinstance(cleaned, dict)
     return cleaned

@@ -67,10 +67,17 @@ def _budget(diagnosis: Diagnosis) -> list[str]:
         return [rest_words(diagnosis)]
     header = ("Effect", "Share of the gap", "95 %", "Certainty", "Alone closes", "Missed without it", "Remarks")
     rows = [
-        (line.label, line.share, line.interval or "-", line.certainty or "-", line.alone, line.missed,
-         " ".join(filter(None, (line.worsens, line.note))))
+        (
+            line.label,
+            line.share,
+            line.interval or "-",
+            line.certainty or "-",
+            line.alone,
+            line.missed,
+            " ".join(filter(None, (line.worsens, line.note))),
+        )
         for line in lines
-    ]  # fmt: skip
+    ]
     parts = ["## Budget of the gap", _table(header, rows), gap_words(diagnosis), rest_words(diagnosis)]
     for line in lines:
         parts += _entry(line)
@@ -113,12 +120,16 @@ def _checks(diagnosis: Diagnosis) -> list[str]:
 
     if not diagnosis.checks:
         return []
-    found = [f"- {level.capitalize()}, {_safe(who)}: {_safe(text)}." for level, who, text in joined_findings(
-        diagnosis.checks)]  # fmt: skip
+    found = [
+        f"- {level.capitalize()}, {_safe(who)}: {_safe(text)}."
+        for level, who, text in joined_findings(diagnosis.checks)
+    ]
     return [
-        "## Data checks", "\n".join(found) or "Nothing to object to.", _table(*checks_table(diagnosis.checks)),
+        "## Data checks",
+        "\n".join(found) or "Nothing to object to.",
+        _table(*checks_table(diagnosis.checks)),
         _safe(CHECKS_LEGEND),
-    ]  # fmt: skip
+    ]
 
 
 def _where(diagnosis: Diagnosis) -> list[str]:
@@ -129,8 +140,9 @@ def _where(diagnosis: Diagnosis) -> list[str]:
         "## Where",
         _table((f"Residual {force_word(diagnosis.axis)} depends on", "Share of variance", "Chance"), rows),
     ]
-    pairs = [(f"{p.x_label} and {p.y_label}", share_words(p), p_words(p.p_value) or "-") for p in shown_pairs(
-        diagnosis)]  # fmt: skip
+    pairs = [
+        (f"{p.x_label} and {p.y_label}", share_words(p), p_words(p.p_value) or "-") for p in shown_pairs(diagnosis)
+    ]
     if pairs:
         parts += [_table(("Only both together", "Share of variance", "Chance"), pairs), pairs_left_out(diagnosis)]
     return parts

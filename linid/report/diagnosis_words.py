@@ -37,9 +37,12 @@ def in_axis_words(diagnosis: Diagnosis) -> Diagnosis:
             for name, change in one.measures.items()
         }
         return replace(
-            one, parameters=tuple(map(estimate, parameters_in_use(one))), combinations=all_of(one.combinations),
-            note=say(one.note), measures=measures,
-        )  # fmt: skip
+            one,
+            parameters=tuple(map(estimate, parameters_in_use(one))),
+            combinations=all_of(one.combinations),
+            note=say(one.note),
+            measures=measures,
+        )
 
     def pair(one: PairShare) -> PairShare:
         return replace(one, x_label=say(one.x_label), y_label=say(one.y_label))

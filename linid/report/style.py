@@ -117,10 +117,15 @@ def stacked(
 
 
 def grid(
-    figure: Figure, rows: int, columns: int, *, margins: tuple[float, float, float, float],
-    gaps: tuple[float, float] = (0.0, 0.0), heights: Sequence[float] | None = None,
+    figure: Figure,
+    rows: int,
+    columns: int,
+    *,
+    margins: tuple[float, float, float, float],
+    gaps: tuple[float, float] = (0.0, 0.0),
+    heights: Sequence[float] | None = None,
     widths: Sequence[float] | None = None,
-) -> GridSpec:  # fmt: skip
+) -> GridSpec:
     """A grid of panels without a layout engine, which would draw the figure twice.
 
     margins: left, right, bottom, top in mm, with what stands in them; gaps: between columns and between rows, mm;
@@ -133,9 +138,17 @@ def grid(
     panel_height = (height - bottom - top - (rows - 1) * gaps[1]) / rows
     figure.set_layout_engine(None)
     return figure.add_gridspec(
-        rows, columns, left=left / width, right=1.0 - right / width, bottom=bottom / height, top=1.0 - top / height,
-        wspace=gaps[0] / panel_width, hspace=gaps[1] / panel_height, height_ratios=heights, width_ratios=widths,
-    )  # fmt: skip
+        rows,
+        columns,
+        left=left / width,
+        right=1.0 - right / width,
+        bottom=bottom / height,
+        top=1.0 - top / height,
+        wspace=gaps[0] / panel_width,
+        hspace=gaps[1] / panel_height,
+        height_ratios=heights,
+        width_ratios=widths,
+    )
 
 
 def save(
@@ -178,6 +191,8 @@ def caption(figure: Figure, text: str) -> float:
 def _metadata(extension: str) -> dict[str, None]:
     # Dates and version strings would make each file differ.
     empty: dict[str, tuple[str, ...]] = {
-        "png": ("Software",), "pdf": ("CreationDate", "Creator", "Producer"), "svg": ("Date", "Creator"),
-    }  # fmt: skip
+        "png": ("Software",),
+        "pdf": ("CreationDate", "Creator", "Producer"),
+        "svg": ("Date", "Creator"),
+    }
     return dict.fromkeys(empty.get(extension, ()))

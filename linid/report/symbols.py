@@ -11,10 +11,24 @@ _GREEK = re.compile(
 )
 _SYMBOL = re.compile(r"^([A-Za-z]+)(\d*)((?:_[A-Za-z0-9+-]+)*)('*)$")
 _SPECIAL = {
-    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "&": r"\&", "%": r"\%",
-    "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}", "<": r"\textless{}", ">": r"\textgreater{}",
-    "±": r"$\pm$", "µ": r"$\mu$", "²": r"$^{2}$", "→": r"$\to$", "≈": r"$\approx$",
-}  # fmt: skip
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "±": r"$\pm$",
+    "µ": r"$\mu$",
+    "²": r"$^{2}$",
+    "→": r"$\to$",
+    "≈": r"$\approx$",
+}
 _NAMES = {"lambda": "lamda", "Lambda": "lamda"}  # as Unicode spells it
 _SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 

@@ -12,13 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from linid.report.files import write_atomic
 from linid.report.latex import floor_note, gap_latex, parameter_latex
-from linid.report.numbers import (
-    Rounded,
-    estimate_text,
-    format_number,
-    interval_text,
-    round_estimate,
-)
+from linid.report.numbers import Rounded, estimate_text, format_number, interval_text, round_estimate
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -42,9 +36,20 @@ __all__ = [
 
 PARAMETER_COLUMNS = ("name", "symbol", "value", "std", "low", "high", "unit", "status", "note")
 GAP_COLUMNS = (
-    "recording", "kind", "split", "free_run", "free_run_floor", "ahead", "ahead_floor",
-    "force", "force_floor", "force_share", "repeats", "unit_ahead", "unit_force",
-)  # fmt: skip
+    "recording",
+    "kind",
+    "split",
+    "free_run",
+    "free_run_floor",
+    "ahead",
+    "ahead_floor",
+    "force",
+    "force_floor",
+    "force_share",
+    "repeats",
+    "unit_ahead",
+    "unit_force",
+)
 
 
 @dataclass(frozen=True)

@@ -56,9 +56,15 @@ class Evidence:
 def claims(evidence: Evidence) -> tuple[Claim, ...]:
     """The paper's claims in the order of its text."""
     return (
-        _scope(), _free_wheels(evidence), _square_waves(evidence), _signs(evidence.signs), _drift(evidence),
-        _nome(evidence), _time(evidence.times), _generations(evidence.searches),
-    )  # fmt: skip
+        _scope(),
+        _free_wheels(evidence),
+        _square_waves(evidence),
+        _signs(evidence.signs),
+        _drift(evidence),
+        _nome(evidence),
+        _time(evidence.times),
+        _generations(evidence.searches),
+    )
 
 
 def impossible(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
@@ -69,52 +75,72 @@ def impossible(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
     low, high = table_2_thrust
     return (
         Impossible(
-            "K_f, tables 2 and 3", "-133.8 N, 80.63 N", "force per current has the unit N/A; a force in N would not "
-            "depend on the current", "N/A",
+            "K_f, tables 2 and 3",
+            "-133.8 N, 80.63 N",
+            "force per current has the unit N/A; a force in N would not depend on the current",
+            "N/A",
         ),
         Impossible(
-            "sigma_0, tables 1 to 3", "11.69 N/m", f"the bristle would give by F_C/sigma_0 = "
+            "sigma_0, tables 1 to 3",
+            "11.69 N/m",
+            f"the bristle would give by F_C/sigma_0 = "
             f"{1e6 * coulomb / stiffness:.0f} mm before the forcer slides, of a stroke of 780 mm",
             f"11.69 N/mm: {1e6 * coulomb / stiffness / 1e3:.2f} mm",
         ),
         Impossible(
-            "sigma_1, sigma_2, tables 1 to 3", "92.14 and 2.517 N s/mm", f"at 1 m/s sigma_2 alone would brake with "
-            f"{1e3 * first['viscous_friction']:.0f} N; the drive's peak is {_PEAK_THRUST:.0f} N", "N s/m",
+            "sigma_1, sigma_2, tables 1 to 3",
+            "92.14 and 2.517 N s/mm",
+            f"at 1 m/s sigma_2 alone would brake with "
+            f"{1e3 * first['viscous_friction']:.0f} N; the drive's peak is {_PEAK_THRUST:.0f} N",
+            "N s/m",
         ),
         Impossible(
-            "z_0, table 3", "1.047 1/mm", f"a pole pitch of {math.pi / 2 / 1.047:.1f} mm, where table 2 says "
+            "z_0, table 3",
+            "1.047 1/mm",
+            f"a pole pitch of {math.pi / 2 / 1.047:.1f} mm, where table 2 says "
             f"{1e3 * math.pi / density:.2f} mm; by eq. 35 z_0 = omega_g/2 = {density / 2e3:.3f} 1/mm",
             f"perhaps 1.047 1/cm: {10 * math.pi / 2 / 1.047:.1f} mm",
         ),
         Impossible(
-            "alpha_p and z_p", "0.5368 and 1.513", f"both describe the same windings, so alpha_p = 2 z_p; they differ: "
+            "alpha_p and z_p",
+            "0.5368 and 1.513",
+            f"both describe the same windings, so alpha_p = 2 z_p; they differ: "
             f"{second['winding_displacement']:.3f} against {2 * third['winding_displacement']:.3f} rad",
             "windings 120 degrees apart: alpha_p = 2.094, z_p = 1.047",
         ),
         Impossible(
-            "alpha_p, table 2", "0.5368", f"1 A of three-phase current would push by {low:.0f} N at one place and by "
-            f"{high:.0f} N at another, within a pole pitch", "as above; a motor identified so shakes at each step of "
+            "alpha_p, table 2",
+            "0.5368",
+            f"1 A of three-phase current would push by {low:.0f} N at one place and by "
+            f"{high:.0f} N at another, within a pole pitch",
+            "as above; a motor identified so shakes at each step of "
             "the current, which may be what the paper saw with square waves",
         ),
         Impossible(
-            "friction, table 3", "equal to table 1 in every digit", "the text says that it changed in the theta fit",
+            "friction, table 3",
+            "equal to table 1 in every digit",
+            "the text says that it changed in the theta fit",
             "perhaps table 1 was printed twice",
         ),
         Impossible(
-            "limit of the scope (25)", f"k_0 = {PAPER_FIT[0]}", f"the exact limit is {limit_k():.5f}; k_0 is the "
+            "limit of the scope (25)",
+            f"k_0 = {PAPER_FIT[0]}",
+            f"the exact limit is {limit_k():.5f}; k_0 is the "
             "constant of a fit on N up to 100 whose exponential dies out faster than the k_N, which approach it as 1/N",
             f"{limit_k():.5f}",
         ),
-    )  # fmt: skip
+    )
 
 
 def _scope() -> Claim:
     return Claim(
-        f"The sine model is for motors with k = {PAPER_FIT[0]}.", "sec. 4.1, eq. 25, fig. 6", "holds in part",
+        f"The sine model is for motors with k = {PAPER_FIT[0]}.",
+        "sec. 4.1, eq. 25, fig. 6",
+        "holds in part",
         f"The optimum of a cosine whose amplitude is held at B_0 lies at k = {limit_k():.5f}.",
         "An identified force constant is free, and then a sine is the better the larger k is; what counts are the "
         "harmonics, and of these the third cancels while the currents sum to zero.",
-    )  # fmt: skip
+    )
 
 
 def _free_wheels(evidence: Evidence) -> Claim:
@@ -127,10 +153,12 @@ def _free_wheels(evidence: Evidence) -> Claim:
     verdict: Verdict = "holds" if worst < _CLEARLY * max(wheels["friction"], floor) else "does not hold"
     listed = ", ".join(f"{name} {100 * share:.2g} %" for name, share in wheels.items())
     return Claim(
-        "Sine and theta keep the fidelity to the free wheels, although their friction differs.", "secs. 5.2, 5.3",
-        verdict, f"Largest free-run error of the free wheels: {listed}; floor {100 * floor:.2g} %.",
+        "Sine and theta keep the fidelity to the free wheels, although their friction differs.",
+        "secs. 5.2, 5.3",
+        verdict,
+        f"Largest free-run error of the free wheels: {listed}; floor {100 * floor:.2g} %.",
         "Free wheels and driven recordings are fitted together, each weighed by its own noise.",
-    )  # fmt: skip
+    )
 
 
 def _square_waves(evidence: Evidence) -> Claim:
@@ -147,24 +175,27 @@ def _square_waves(evidence: Evidence) -> Claim:
     worse = [ratio > _CLEARLY for ratio in ratios]
     verdict: Verdict = "holds" if all(worse) else "holds in part" if any(worse) else "does not hold"
     return Claim(
-        "Under square-wave currents the sine model shakes, unlike the machine; theta follows.", "secs. 5.2, 5.3, 6",
-        verdict, "Force error on square waves, " + "; ".join(found) + ".",
+        "Under square-wave currents the sine model shakes, unlike the machine; theta follows.",
+        "secs. 5.2, 5.3, 6",
+        verdict,
+        "Force error on square waves, " + "; ".join(found) + ".",
         "It depends on the magnets, not on the currents' shape: at the nome of table 3 nothing is left of the fifth "
         "harmonic, the first that currents with the sum zero leave, and both models push alike; narrow magnets have "
         "it. What both leave here are the steps themselves, which fall between the samples of the currents. The "
         "windings of table 2 (see below) shake by themselves.",
-    )  # fmt: skip
+    )
 
 
 def _signs(signs: Signs) -> Claim:
     return Claim(
-        "A negative force constant (or z_L) means that the phases are in inverted order.", "secs. 5.2, 5.3",
+        "A negative force constant (or z_L) means that the phases are in inverted order.",
+        "secs. 5.2, 5.3",
         "does not hold" if signs.exchanged_negated > 0.1 else "holds",
         f"K_f negative and the shift moved by half a turn: the same thrust (difference {signs.negated:.1g}). Phases "
         f"exchanged: the same thrust if alpha_p changes its sign ({signs.exchanged:.1g}); with K_f negative instead "
         f"the best shift still misses {100 * signs.exchanged_negated:.0f} %.",
         "The sign of K_f only says which pole is called north. The order of the phases is the sign of alpha_p.",
-    )  # fmt: skip
+    )
 
 
 def _drift(evidence: Evidence) -> Claim:
@@ -183,12 +214,14 @@ def _drift(evidence: Evidence) -> Claim:
     less = means["theta"] < means["sine"] / _CLEARLY
     verdict: Verdict = "cannot be told" if within else "holds" if less else "does not hold"
     return Claim(
-        "Theta drifts less than sine.", "secs. 5.2, 5.3", verdict,
+        "Theta drifts less than sine.",
+        "secs. 5.2, 5.3",
+        verdict,
         f"Position error at the end of the free run, sine and theta: {'; '.join(drifts)}.",
         "The noise of the logged currents alone lets both drift as far: an axis driven by currents has no spring."
         if within
         else "Beyond what the noise of the logged currents does.",
-    )  # fmt: skip
+    )
 
 
 def _nome(evidence: Evidence) -> Claim:
@@ -196,24 +229,28 @@ def _nome(evidence: Evidence) -> Claim:
     told = estimate.status == "fitted"
     interval = f"{estimate.low:.3g} to {estimate.high:.3g}"
     return Claim(
-        "The identified nome 0.493 shows that a sine suits this motor.", "sec. 6",
+        "The identified nome 0.493 shows that a sine suits this motor.",
+        "sec. 6",
         "holds" if told else "cannot be told",
-        f"q_0 = {estimate.value:.3g}, 95 % interval {interval}." if told
+        f"q_0 = {estimate.value:.3g}, 95 % interval {interval}."
+        if told
         else f"The fit gives q_0 = {estimate.value:.3g}, and says that the recordings do not tell it.",
         "While the currents sum to zero, the third harmonic cancels, and K_f', q_0 and z_L act together as one "
         "constant. Feed one phase alone to tell them apart.",
-    )  # fmt: skip
+    )
 
 
 def _time(times: Times) -> Claim:
     verdict: Verdict = "holds" if times.ratio >= 10.0 else "does not hold"
     return Claim(
-        "One simulation of theta takes ten to twenty times as long as one of sine.", "sec. 6", verdict,
+        "One simulation of theta takes ten to twenty times as long as one of sine.",
+        "sec. 6",
+        verdict,
         f"{times.ratio:.2f} times: {1e3 * times.theta:.2f} ms against {1e3 * times.sine:.2f} ms for {times.recording}. "
         f"Theta's force term by term as in (45) takes {times.term_by_term:.0f} times a sine's.",
         "All harmonics follow from one sine and one cosine by angle addition. Times are of the machine that made this "
         "page.",
-    )  # fmt: skip
+    )
 
 
 def _generations(searches: Mapping[str, Search]) -> Claim:
@@ -224,12 +261,14 @@ def _generations(searches: Mapping[str, Search]) -> Claim:
     longest = max(sine.generations, theta.generations)
     fewer = f"{10_000 // longest} times fewer generations" if longest else "no generation is needed for that"
     return Claim(
-        claim, source, "holds" if sine.generations > 10_000 else "does not hold",
+        claim,
+        source,
+        "holds" if sine.generations > 10_000 else "does not hold",
         f"Within 1 % of the search's last cost after {sine.generations} generations (sine) and {theta.generations} "
         f"(theta); {sine.evaluations} and {theta.evaluations} candidates simulated in all.",
         f"The first candidates come from a regression along the measured motion and are polished before the search: "
         f"{fewer}. Why theta should need fewer than sine, which it contains, was not to be seen.",
-    )  # fmt: skip
+    )
 
 
 def _of(fitted: Fitted, modes: Sequence[str]) -> list[Measured]:

@@ -132,9 +132,29 @@ def skipped(k, wanted, y, memory):
 
 @allocating
 def along_one(
-    terms, params, motor, on, powered, coefficients, t_start, dt, count, added_mass, record, elapsed, y, v, w, kept,
-    standstill, wanted, a_out, w_out, states_out, reading_out,
-):  # fmt: skip
+    terms,
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    t_start,
+    dt,
+    count,
+    added_mass,
+    record,
+    elapsed,
+    y,
+    v,
+    w,
+    kept,
+    standstill,
+    wanted,
+    a_out,
+    w_out,
+    states_out,
+    reading_out,
+):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
     y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
@@ -249,9 +269,32 @@ def along_tasks_with(terms: Bundle) -> Any:
     """`along_tasks` with these terms, for Python to call."""
 
     def along_tasks(
-        params, motor, on, powered, coefficients, offsets, t_starts, dts, counts, sample_offsets, added_mass,
-        records, elapsed, y, v, kept, standstill, wanted, start_w, begin, end, a_out, w_out, states_out, reading_out,
-    ):  # fmt: skip
+        params,
+        motor,
+        on,
+        powered,
+        coefficients,
+        offsets,
+        t_starts,
+        dts,
+        counts,
+        sample_offsets,
+        added_mass,
+        records,
+        elapsed,
+        y,
+        v,
+        kept,
+        standstill,
+        wanted,
+        start_w,
+        begin,
+        end,
+        a_out,
+        w_out,
+        states_out,
+        reading_out,
+    ):
         """`along_one` for tasks begin..end-1; task = candidate * recordings + recording. Rows of a_out: candidates."""
         recordings = counts.size
         for task in range(begin, end):
@@ -260,12 +303,28 @@ def along_tasks_with(terms: Bundle) -> Any:
             a = sample_offsets[r]
             b = sample_offsets[r + 1]
             along_one(
-                terms, params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r],
-                dts[r], counts[r], added_mass[r], records[r], elapsed[r], y[a:b], v[a:b], start_w[candidate, r], kept,
-                standstill[a:b], wanted[a:b] if wanted.size > 0 else wanted,
-                a_out[candidate, a:b] if a_out.size > 0 else a_out[0, 0:0], w_out[candidate, a:b],
+                terms,
+                params[candidate],
+                motor,
+                on,
+                powered[r],
+                coefficients[offsets[r] : offsets[r + 1]],
+                t_starts[r],
+                dts[r],
+                counts[r],
+                added_mass[r],
+                records[r],
+                elapsed[r],
+                y[a:b],
+                v[a:b],
+                start_w[candidate, r],
+                kept,
+                standstill[a:b],
+                wanted[a:b] if wanted.size > 0 else wanted,
+                a_out[candidate, a:b] if a_out.size > 0 else a_out[0, 0:0],
+                w_out[candidate, a:b],
                 states_out[candidate, a:b] if states_out.size > 0 else states_out[0, 0:0],
                 reading_out[candidate, a:b] if reading_out.size > 0 else reading_out[0, 0:0],
-            )  # fmt: skip
+            )
 
     return along_tasks

@@ -31,17 +31,31 @@ def currents_along(model: Model, params: Array, inputs: Inputs, y: Array, v: Arr
         block = inputs.coefficients[inputs.offsets[index] : inputs.offsets[index + 1]]
         for candidate in range(params.shape[0]):
             _along(
-                params[candidate], model.motor, WINDING_CODES[model.winding], block, inputs.dts[index], y[part],
-                v[part], start[index], out[candidate, :, part],
-            )  # fmt: skip
+                params[candidate],
+                model.motor,
+                WINDING_CODES[model.winding],
+                block,
+                inputs.dts[index],
+                y[part],
+                v[part],
+                start[index],
+                out[candidate, :, part],
+            )
     return out
 
 
 @njit(cache=True, nogil=True)
 def _along(
-    params: Array, motor: int, winding: int, coefficients: Array, dt: float, y: Array, v: Array, start: Array,
+    params: Array,
+    motor: int,
+    winding: int,
+    coefficients: Array,
+    dt: float,
+    y: Array,
+    v: Array,
+    start: Array,
     out: Array,
-) -> None:  # fmt: skip
+) -> None:
     p = params[MOTOR_START : MOTOR_START + 6]
     table = np.zeros((3, 12))
     harmonics = prepare_motor(motor, p, table)
@@ -68,9 +82,14 @@ def _along(
                 x = share * dt
                 # The cubic through both samples' positions and speeds.
                 here = y[k] + share * (
-                    dt * v[k] + share * (3.0 * (y[k + 1] - y[k]) - dt * (2.0 * v[k] + v[k + 1])
-                    + share * (dt * (v[k] + v[k + 1]) - 2.0 * (y[k + 1] - y[k])))
-                )  # fmt: skip
+                    dt * v[k]
+                    + share
+                    * (
+                        3.0 * (y[k + 1] - y[k])
+                        - dt * (2.0 * v[k] + v[k + 1])
+                        + share * (dt * (v[k] + v[k + 1]) - 2.0 * (y[k + 1] - y[k]))
+                    )
+                )
                 speed = v[k] + share * (
                     2.0 * (3.0 * (y[k + 1] - y[k]) / dt - 2.0 * v[k] - v[k + 1])
                     + 3.0 * share * (v[k] + v[k + 1] - 2.0 * (y[k + 1] - y[k]) / dt)

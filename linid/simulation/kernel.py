@@ -161,9 +161,22 @@ def followed_step(terms, axis, bristles, clock, coefficients, forces, n, done, m
     y, v, w, force, currents, spring = motion
     t_n = clock.t_start + n * clock.dt
     middle = predicted(
-        terms, axis, bristles, spring, t_n + done * clock.tick, y, v, w, currents, p, table, force, halvings,
-        clock.tick, clock.tolerance,
-    )  # fmt: skip
+        terms,
+        axis,
+        bristles,
+        spring,
+        t_n + done * clock.tick,
+        y,
+        v,
+        w,
+        currents,
+        p,
+        table,
+        force,
+        halvings,
+        clock.tick,
+        clock.tolerance,
+    )
     v_mid, level, fall = middle.v, middle.level, middle.fall
     size = 1 << (FINEST - middle.halvings)
     h = size * clock.tick
@@ -177,9 +190,16 @@ def followed_step(terms, axis, bristles, clock, coefficients, forces, n, done, m
     states = axis.on & terms.acts.advance
     if states:
         advance_states(
-            terms, axis.on, half, t_mid - 0.5 * half, y + 0.25 * half * (v + v_mid), 0.5 * (v + v_mid),
-            (v_mid - v) / half, currents, p,
-        )  # fmt: skip
+            terms,
+            axis.on,
+            half,
+            t_mid - 0.5 * half,
+            y + 0.25 * half * (v + v_mid),
+            0.5 * (v + v_mid),
+            (v_mid - v) / half,
+            currents,
+            p,
+        )
     point = 2 * (n * clock.substeps + ((done + size) >> FINEST))
     force_mid = force_end = 0.0
     if known:
@@ -197,9 +217,20 @@ def followed_step(terms, axis, bristles, clock, coefficients, forces, n, done, m
         force_end, currents = force_then(terms, axis, clock, coefficients, n, x, 0.0, y_end, v_end, currents, p, table)
     mean, rise = impulse(force, force_mid, force_end)
     v_new, w_new, displacement = lugre_step(
-        v, w, v_mid, middle.w, level, fall, mean - 0.5 * rise, rise / h, bristles.mass, stiffness, damping,
-        bristles.sigma_2, h,
-    )  # fmt: skip
+        v,
+        w,
+        v_mid,
+        middle.w,
+        level,
+        fall,
+        mean - 0.5 * rise,
+        rise / h,
+        bristles.mass,
+        stiffness,
+        damping,
+        bristles.sigma_2,
+        h,
+    )
     if states:  # once more along the step as it came out, so that they keep to the motion
         advance_states(terms, axis.on, h, t_mid, y + 0.5 * displacement, displacement / h, (v_new - v) / h, inner, p)
         keep_states(p)
@@ -233,9 +264,28 @@ def no_samples(first, y_out, v_out):
 
 @allocating
 def simulate_one(
-    terms, params, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, record, elapsed, start,
-    kept, guided, substeps, tolerance, forces, y_out, v_out,
-):  # fmt: skip
+    terms,
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    t_start,
+    dt,
+    first,
+    count,
+    added_mass,
+    record,
+    elapsed,
+    start,
+    kept,
+    guided,
+    substeps,
+    tolerance,
+    forces,
+    y_out,
+    v_out,
+):
     """Simulate `count` samples from sample `first`; returns the number of internal steps.
 
     params: flat parameters; coefficients: (n - 1, 4, 4) splines of the inputs and of the measured position; start:
@@ -268,9 +318,21 @@ def simulate_one(
                     if h != glide_h:
                         glide, glide_h = glide_weights(bristles.sigma_2, bristles.mass, h), h
                     slid = sliding_step(
-                        terms, axis, bristles, clock, coefficients, forces, n, done, size, borders.alone, motion, glide,
-                        p, table,
-                    )  # fmt: skip
+                        terms,
+                        axis,
+                        bristles,
+                        clock,
+                        coefficients,
+                        forces,
+                        n,
+                        done,
+                        size,
+                        borders.alone,
+                        motion,
+                        glide,
+                        p,
+                        table,
+                    )
                     followed = too_slow(borders, motion.v, slid.v)
                     if followed:  # the same step once more
                         break
@@ -299,9 +361,32 @@ def simulate_tasks_with(terms: Bundle) -> Any:
     """`simulate_tasks` with these terms, for Python to call."""
 
     def simulate_tasks(
-        params, motor, on, powered, coefficients, offsets, t_starts, dts, recording, first, count, added_mass,
-        records, elapsed, starts, kept, out_offsets, guided, guide, substeps, tolerance, begin, end, y_out, v_out,
-    ):  # fmt: skip
+        params,
+        motor,
+        on,
+        powered,
+        coefficients,
+        offsets,
+        t_starts,
+        dts,
+        recording,
+        first,
+        count,
+        added_mass,
+        records,
+        elapsed,
+        starts,
+        kept,
+        out_offsets,
+        guided,
+        guide,
+        substeps,
+        tolerance,
+        begin,
+        end,
+        y_out,
+        v_out,
+    ):
         """Simulate tasks begin..end-1; task = candidate * segments + segment. Results land in y_out[candidate].
 
         params: (candidates, VECTOR_SIZE); recording, first, count, out_offsets: (segments,) integers;
@@ -334,18 +419,41 @@ def simulate_tasks_with(terms: Bundle) -> Any:
                 if stop > filled_to:
                     a, b = pieces * offsets[r] + r + filled_to, pieces * offsets[r] + r + stop
                     motor_forces(
-                        motor, params[candidate, 8:14], guide[0, a:b], guide[1, a:b], guide[2, a:b], guide[3, a:b],
+                        motor,
+                        params[candidate, 8:14],
+                        guide[0, a:b],
+                        guide[1, a:b],
+                        guide[2, a:b],
+                        guide[3, a:b],
                         forces[filled_to:stop],
-                    )  # fmt: skip
+                    )
                     filled_to = stop
             a = out_offsets[s]
             b = a + count[s]
             v_row = v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0]
             steps += simulate_one(
-                terms, params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r],
-                dts[r], first[s], count[s], added_mass[r], records[r], elapsed[r], starts[candidate, s], kept, guided,
-                substeps, tolerance, known, y_out[candidate, a:b], v_row,
-            )  # fmt: skip
+                terms,
+                params[candidate],
+                motor,
+                on,
+                powered[r],
+                coefficients[offsets[r] : offsets[r + 1]],
+                t_starts[r],
+                dts[r],
+                first[s],
+                count[s],
+                added_mass[r],
+                records[r],
+                elapsed[r],
+                starts[candidate, s],
+                kept,
+                guided,
+                substeps,
+                tolerance,
+                known,
+                y_out[candidate, a:b],
+                v_row,
+            )
         return steps
 
     return simulate_tasks

@@ -184,9 +184,22 @@ def voltage_step(
     y, v, w, force, last, spring = motion
     t_n = clock.t_start + n * clock.dt
     middle = predicted(
-        terms, axis, bristles, spring, t_n + done * clock.tick, y, v, w, last, p, table, force, halvings, clock.tick,
+        terms,
+        axis,
+        bristles,
+        spring,
+        t_n + done * clock.tick,
+        y,
+        v,
+        w,
+        last,
+        p,
+        table,
+        force,
+        halvings,
+        clock.tick,
         clock.tolerance,
-    )  # fmt: skip
+    )
     v_mid, level, fall = middle.v, middle.level, middle.fall
     size = 1 << (FINEST - middle.halvings)
     h = size * clock.tick
@@ -199,9 +212,16 @@ def voltage_step(
     states = axis.on & terms.acts.advance
     if states:
         advance_states(
-            terms, axis.on, half, t_mid - 0.5 * half, y + 0.25 * half * (v + v_mid), 0.5 * (v + v_mid),
-            (v_mid - v) / half, last, p,
-        )  # fmt: skip
+            terms,
+            axis.on,
+            half,
+            t_mid - 0.5 * half,
+            y + 0.25 * half * (v + v_mid),
+            0.5 * (v + v_mid),
+            (v_mid - v) / half,
+            last,
+            p,
+        )
     currents = currents_end = last
     e = d = (0.0, 0.0, 0.0)
     moved = Carried(flow.current, flow.current, e, d, flow.push)
@@ -227,18 +247,42 @@ def voltage_step(
     force_end = _force(terms, axis, t_n + x, y_end, v_end, currents_end, d, p, table)
     mean, rise = impulse(force, force_mid, force_end)
     v_new, w_new, displacement = lugre_step(
-        v, w, v_mid, middle.w, level, fall, mean - 0.5 * rise, rise / h, bristles.mass, stiffness, damping,
-        bristles.sigma_2, h,
-    )  # fmt: skip
+        v,
+        w,
+        v_mid,
+        middle.w,
+        level,
+        fall,
+        mean - 0.5 * rise,
+        rise / h,
+        bristles.mass,
+        stiffness,
+        damping,
+        bristles.sigma_2,
+        h,
+    )
     if states:  # once more along the step as it came out, so that they keep to the motion
         advance_states(terms, axis.on, h, t_mid, y + 0.5 * displacement, displacement / h, (v_new - v) / h, currents, p)
         keep_states(p)
     if axis.powered:
         found = Middle(v_mid, middle.w, level, fall, middle.halvings, middle.swing, middle.allowed)
         v_new, w_new, displacement, force_end, flow = corrected(
-            windings, space, common, bristles, (stiffness, damping), found, moved, flow, h, v, v_end, v_new,
-            w_new, displacement, force_end,
-        )  # fmt: skip
+            windings,
+            space,
+            common,
+            bristles,
+            (stiffness, damping),
+            found,
+            moved,
+            flow,
+            h,
+            v,
+            v_end,
+            v_new,
+            w_new,
+            displacement,
+            force_end,
+        )
         currents_end = phases(flow.current[0], flow.current[1], flow.current[2])
     motion = Motion(y + displacement, v_new, w_new, force_end, currents_end, (stiffness, damping))
     return motion, flow, middle, weighed
@@ -246,9 +290,30 @@ def voltage_step(
 
 @allocating
 def simulate_one(
-    terms, params, motor, on, powered, coefficients, t_start, dt, first, count, added_mass, record, elapsed, start,
-    kept, guided, substeps, tolerance, winding, i_start, i_out, y_out, v_out,
-):  # fmt: skip
+    terms,
+    params,
+    motor,
+    on,
+    powered,
+    coefficients,
+    t_start,
+    dt,
+    first,
+    count,
+    added_mass,
+    record,
+    elapsed,
+    start,
+    kept,
+    guided,
+    substeps,
+    tolerance,
+    winding,
+    i_start,
+    i_out,
+    y_out,
+    v_out,
+):
     """Simulate `count` samples from sample `first`; returns the number of internal steps.
 
     winding: 1 star, 2 separate; i_start: (3,) A, nan where not given; i_out: (3, count) A, or empty if not wanted; the
@@ -276,9 +341,23 @@ def simulate_one(
         done = 0
         while done < whole:
             motion, flow, middle, weighed = voltage_step(
-                terms, axis, bristles, windings, space, common, weighed, clock, coefficients, first + k, done, motion,
-                flow, halvings, p, table,
-            )  # fmt: skip
+                terms,
+                axis,
+                bristles,
+                windings,
+                space,
+                common,
+                weighed,
+                clock,
+                coefficients,
+                first + k,
+                done,
+                motion,
+                flow,
+                halvings,
+                p,
+                table,
+            )
             halvings = middle.halvings
             size = 1 << (FINEST - halvings)
             done += size
@@ -305,10 +384,35 @@ def simulate_tasks_with(terms: Bundle) -> Any:
     """`simulate_tasks` with these terms, for Python to call."""
 
     def simulate_tasks(
-        params, motor, on, powered, coefficients, offsets, t_starts, dts, recording, first, count, added_mass,
-        records, elapsed, starts, kept, out_offsets, guided, guide, substeps, tolerance, begin, end, winding, i_starts,
-        i_out, y_out, v_out,
-    ):  # fmt: skip
+        params,
+        motor,
+        on,
+        powered,
+        coefficients,
+        offsets,
+        t_starts,
+        dts,
+        recording,
+        first,
+        count,
+        added_mass,
+        records,
+        elapsed,
+        starts,
+        kept,
+        out_offsets,
+        guided,
+        guide,
+        substeps,
+        tolerance,
+        begin,
+        end,
+        winding,
+        i_starts,
+        i_out,
+        y_out,
+        v_out,
+    ):
         """Simulate tasks begin..end-1, as `kernel.simulate_tasks`; i_starts: (candidates, segments, 3) A; i_out:
         (candidates, 3, samples) A, or empty if not wanted."""
         segments = recording.size
@@ -320,12 +424,30 @@ def simulate_tasks_with(terms: Bundle) -> Any:
             a = out_offsets[s]
             b = a + count[s]
             steps += simulate_one(
-                terms, params[candidate], motor, on, powered[r], coefficients[offsets[r] : offsets[r + 1]], t_starts[r],
-                dts[r], first[s], count[s], added_mass[r], records[r], elapsed[r], starts[candidate, s], kept, guided,
-                substeps, tolerance, winding, i_starts[candidate, s],
-                i_out[candidate, :, a:b] if i_out.size > 0 else i_out[0], y_out[candidate, a:b],
+                terms,
+                params[candidate],
+                motor,
+                on,
+                powered[r],
+                coefficients[offsets[r] : offsets[r + 1]],
+                t_starts[r],
+                dts[r],
+                first[s],
+                count[s],
+                added_mass[r],
+                records[r],
+                elapsed[r],
+                starts[candidate, s],
+                kept,
+                guided,
+                substeps,
+                tolerance,
+                winding,
+                i_starts[candidate, s],
+                i_out[candidate, :, a:b] if i_out.size > 0 else i_out[0],
+                y_out[candidate, a:b],
                 v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0],
-            )  # fmt: skip
+            )
         return steps
 
     return simulate_tasks

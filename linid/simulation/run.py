@@ -143,9 +143,15 @@ class Simulator:
         return WINDING_CODES[self.model.winding], np.ascontiguousarray(start_currents), i_out
 
     def _simulate(
-        self, params: Array, segments: Segments, starts: Array, y_out: Array, v_out: Array, guided: bool,
+        self,
+        params: Array,
+        segments: Segments,
+        starts: Array,
+        y_out: Array,
+        v_out: Array,
+        guided: bool,
         extra: tuple[object, ...],
-    ) -> int:  # fmt: skip
+    ) -> int:
         """Run the kernel over all candidates and segments; extra: what it takes besides where voltages drive."""
         kernel = self._kernel()
         inputs = self.inputs
@@ -191,9 +197,16 @@ class Simulator:
         return self._spread(work, params.shape[0] * segments.count.size)
 
     def along(
-        self, params: Array, y: Array, v: Array, standstill: NDArray[np.bool_], start_w: Array, *,
-        acceleration: bool = True, wanted: NDArray[np.bool_] | None = None,
-    ) -> AlongMotion:  # fmt: skip
+        self,
+        params: Array,
+        y: Array,
+        v: Array,
+        standstill: NDArray[np.bool_],
+        start_w: Array,
+        *,
+        acceleration: bool = True,
+        wanted: NDArray[np.bool_] | None = None,
+    ) -> AlongMotion:
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
         y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m;

@@ -77,10 +77,15 @@ def simulate_voltage_reference(
         return np.concatenate([[v, a, w_rate], current_rates, powers])
 
     solution = solve_ivp(
-        rates, (t[0], t[-1]), np.concatenate([start, start_currents, np.zeros(3)]), method="LSODA", t_eval=t,
-        rtol=rtol, atol=np.concatenate([[1e-11, 1e-10, 1e-13], np.full(3, 1e-11), np.full(3, 1e-11)]),
+        rates,
+        (t[0], t[-1]),
+        np.concatenate([start, start_currents, np.zeros(3)]),
+        method="LSODA",
+        t_eval=t,
+        rtol=rtol,
+        atol=np.concatenate([[1e-11, 1e-10, 1e-13], np.full(3, 1e-11), np.full(3, 1e-11)]),
         max_step=max_step,
-    )  # fmt: skip
+    )
     if not solution.success:
         raise RuntimeError(f"reference integration stopped: {solution.message}")
     y, v, _, *rest = solution.y

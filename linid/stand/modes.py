@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.stand.mode_descriptions import (
-    FreeWheel,
-    Mode,
-    Moves,
-    SineCurrent,
-    SinePosition,
-    SlowRamp,
-    SquareCurrent,
-)
+from linid.stand.mode_descriptions import FreeWheel, Mode, Moves, SineCurrent, SinePosition, SlowRamp, SquareCurrent
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription

@@ -102,12 +102,7 @@ def motor_harmonics(motor: SineMotor | ThetaMotor) -> tuple[Array, float, float,
         field = 8 * motor.nome ** (n * n) * math.sin(2 * n * motor.winding_length_rad)
         rows.append((float(n), motor.force_constant_n_per_a * field))
         n += 2
-    return (
-        np.array(rows),
-        2 * motor.guideway_density_per_m,
-        2 * motor.winding_displacement_rad,
-        2 * motor.shift_rad,
-    )
+    return (np.array(rows), 2 * motor.guideway_density_per_m, 2 * motor.winding_displacement_rad, 2 * motor.shift_rad)
 
 
 def plant_parameters(description: AxisDescription, added_mass: float = 0.0) -> PlantParameters:
@@ -243,14 +238,7 @@ def _rates(s: Any, i_reference: float, push: float, p: PlantParameters) -> Any:
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def _along(s: Any, k: Any, h: float) -> Any:
-    return (
-        s[0] + h * k[0],
-        s[1] + h * k[1],
-        s[2] + h * k[2],
-        s[3] + h * k[3],
-        s[4] + h * k[4],
-        s[5] + h * k[5],
-    )
+    return (s[0] + h * k[0], s[1] + h * k[1], s[2] + h * k[2], s[3] + h * k[3], s[4] + h * k[4], s[5] + h * k[5])
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]

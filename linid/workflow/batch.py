@@ -36,11 +36,14 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
     if request.dry_run:
         jobs = [
             {
-                "job": s.label, "command": s.command, "files": list(s.files),
-                "model": s.options.get("model") or s.models.get("model", ""), "after": list(s.after),
+                "job": s.label,
+                "command": s.command,
+                "files": list(s.files),
+                "model": s.options.get("model") or s.models.get("model", ""),
+                "after": list(s.after),
             }
             for s in specs
-        ]  # fmt: skip
+        ]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "jobs": jobs})
     with connected(request, reporter) as cluster:
         return _run(specs, request, reporter, overrides, cluster)
@@ -53,9 +56,12 @@ def _run(
     folder.previous = None if folder.previous is None else {**folder.previous, "status": "resumed", "identity": None}
     config = "".join(f"# {path}\n{path.read_text(encoding='utf-8')}\n" for path in request.files)
     folder.begin(
-        identity=identity_of(COMMAND, config, overrides), config=config, inputs=[file_record(p) for p in request.files],
-        seed=None, jobs=request.jobs,
-    )  # fmt: skip
+        identity=identity_of(COMMAND, config, overrides),
+        config=config,
+        inputs=[file_record(p) for p in request.files],
+        seed=None,
+        jobs=request.jobs,
+    )
     with recorded(folder), reporter:
         places: Places
         if cluster is None:
@@ -194,9 +200,11 @@ def _outcome(folder: Path, reports: Sequence[JobReport]) -> Outcome:
         for r in reports
     ]
     summary = {
-        "command": COMMAND, "folder": str(folder), "exit_code": code,
+        "command": COMMAND,
+        "folder": str(folder),
+        "exit_code": code,
         "jobs": [{**vars(r), "folder": str(folder / r.label) if r.folder else None} for r in reports],
-    }  # fmt: skip
+    }
     key = f"{sum(r.status in _USABLE for r in reports)} of {len(reports)} jobs done"
     return Outcome(COMMAND, folder, code, key, (batch_table_console(rows),), summary)
 

@@ -51,9 +51,14 @@ class ClusterPlaces:
         resume = self.resume or not folder.exists() or not any(folder.iterdir())
         self.submitted += 1
         future = self.client.submit(
-            run_job, self.cluster.terms, job, str(folder), resume, key=(f"job-{self.token}", self.submitted),
+            run_job,
+            self.cluster.terms,
+            job,
+            str(folder),
+            resume,
+            key=(f"job-{self.token}", self.submitted),
             retries=RETRIES,
-        )  # fmt: skip
+        )
         self.jobs[job.label] = job
         self.futures[job.label] = future
         future.add_done_callback(lambda done: self.told.put((job.label, None)))

@@ -311,11 +311,17 @@ def _specs(
     variants = _motor_labels(job) if isinstance(job, FitMotorJob) else [(job.name, "")]
     return [
         JobSpec(
-            prefix + label, labels[label], settings, campaigns, models,
-            {**options, "model": kind} if kind else options, paths, after,
+            prefix + label,
+            labels[label],
+            settings,
+            campaigns,
+            models,
+            {**options, "model": kind} if kind else options,
+            paths,
+            after,
         )
         for label, kind in variants
-    ]  # fmt: skip
+    ]
 
 
 def _is_job(text: str) -> bool:

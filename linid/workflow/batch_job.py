@@ -170,9 +170,14 @@ def _reproduce(call: _Call) -> Outcome:
 
 
 _COMMANDS: dict[str, Callable[[_Call], Outcome]] = {
-    "fit-friction": _fit_friction, "fit-motor": _fit_motor, "validate": _validate, "diagnose": _diagnose,
-    "generate": _generate, "field": _field, "reproduce": _reproduce,
-}  # fmt: skip
+    "fit-friction": _fit_friction,
+    "fit-motor": _fit_motor,
+    "validate": _validate,
+    "diagnose": _diagnose,
+    "generate": _generate,
+    "field": _field,
+    "reproduce": _reproduce,
+}
 
 
 def _end_with_parent() -> None:

@@ -24,11 +24,21 @@ SCORE_FOLDER = "score"
 
 
 def make(
-    out: Path | None, reporter: Reporter, *, count: int, seed: int, effects: Sequence[str] = (),
-    strength: tuple[float, float] = (0.05, 1.0), kinds: Sequence[Kind] = ("single", "pair", "none", "unknown"),
-    keys: Path | None = None, jobs: int = 1, laws: Sequence[Law] = ("lugre",), axes: Sequence[AxisKind] = ("phase",),
-    rates: Sequence[float] = (1000.0,), encoders: tuple[float, float] | None = None,
-) -> Outcome:  # fmt: skip
+    out: Path | None,
+    reporter: Reporter,
+    *,
+    count: int,
+    seed: int,
+    effects: Sequence[str] = (),
+    strength: tuple[float, float] = (0.05, 1.0),
+    kinds: Sequence[Kind] = ("single", "pair", "none", "unknown"),
+    keys: Path | None = None,
+    jobs: int = 1,
+    laws: Sequence[Law] = ("lugre",),
+    axes: Sequence[AxisKind] = ("phase",),
+    rates: Sequence[float] = (1000.0,),
+    encoders: tuple[float, float] | None = None,
+) -> Outcome:
     """Make a challenge; arguments as in `linid.challenge.make.Plan`, encoders in um.
 
     Raises UsageError for unknown names, wrong strengths, and folders that hold something.
@@ -42,13 +52,21 @@ def make(
     folder = out or fresh_folder(COMMAND)
     with reporter:
         made = make_challenge(
-            plan, count, folder, keys_path=keys, jobs=jobs,
+            plan,
+            count,
+            folder,
+            keys_path=keys,
+            jobs=jobs,
             progress=lambda done, total: reporter.step("campaigns", done, total),
-        )  # fmt: skip
+        )
     summary = {
-        "command": f"{COMMAND} make", "folder": str(folder), "keys": str(keys or folder / KEYS_FILE),
-        "campaigns": list(made), "seed": seed, "exit_code": DONE,
-    }  # fmt: skip
+        "command": f"{COMMAND} make",
+        "folder": str(folder),
+        "keys": str(keys or folder / KEYS_FILE),
+        "campaigns": list(made),
+        "seed": seed,
+        "exit_code": DONE,
+    }
     return Outcome(COMMAND, folder, DONE, f"{len(made)} campaigns", (), summary)
 
 
@@ -169,9 +187,12 @@ def run(
     code = 1 if failed else DONE
     results = folder / RESULTS_FOLDER
     summary = {
-        "command": f"{COMMAND} run", "folder": str(results), "campaigns": [asdict(one) for one in ended],
-        "failed": failed, "exit_code": code,
-    }  # fmt: skip
+        "command": f"{COMMAND} run",
+        "folder": str(results),
+        "campaigns": [asdict(one) for one in ended],
+        "failed": failed,
+        "exit_code": code,
+    }
     key = f"{len(ended) - len(failed)} of {len(ended)} campaigns diagnosed"
     return Outcome(COMMAND, results, code, key, (key,), summary)
 

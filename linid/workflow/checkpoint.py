@@ -97,9 +97,10 @@ def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
         raise _damaged(path, "no schema, identity and state") from None
     if found != identity or type(schema) is not int or schema != SCHEMA:
         raise ConfigError(
-            str(path), "belongs to a search with other inputs, settings or program versions",
+            str(path),
+            "belongs to a search with other inputs, settings or program versions",
             "Resume with the command and files it was started with, or choose another --out.",
-        )  # fmt: skip
+        )
     return state
 
 

@@ -95,19 +95,24 @@ def connected(request: Request, reporter: Reporter) -> Iterator[Cluster | None]:
         import distributed
     except ImportError:
         raise UsageError(
-            f"{_OPTION} {request.scheduler}", "needs dask, which is not installed",
+            f"{_OPTION} {request.scheduler}",
+            "needs dask, which is not installed",
             'Install the extra: pip install "linid[cluster]"',
-        ) from None  # fmt: skip
+        ) from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     # A diagnosis sends its recordings once per step: tens of megabytes, and meant to.
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 GB"}):
         local = None
         if request.scheduler == LOCAL:
             local = distributed.LocalCluster(  # type: ignore[no-untyped-call]
-                n_workers=request.jobs, threads_per_worker=1, processes=True, memory_limit=0,
-                dashboard_address=":0", silence_logs=logging.CRITICAL,
+                n_workers=request.jobs,
+                threads_per_worker=1,
+                processes=True,
+                memory_limit=0,
+                dashboard_address=":0",
+                silence_logs=logging.CRITICAL,
                 preload=["linid.workflow.cluster_worker"],
-            )  # fmt: skip
+            )
         try:
             client = _client(distributed, request.scheduler if local is None else local)
             try:
@@ -125,9 +130,10 @@ def _client(distributed: Any, where: Any) -> Any:
         return distributed.Client(where, timeout=ANSWER_WITHIN, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:
         raise UsageError(
-            f"{_OPTION} {where}", f"no scheduler answers there ({_first_line(error)})",
+            f"{_OPTION} {where}",
+            f"no scheduler answers there ({_first_line(error)})",
             "Start one with `dask scheduler` and give the address that it prints, or take `local`.",
-        ) from None  # fmt: skip
+        ) from None
 
 
 def _checked(client: Any, address: str, reporter: Reporter) -> Cluster:
@@ -139,16 +145,18 @@ def _checked(client: Any, address: str, reporter: Reporter) -> Cluster:
     for name, version in cluster.terms.versions.items():
         if theirs.get(name) != version:
             raise ConfigError(
-                f"scheduler {address}", f"has {name} {theirs.get(name, 'unknown')}, this program {version}",
+                f"scheduler {address}",
+                f"has {name} {theirs.get(name, 'unknown')}, this program {version}",
                 "Install the same there as here and start it again.",
-            )  # fmt: skip
+            )
     try:
         client.wait_for_workers(1, timeout=WORKER_WITHIN)
     except TimeoutError:
         raise UsageError(
-            f"{_OPTION} {address}", f"has no workers, {WORKER_WITHIN} s after it was asked",
+            f"{_OPTION} {address}",
+            f"has no workers, {WORKER_WITHIN} s after it was asked",
             f"Start some: dask worker {address}",
-        ) from None  # fmt: skip
+        ) from None
     found = cluster.look()
     hosts, processors = ({one[k] for one in found} for k in (0, 1))
     reporter.say(f"{_count(len(found), 'worker')} on {_count(len(hosts), 'host')}")
@@ -178,27 +186,31 @@ def failure(address: str, error: BaseException) -> BaseException:
 
     if isinstance(error, KilledWorker):
         return LinidError(
-            f"{_OPTION} {address}", f"{_count(error.allowed_failures + 1, 'worker')} died of the same work",
+            f"{_OPTION} {address}",
+            f"{_count(error.allowed_failures + 1, 'worker')} died of the same work",
             "Look into the workers' logs; often their memory is too small. Go on by --resume.",
-        )  # fmt: skip
+        )
     if isinstance(error, ProcessDiedError):
         return LinidError(
-            f"{_OPTION} {address}", f"{error}, {RETRIES + 1} times",
+            f"{_OPTION} {address}",
+            f"{error}, {RETRIES + 1} times",
             "Look at the memory of the workers' hosts. Go on by --resume.",
-        )  # fmt: skip
+        )
     if isinstance(error, CancelledError | Cancelled | OSError) and not isinstance(error, LinidError):
         return LinidError(
-            f"{_OPTION} {address}", f"the scheduler went away ({type(error).__name__})",
+            f"{_OPTION} {address}",
+            f"the scheduler went away ({type(error).__name__})",
             "Start it again and go on by --resume.",
-        )  # fmt: skip
+        )
     return error
 
 
 def _cannot_load(place: str, error: BaseException) -> ConfigError:
     return ConfigError(
-        place, f"cannot load this version of linid ({type(error).__name__}: {_first_line(error)})",
+        place,
+        f"cannot load this version of linid ({type(error).__name__}: {_first_line(error)})",
         "Install the same linid and Python there as here and start it again.",
-    )  # fmt: skip
+    )
 
 
 def _first_line(error: BaseException) -> str:

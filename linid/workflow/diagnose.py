@@ -46,9 +46,15 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
 
 
 def _run(
-    request: Request, reporter: Reporter, inputs: Inputs, kind: ModelKind, known: dict[str, float], name: str,
-    identity: str, workers: Cluster | None,
-) -> Outcome:  # fmt: skip
+    request: Request,
+    reporter: Reporter,
+    inputs: Inputs,
+    kind: ModelKind,
+    known: dict[str, float],
+    name: str,
+    identity: str,
+    workers: Cluster | None,
+) -> Outcome:
     from linid.diagnosis.diagnose import diagnose as find
 
     folder = begin(request, COMMAND, inputs, identity)
@@ -60,10 +66,17 @@ def _run(
         memory.load()
     with recorded(folder), reporter:
         found = find(
-            name, inputs.recordings, kind, effects=request.settings.effects, known=known, jobs=request.jobs,
-            workers=workers, seed=request.settings.seed, memory=memory,
+            name,
+            inputs.recordings,
+            kind,
+            effects=request.settings.effects,
+            known=known,
+            jobs=request.jobs,
+            workers=workers,
+            seed=request.settings.seed,
+            memory=memory,
             progress=lambda stage, done, total: reporter.step(stage, done, total),
-        )  # fmt: skip
+        )
         _write(found.diagnosis, folder.path, request, reporter)
         _write_models(found, folder.path)
         _write_predictions(found, folder.path)
@@ -104,9 +117,13 @@ def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Repor
 
     settings = request.settings
     write_diagnosis(
-        diagnosis, folder, formats=settings.figure_formats, figures=settings.figures, processes=request.jobs,
+        diagnosis,
+        folder,
+        formats=settings.figure_formats,
+        figures=settings.figures,
+        processes=request.jobs,
         progress=lambda done, total, stem: reporter.step("figures", done, total),
-    )  # fmt: skip
+    )
 
 
 def _write_models(found: Found, folder: Path) -> None:
@@ -153,9 +170,15 @@ def _outcome(diagnosis: Diagnosis, folder: Path) -> Outcome:
 
     verdict = diagnosis.verdict
     summary = {
-        "command": COMMAND, "folder": str(folder), "model": diagnosis.model, "status": verdict.status,
-        "effects": list(verdict.effects), "equivalent": list(verdict.equivalent), "sentence": verdict.sentence,
-        "next_experiment": verdict.next_experiment, "exit_code": DONE,
-    }  # fmt: skip
+        "command": COMMAND,
+        "folder": str(folder),
+        "model": diagnosis.model,
+        "status": verdict.status,
+        "effects": list(verdict.effects),
+        "equivalent": list(verdict.equivalent),
+        "sentence": verdict.sentence,
+        "next_experiment": verdict.next_experiment,
+        "exit_code": DONE,
+    }
     figure = f"{verdict.status}: {', '.join(verdict.effects) or '-'}"
     return Outcome(COMMAND, folder, DONE, figure, (diagnosis_console(diagnosis),), summary)

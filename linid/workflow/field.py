@@ -28,9 +28,14 @@ _KINDS: tuple[Literal["sine"], Literal["theta"]] = ("sine", "theta")
 
 
 def field(
-    request: Request, reporter: Reporter, *, geometry: MotorGeometry | None, k: float | None = None,
-    model: Path | None = None, friction: Path | None = None,
-) -> Outcome:  # fmt: skip
+    request: Request,
+    reporter: Reporter,
+    *,
+    geometry: MotorGeometry | None,
+    k: float | None = None,
+    model: Path | None = None,
+    friction: Path | None = None,
+) -> Outcome:
     """The field of a motor by its dimensions: parameters, curves and figures.
 
     geometry: None for the general part alone (what a sine costs over k); k: sigma_y / pole pitch to judge, instead of
@@ -344,7 +349,5 @@ def _comparison_table(compared: Sequence[Comparison]) -> Any:
     for one in compared:
         agrees = "not told" if one.agrees is None else "yes" if one.agrees else "no"
         interval = "-" if one.agrees is None else f"{one.low:.5g} to {one.high:.5g}"
-        table.add_row(
-            one.name, f"{one.by_dimensions:.5g}", f"{one.identified:.5g}", interval, one.unit, agrees
-        )  # fmt: skip
+        table.add_row(one.name, f"{one.by_dimensions:.5g}", f"{one.identified:.5g}", interval, one.unit, agrees)
     return table

@@ -58,8 +58,9 @@ def friction_task(inputs: Inputs, settings: Settings) -> FitTask:
         chosen = tuple(r for r in inputs.of(split="fit", kind="motor") if r.drive_input is not None)
     if not chosen:
         raise UsageError(
-            "FILE", "found no free wheel and no driven recording with a q-current or command among those to fit",
+            "FILE",
+            "found no free wheel and no driven recording with a q-current or command among those to fit",
             "Give free-wheel recordings (drive off), or map the q-current or command: "
             "channels: {current_q: ...} or {command: ...}.",
-        )  # fmt: skip
+        )
     return FitTask(kind, chosen, settings, known).restricted()

@@ -40,9 +40,10 @@ def fit_motor(
     announce(inputs, reporter)
     if start is not None and start.axis != inputs.axis:
         raise UsageError(
-            f"--friction {friction}", f"is of a {start.axis} axis, the recordings of a {inputs.axis} one",
+            f"--friction {friction}",
+            f"is of a {start.axis} axis, the recordings of a {inputs.axis} one",
             "Use the axis's own friction result.",
-        )  # fmt: skip
+        )
     settings = request.settings
     known = settings.known_values(inputs.known)
     if winding and model == "force":
@@ -55,9 +56,14 @@ def fit_motor(
     if request.dry_run:
         return plan_outcome(COMMAND, stages, inputs)
     identity = identity_of(
-        COMMAND, model, fingerprint(inputs.recordings), decisive(settings), known,
-        None if start is None else model_to_text(start), *([winding] if winding else []),
-    )  # fmt: skip
+        COMMAND,
+        model,
+        fingerprint(inputs.recordings),
+        decisive(settings),
+        known,
+        None if start is None else model_to_text(start),
+        *([winding] if winding else []),
+    )
     folder = begin(request, COMMAND, inputs, identity, [] if friction is None else [file_record(friction)])
     if folder.finished_before:
         reporter.say(f"{folder.path}: already finished, nothing to resume")

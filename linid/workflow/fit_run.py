@@ -103,12 +103,19 @@ def fit_outcome(folder: RunFolder, result: FitResult, gaps: Sequence[RecordingGa
 
     code = DONE if result.converged else NOT_CONVERGED
     summary = {
-        "command": folder.command, "folder": str(folder.path), "model": result.model, "axis": result.axis,
-        "converged": result.converged, "stop_reasons": list(result.stop_reasons), "exit_code": code,
-        "parameters": results.parameter_rows(result), "gaps": results.gap_rows(gaps),
-        "warnings": list(result.warnings), "not_separable": [list(pair) for pair in result.pairs],
+        "command": folder.command,
+        "folder": str(folder.path),
+        "model": result.model,
+        "axis": result.axis,
+        "converged": result.converged,
+        "stop_reasons": list(result.stop_reasons),
+        "exit_code": code,
+        "parameters": results.parameter_rows(result),
+        "gaps": results.gap_rows(gaps),
+        "warnings": list(result.warnings),
+        "not_separable": [list(pair) for pair in result.pairs],
         "evaluations": result.evaluations,
-    }  # fmt: skip
+    }
     tables = (parameter_table_console(result), gap_table_console(gaps, result.axis))
     return Outcome(folder.command, folder.path, code, gap_figure_text(gaps, result.axis), tables, summary)
 
@@ -123,8 +130,10 @@ def finished_before(folder: RunFolder) -> Outcome:
 def plan_outcome(command: str, tasks: Sequence[tuple[str, FitTask]], inputs: Inputs) -> Outcome:
     """What --dry-run prints: stages, parameters and budget; nothing is written."""
     summary = {
-        "command": command, "dry_run": True, "files": list(inputs.files),
+        "command": command,
+        "dry_run": True,
+        "files": list(inputs.files),
         "held_out": [r.name for r in inputs.of(split="held_out")],
         "stages": [describe_task(task, label) for label, task in tasks],
-    }  # fmt: skip
+    }
     return Outcome(command, None, DONE, "", (), summary)

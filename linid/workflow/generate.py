@@ -17,9 +17,17 @@ COMMAND = "generate"
 
 
 def generate_campaign(
-    axis: Path, out: Path | None, reporter: Reporter, *, seed: int = 1, layout: str = "generic",
-    decimal_mark: str = ".", only: Sequence[str] = (), overwrite: bool = False, dry_run: bool = False,
-) -> Outcome:  # fmt: skip
+    axis: Path,
+    out: Path | None,
+    reporter: Reporter,
+    *,
+    seed: int = 1,
+    layout: str = "generic",
+    decimal_mark: str = ".",
+    only: Sequence[str] = (),
+    overwrite: bool = False,
+    dry_run: bool = False,
+) -> Outcome:
     """Simulate, measure and write the campaign of an axis description (YAML).
 
     Raises ConfigError for the description, UsageError for unknown names or when files would be overwritten.

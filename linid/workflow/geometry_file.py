@@ -27,9 +27,10 @@ def read_geometry(path: Path | None, options: dict[str, Any]) -> MotorGeometry |
     missing = [name for name in _NAMES if name not in given] if path is None else []
     if missing:
         raise UsageError(
-            "field", f"lacks {', '.join('--' + name.replace('_', '-') for name in missing)}",
+            "field",
+            f"lacks {', '.join('--' + name.replace('_', '-') for name in missing)}",
             "Give all dimensions, or a GEOMETRY.yaml.",
-        )  # fmt: skip
+        )
     merged = _merge(below, _sections(given))
     try:
         return MotorGeometry.model_validate(merged)

@@ -49,9 +49,11 @@ class Inputs:
 
         return [
             f"{r.name}: {text}"
-            for r in self.recordings if r.reading is not None
-            for _, level, text in clock_findings(int(r.t.size), r.reading) if level == "warning"
-        ]  # fmt: skip
+            for r in self.recordings
+            if r.reading is not None
+            for _, level, text in clock_findings(int(r.t.size), r.reading)
+            if level == "warning"
+        ]
 
     def notes(self) -> list[str]:
         """What the reader noticed, one line per distinct note with its recordings."""
@@ -101,19 +103,25 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
     recordings = list(in_order(recordings))
     found = [_cut_push(r, settings) for r in recordings]
     return Inputs(
-        tuple(r for r, _ in found), axes[0], known, _distinct(records),
+        tuple(r for r, _ in found),
+        axes[0],
+        known,
+        _distinct(records),
         tuple(FoundCoastDown(whole, coast) for whole, (_, coast) in zip(recordings, found, strict=True) if coast),
         names[0],
-    )  # fmt: skip
+    )
 
 
 def _record(recording: Recording) -> dict[str, Any]:
     """What a recording's file was and what reading it did to its numbers, for run.json."""
     read = None if recording.reading is None else {k: finite(x) for k, x in asdict(recording.reading).items()}
     return {
-        "file": str(recording.source or recording.name), "sha256": recording.sha256, "samples": int(recording.t.size),
-        "read": read, "notes": list(recording.notes),
-    }  # fmt: skip
+        "file": str(recording.source or recording.name),
+        "sha256": recording.sha256,
+        "samples": int(recording.t.size),
+        "read": read,
+        "notes": list(recording.notes),
+    }
 
 
 def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:
@@ -134,9 +142,14 @@ def _bare(path: Path, settings: Settings, axis: str | None, added_mass: float) -
     from linid.recording import read_recording
 
     return read_recording(
-        path, channels=settings.channels, axis=settings.axis or axis or "linear",  # type: ignore[arg-type]
-        kind=settings.kind, added_mass=added_mass, window=settings.window, period=settings.period,
-    )  # fmt: skip
+        path,
+        channels=settings.channels,
+        axis=settings.axis or axis or "linear",  # type: ignore[arg-type]
+        kind=settings.kind,
+        added_mass=added_mass,
+        window=settings.window,
+        period=settings.period,
+    )
 
 
 def _masses(files: Sequence[Path], settings: Settings) -> dict[str, float]:
@@ -155,9 +168,10 @@ def _masses(files: Sequence[Path], settings: Settings) -> dict[str, float]:
     unused = sorted(set(settings.added_mass) - used)
     if unused or (settings.added_mass and not bare):
         raise ConfigError(
-            "added_mass", f"no bare recording is called {unused[0] if unused else 'so'}",
+            "added_mass",
+            f"no bare recording is called {unused[0] if unused else 'so'}",
             "Name a file as on the command line; a campaign states `added_mass_kg` itself.",
-        )  # fmt: skip
+        )
     return masses
 
 

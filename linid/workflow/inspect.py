@@ -73,9 +73,13 @@ def inspect_path(
     summary["checks"] = _checks_summary(checks)
     said = f"Starter mapping written to {mapping}; check it, then give it by --channels." if mapping else starter
     return Outcome(
-        COMMAND, None, DONE if found.problem is None else 4, "",
-        (_facts(found), _columns(found), said, *drawn, *_checks(checks)), summary,
-    )  # fmt: skip
+        COMMAND,
+        None,
+        DONE if found.problem is None else 4,
+        "",
+        (_facts(found), _columns(found), said, *drawn, *_checks(checks)),
+        summary,
+    )
 
 
 def _may_be_written(path: Path, source: Path, overwrite: bool) -> None:
@@ -116,23 +120,29 @@ def _folder(folder: Path, channels: ChannelMapping | None, axis: Axis | None, ca
         write_text(campaign, text)
     said = f"Campaign written to {campaign}; check it, then give it to a fit or `linid diagnose`." if campaign else text
     summary = {
-        "command": COMMAND, "folder": str(folder), "campaign": text,
+        "command": COMMAND,
+        "folder": str(folder),
+        "campaign": text,
         "recordings": [
             {"file": str(e.recording.source), "kind": e.recording.kind, "split": e.split, "repeat_of": e.repeat_of}
             for e in found.entries
         ],
         "unusable": [{"file": str(u.path), "problem": u.problem} for u in found.unusable],
         "exit_code": DONE if found.entries else 4,
-    }  # fmt: skip
+    }
     table = _table()
     for title in ("File", "Kind", "Split", "Repeats", "Seconds", "Hz"):
         table.add_column(title, overflow="fold")
     for e in found.entries:
         r = e.recording
         table.add_row(
-            r.source.name if r.source else r.name, r.kind, e.split, e.repeat_of or "-", f"{r.duration:.4g}",
+            r.source.name if r.source else r.name,
+            r.kind,
+            e.split,
+            e.repeat_of or "-",
+            f"{r.duration:.4g}",
             f"{1.0 / r.period:.5g}",
-        )  # fmt: skip
+        )
     problems = [f"NOT USABLE {u.path.name}: {u.problem}" for u in found.unusable]
     return Outcome(COMMAND, None, summary["exit_code"], "", (table, *problems, said), summary)  # type: ignore[arg-type]
 

@@ -49,9 +49,12 @@ def reproduce(
     folder = open_run_folder(COMMAND, request.out, overwrite=True)
     inputs = [*stand.files, *other.files, *(file_record(path) for path in (*models.values(), geometry))]
     folder.begin(
-        identity=identity_of(COMMAND, inputs), config="# linid batch, command reproduce\n", inputs=inputs,
-        seed=request.settings.seed, jobs=request.jobs,
-    )  # fmt: skip
+        identity=identity_of(COMMAND, inputs),
+        config="# linid batch, command reproduce\n",
+        inputs=inputs,
+        seed=request.settings.seed,
+        jobs=request.jobs,
+    )
     with recorded(folder), reporter:
         traces = _Traces(reporter, request.jobs, request.settings.seed)
         narrow_cases = [r for r in other.recordings if r.name.startswith(CASES)]
@@ -79,14 +82,16 @@ def _check(recordings: Sequence[Recording], files: Sequence[Path]) -> None:
         for split in ("fit", "held_out"):
             if not any(r.name.startswith(case) and r.split == split for r in recordings):
                 raise DataError(
-                    ", ".join(str(path) for path in files), f"holds no {split} recording called {case}_...",
+                    ", ".join(str(path) for path in files),
+                    f"holds no {split} recording called {case}_...",
                     "Take the campaign of a stand such as configs/stand_axis.yaml.",
-                )  # fmt: skip
+                )
     if len({r.added_mass for r in recordings if r.kind == "free_wheel"}) < 3:
         raise DataError(
-            ", ".join(str(path) for path in files), "holds free wheels with fewer than three added masses",
+            ", ".join(str(path) for path in files),
+            "holds free wheels with fewer than three added masses",
             "Take the campaign of a stand such as configs/stand_axis.yaml.",
-        )  # fmt: skip
+        )
 
 
 def _name(files: Sequence[Path]) -> str:
@@ -151,8 +156,11 @@ def _tables(results: Mapping[str, FitResult], truth: Mapping[str, dict[str, floa
     from linid.report.reproduction.tables import table
     from linid.reproduction.printed import TABLE_1, TABLE_2, TABLE_3
 
-    named = {"friction": ("Table 1. Resistive force model", TABLE_1), "sine": ("Table 2. Sine model", TABLE_2),
-             "theta": ("Table 3. Elliptic theta model", TABLE_3)}  # fmt: skip
+    named = {
+        "friction": ("Table 1. Resistive force model", TABLE_1),
+        "sine": ("Table 2. Sine model", TABLE_2),
+        "theta": ("Table 3. Elliptic theta model", TABLE_3),
+    }
     return {
         f"table_{number}_{kind}": table(title, printed, results[kind], truth[kind])
         for number, (kind, (title, printed)) in enumerate(named.items(), 1)
@@ -171,8 +179,10 @@ def _figures(
     from linid.reproduction.claims import SQUARE
 
     wheels = [r for r in recordings if r.kind == "free_wheel"]
-    three = [traces["friction"][next(r.name for r in wheels if r.added_mass == mass)]
-             for mass in sorted({r.added_mass for r in wheels})[:3]]  # fmt: skip
+    three = [
+        traces["friction"][next(r.name for r in wheels if r.added_mass == mass)]
+        for mass in sorted({r.added_mass for r in wheels})[:3]
+    ]
     driven = next(r for r in recordings if r.name.startswith("sine_current") and r.split == "fit")
     currents = driven.phase_currents
     assert currents is not None
@@ -186,40 +196,53 @@ def _figures(
 
     drawn: dict[str, tuple[str, Callable[[], Figure]]] = {
         "figure_03_magnet_pair": (
-            "Fig. 3: field of a pair of magnets and its Gaussian", lambda: magnet_field.pair_figure(made)),
+            "Fig. 3: field of a pair of magnets and its Gaussian",
+            lambda: magnet_field.pair_figure(made),
+        ),
         "figure_05_guideway": ("Fig. 5: field of the guideway over k", magnet_field.guideway_figure),
         "figure_06_sine_scope": ("Fig. 6: Delta(k, N) and its zeros", sine_scope.scope_figure),
         "figure_07_theta3": ("Fig. 7: theta function for real z and q", magnet_field.theta3_figure),
         "figure_08_field_shapes": (
-            "Fig. 8: shape of the field for some k", lambda: magnet_field.shapes_figure(own=made.k)),
+            "Fig. 8: shape of the field for some k",
+            lambda: magnet_field.shapes_figure(own=made.k),
+        ),
         "figure_09_free_wheel_velocity": (
             "Fig. 9: velocity of free wheels with three added masses, differentiated from the position",
-            lambda: free_wheel.free_wheel_velocity_figure(three)),
+            lambda: free_wheel.free_wheel_velocity_figure(three),
+        ),
         "figure_10_free_wheel_displacement": (
             "Fig. 10: displacement of free wheels with three added masses",
-            lambda: free_wheel.free_wheel_displacement_figure(three)),
+            lambda: free_wheel.free_wheel_displacement_figure(three),
+        ),
         "figure_11_friction_model": (
             "Fig. 11: resistive force model against the free wheels",
-            lambda: overview_figure(friction, "Free wheels: measured (blue) and simulated (black) position")),
+            lambda: overview_figure(friction, "Free wheels: measured (blue) and simulated (black) position"),
+        ),
         "figure_12_measured_currents": (
-            "Fig. 12: measured currents", lambda: currents_figure(driven.name, driven.t, currents)),
+            "Fig. 12: measured currents",
+            lambda: currents_figure(driven.name, driven.t, currents),
+        ),
         "figure_13_interpolated_currents": (
             "Fig. 13: interpolated currents",
-            lambda: currents_figure(driven.name, driven.t, currents, spline)),
-    }  # fmt: skip
+            lambda: currents_figure(driven.name, driven.t, currents, spline),
+        ),
+    }
     pages = (
-        (14, "sine", "fit", "identification"), (15, "sine", "held_out", "validation"),
-        (16, "theta", "fit", "identification"), (17, "theta", "held_out", "validation"),
-    )  # fmt: skip
+        (14, "sine", "fit", "identification"),
+        (15, "sine", "held_out", "validation"),
+        (16, "theta", "fit", "identification"),
+        (17, "theta", "held_out", "validation"),
+    )
     for number, kind, split, purpose in pages:
         for ahead, stem, what in ((False, "", "free run"), (True, "_ahead", "0.1 s ahead")):
             drawn[f"figure_{number}_{kind}_{purpose}{stem}"] = (
                 f"Fig. {number}: {kind} model over four cases of operation, {purpose}; {what}",
                 partial(
-                    overview_figure, cases(kind, split, ahead=ahead),
+                    overview_figure,
+                    cases(kind, split, ahead=ahead),
                     f"{kind.capitalize()} model, {purpose}: measured (blue) and {what} (black)",
                 ),
-            )  # fmt: skip
+            )
     squares = [
         replace(trace, recording=f"{name.removeprefix('narrow_')}: {trace.recording}")
         for name in ("narrow_sine", "narrow_theta")

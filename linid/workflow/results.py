@@ -106,9 +106,14 @@ def finite(value: Any) -> Any:
 
 
 def write_fit_pictures(
-    result: FitResult, gaps: Sequence[RecordingGap], traces: Sequence[Trace], folder: Path, settings: Settings,
-    reporter: Reporter, jobs: int,
-) -> None:  # fmt: skip
+    result: FitResult,
+    gaps: Sequence[RecordingGap],
+    traces: Sequence[Trace],
+    folder: Path,
+    settings: Settings,
+    reporter: Reporter,
+    jobs: int,
+) -> None:
     """figures/: the fitted recordings; figures/held_out/: those that were not fitted."""
     from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
 
@@ -118,9 +123,12 @@ def write_fit_pictures(
     if held_out:
         drawings += inside("held_out", validation_drawings([g for g in gaps if g.split == "held_out"], held_out))
     write_drawings(
-        drawings, folder / "figures", formats=settings.figure_formats, processes=jobs,
+        drawings,
+        folder / "figures",
+        formats=settings.figure_formats,
+        processes=jobs,
         progress=lambda done, total, stem: reporter.step("figures", done, total),
-    )  # fmt: skip
+    )
 
 
 def write_coast_downs(found: Sequence[FoundCoastDown], folder: Path, settings: Settings) -> None:

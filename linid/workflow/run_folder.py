@@ -62,9 +62,10 @@ class RunFolder:
             before = self.previous.get("identity")
             if before is not None and before != identity:
                 raise ConfigError(
-                    str(self.path), "holds a run with other inputs, settings or program versions",
+                    str(self.path),
+                    "holds a run with other inputs, settings or program versions",
                     "Resume with the command and files it was started with, or choose another --out.",
-                )  # fmt: skip
+                )
             if self.finished_before:
                 return
         self._create()
@@ -74,10 +75,19 @@ class RunFolder:
         for half in start_listing(self.path).half_written():
             half.unlink(missing_ok=True)
         self.record = {
-            "tool": "linid", "command": self.command, "status": "running", "identity": identity,
-            "versions": versions(), "seed": seed, "jobs": jobs, "inputs": list(inputs), "started": _now(),
-            "resumed": self.previous is not None, "process": os.getpid(), "host": platform.node(),
-        }  # fmt: skip
+            "tool": "linid",
+            "command": self.command,
+            "status": "running",
+            "identity": identity,
+            "versions": versions(),
+            "seed": seed,
+            "jobs": jobs,
+            "inputs": list(inputs),
+            "started": _now(),
+            "resumed": self.previous is not None,
+            "process": os.getpid(),
+            "host": platform.node(),
+        }
         write_text(self.path / CONFIG_FILE, config)
         self._write()
 
@@ -86,9 +96,13 @@ class RunFolder:
         if not self.record:
             return
         self.record.update(
-            status=status, exit_code=exit_code, finished=_now(), seconds=round(time.monotonic() - self.started, 3),
-            peak_memory_mb=peak_memory_mb(), **more,
-        )  # fmt: skip
+            status=status,
+            exit_code=exit_code,
+            finished=_now(),
+            seconds=round(time.monotonic() - self.started, 3),
+            peak_memory_mb=peak_memory_mb(),
+            **more,
+        )
         self._write()
         self.close()
 
@@ -111,9 +125,10 @@ class RunFolder:
             who = f" (process {other['process']} on {other.get('host')})" if "process" in other else ""
             self._lock = None
             raise UsageError(
-                str(self.path), f"another run{who} is writing into this folder",
+                str(self.path),
+                f"another run{who} is writing into this folder",
                 "Wait for its end, or choose another --out.",
-            ) from None  # fmt: skip
+            ) from None
         except (OSError, NotImplementedError):
             self._lock = None  # a file system without locks
 
@@ -243,9 +258,10 @@ def _check_room(path: Path, overwrite: bool) -> bool:
         return False
     if not overwrite:
         raise UsageError(
-            str(path), "the folder is not empty",
+            str(path),
+            "the folder is not empty",
             "Choose another --out, continue its run by --resume, or allow --overwrite.",
-        )  # fmt: skip
+        )
     if read_run(path) is None:
         raise UsageError(
             str(path),
@@ -254,9 +270,10 @@ def _check_room(path: Path, overwrite: bool) -> bool:
         )
     if not (path / LIST_FILE).is_file():
         raise UsageError(
-            str(path), "the folder's run did not list its files, so that nobody knows which are its own",
+            str(path),
+            "the folder's run did not list its files, so that nobody knows which are its own",
             "Choose another --out, or empty the folder by hand.",
-        )  # fmt: skip
+        )
     return True
 
 

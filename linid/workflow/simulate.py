@@ -61,9 +61,10 @@ def simulate(
         chosen = _with_voltages(result, inputs.recordings)
     if not chosen:
         raise DataError(
-            ", ".join(str(f) for f in request.files), f"holds no recording that a {result.model} model can drive",
+            ", ".join(str(f) for f in request.files),
+            f"holds no recording that a {result.model} model can drive",
             "Give free wheels, or recordings with the channels that the model needs.",
-        )  # fmt: skip
+        )
     if request.dry_run:
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})

@@ -114,9 +114,14 @@ def fitted(task: FitTask, jobs: int, hooks: Hooks) -> FitResult:
     from linid.identification.fit import fit
 
     return fit(
-        task.kind, task.recordings, settings=fit_settings(task.settings, jobs), effects=task.settings.effects,
-        known=task.known, start=task.start, hooks=hooks,
-    )  # fmt: skip
+        task.kind,
+        task.recordings,
+        settings=fit_settings(task.settings, jobs),
+        effects=task.settings.effects,
+        known=task.known,
+        start=task.start,
+        hooks=hooks,
+    )
 
 
 def run_windings(
@@ -130,9 +135,13 @@ def run_windings(
     from linid.identification.settings import Hooks
 
     found = fit_windings(
-        result, task.recordings, winding, settings=fit_settings(task.settings, jobs), known=task.known,
+        result,
+        task.recordings,
+        winding,
+        settings=fit_settings(task.settings, jobs),
+        known=task.known,
         hooks=Hooks(progress=_progress(reporter, "windings")),
-    )  # fmt: skip
+    )
     write_fit(found, folder)
     for warning in found.warnings:
         reporter.detail(f"windings: {warning}")

@@ -63,10 +63,12 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
 
             results.write_coast_downs(inputs.coast_downs, folder.path, request.settings)
             write_drawings(
-                validation_drawings(gaps, traces), folder.path / "figures",
-                formats=request.settings.figure_formats, processes=request.jobs,
+                validation_drawings(gaps, traces),
+                folder.path / "figures",
+                formats=request.settings.figure_formats,
+                processes=request.jobs,
                 progress=lambda done, total, stem: reporter.step("figures", done, total),
-            )  # fmt: skip
+            )
         outcome = _outcome(folder.path, gaps, result.axis)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome

@@ -31,9 +31,12 @@ class WorkProcess:
     def __init__(self) -> None:
         # A session of its own: Ctrl-C is for the program that asks, which passes it on.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "linid.workflow.work_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            env={**os.environ, **_ONE_THREAD}, start_new_session=True,
-        )  # fmt: skip
+            [sys.executable, "-m", "linid.workflow.work_process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, **_ONE_THREAD},
+            start_new_session=True,
+        )
 
     def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """function(*arguments) there. Raises what it raises, and ProcessDiedError."""

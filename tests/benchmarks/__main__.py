@@ -49,8 +49,10 @@ def as_sine(theta: dict[str, float]) -> dict[str, float]:
     """The sine motor of the same fundamental."""
     from linid.physics.motors import fundamental_force_constant
 
-    out = {**theta, "force_constant": fundamental_force_constant(
-        theta["force_constant"], theta["winding_length"], theta["nome"])}  # fmt: skip
+    out = {
+        **theta,
+        "force_constant": fundamental_force_constant(theta["force_constant"], theta["winding_length"], theta["nome"]),
+    }
     for name in ("guideway_density", "winding_displacement", "shift"):
         out[name] = 2.0 * theta[name]
     return out
@@ -99,7 +101,7 @@ def commands() -> dict[str, dict[str, float]]:
         for label, arguments in (
             ("fit-friction, six 1.5 s free wheels", ["fit-friction", *wheels, *masses, *common, f"{folder}/friction"]),
             ("fit-motor theta, one campaign", ["fit-motor", "--model=theta", campaign, *common, f"{folder}/theta"]),
-        ):  # fmt: skip
+        ):
             command(arguments)
             out[label] = command(arguments)
     return out

@@ -82,17 +82,27 @@ def _simulation(kind: str) -> dict[str, float]:
     noise = 3e-3 * np.random.default_rng(1).standard_normal((3, t.size))
     phases = 200.0 * y + np.array([[-2.1], [0.0], [2.1]])
     currents = 0.3 * np.sin(phases) * np.cos(2.0 * np.pi * 1.5 * t) + noise
-    driven = {} if kind == "friction" else {"drive_input": currents[1]} if kind == "force" else {
-        "phase_currents": currents}  # fmt: skip
+    driven = (
+        {} if kind == "friction" else {"drive_input": currents[1]} if kind == "force" else {"phase_currents": currents}
+    )
     recording = Recording(name="made", t=t, y=y, kind="free_wheel" if kind == "friction" else "motor", **driven)
     model = Model(kind)
     values = {
-        "coulomb_force": 1.7, "static_force": 3.2, "stribeck_velocity": 3e-3, "stribeck_exponent": 2.0,
-        "bristle_stiffness": 1.2e4, "bristle_damping": 90.0, "viscous_friction": 2.5, "mass": 0.6,
-        "force_constant": 8.0 if kind == "theta" else 30.0, "guideway_density": 111.0 if kind == "theta" else 222.0,
-        "winding_displacement": 1.047 if kind == "theta" else 2.094, "shift": 0.7, "winding_length": 0.69,
+        "coulomb_force": 1.7,
+        "static_force": 3.2,
+        "stribeck_velocity": 3e-3,
+        "stribeck_exponent": 2.0,
+        "bristle_stiffness": 1.2e4,
+        "bristle_damping": 90.0,
+        "viscous_friction": 2.5,
+        "mass": 0.6,
+        "force_constant": 8.0 if kind == "theta" else 30.0,
+        "guideway_density": 111.0 if kind == "theta" else 222.0,
+        "winding_displacement": 1.047 if kind == "theta" else 2.094,
+        "shift": 0.7,
+        "winding_length": 0.69,
         "nome": 0.49,
-    }  # fmt: skip
+    }
     simulator = Simulator(model, pack_inputs([recording]), 2)
     vector = model.vector(values)
     start = np.array([y[0], 0.8, 0.0])
@@ -121,14 +131,20 @@ def command_times(tree: Path, environment: dict[str, str]) -> dict[str, float]:
         for label, arguments in (
             ("linid --help", ["--help"]),
             ("fit-friction, four free wheels", ["fit-friction", *wheels, *masses, *common, f"{folder}/friction"]),
-            ("fit-motor theta, the stand", ["fit-motor", "--model=theta", str(stand / "campaign.yaml"), *common,
-                                            f"{folder}/theta"]),
-        ):  # fmt: skip
+            (
+                "fit-motor theta, the stand",
+                ["fit-motor", "--model=theta", str(stand / "campaign.yaml"), *common, f"{folder}/theta"],
+            ),
+        ):
             begin = time.perf_counter()
             done = subprocess.run(
-                [sys.executable, "-m", "linid.cli", *arguments], cwd=tree, env=environment, capture_output=True,
-                text=True, check=False,
-            )  # fmt: skip
+                [sys.executable, "-m", "linid.cli", *arguments],
+                cwd=tree,
+                env=environment,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
             seconds = time.perf_counter() - begin
             if done.returncode in (0, 5):  # 5: finished without convergence
                 out[label] = seconds
@@ -144,17 +160,23 @@ class Checkout:
         self.commit, self.tree = commit, folder / "tree"
         subprocess.run(["git", "worktree", "add", "--quiet", "--detach", str(self.tree), commit], cwd=ROOT, check=True)
         self.environment = {
-            **os.environ, "PYTHONPATH": str(self.tree), "LINID_CACHE_DIR": str(folder / "cache"),
+            **os.environ,
+            "PYTHONPATH": str(self.tree),
+            "LINID_CACHE_DIR": str(folder / "cache"),
             "OPENBLAS_NUM_THREADS": "1",
-        }  # fmt: skip
+        }
 
     def round(self, commands: bool) -> dict[str, float]:
         """All benchmarks once; this file is run by its path, so that it comes from the present checkout while `linid`
         comes from the commit's."""
         done = subprocess.run(
-            [sys.executable, str(Path(__file__).resolve()), "--measure", str(self.tree)], cwd=self.tree,
-            env=self.environment, stdout=subprocess.PIPE, text=True, check=True,
-        )  # fmt: skip
+            [sys.executable, str(Path(__file__).resolve()), "--measure", str(self.tree)],
+            cwd=self.tree,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        )
         times: dict[str, float] = json.loads(done.stdout)
         if commands:
             times |= command_times(self.tree, self.environment)

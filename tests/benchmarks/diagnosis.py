@@ -48,11 +48,13 @@ def one(campaign: Path, jobs: int, copies: int, every: int) -> dict[str, float |
     begin, busy = time.perf_counter(), time.process_time()
     verdict = diagnose(campaign.stem, recordings, base_kind(tuple(recordings)), known=inputs.known, jobs=jobs)
     return {
-        "recordings": len(recordings), "samples": sum(r.t.size for r in recordings),
-        "seconds": time.perf_counter() - begin, "processor_seconds": time.process_time() - busy,
+        "recordings": len(recordings),
+        "samples": sum(r.t.size for r in recordings),
+        "seconds": time.perf_counter() - begin,
+        "processor_seconds": time.process_time() - busy,
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         "verdict": f"{verdict.diagnosis.verdict.status} {'+'.join(verdict.diagnosis.verdict.effects)}",
-    }  # fmt: skip
+    }
 
 
 def main() -> None:

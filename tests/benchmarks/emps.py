@@ -127,9 +127,13 @@ def friction_level(result: FitResult, recording: Recording) -> tuple[float, floa
 
 
 def page(
-    fits: dict[str, FitResult], scores: Sequence[Scores], changes: Sequence[tuple[float, float]], level: float,
-    after: Array, draws: int,
-) -> str:  # fmt: skip
+    fits: dict[str, FitResult],
+    scores: Sequence[Scores],
+    changes: Sequence[tuple[float, float]],
+    level: float,
+    after: Array,
+    draws: int,
+) -> str:
     """docs/emps.md. changes: of the Coulomb force in both runs with standard errors, N; level: that force, N; after:
     open-loop scores in mm per start with the held-out run's own level."""
     ranges = [
@@ -174,12 +178,13 @@ def page(
         f"force that is {held:+.2f} ± {held_error:.2f} N ({100.0 * held / level:+.1f} % of {level:.2f} N) off; the "
         f"fitting run's own asks for {own:+.2f} ± {own_error:.2f} N (scatter of parts of {WINDOW:g} s). No fit to the "
         "fitting run can know that. With that level, which is no prediction any more, the same parameters score "
-        + ", ".join(f"{value:.1f} mm {name}" for name, value in zip(starts, after, strict=True)) + ".",
+        + ", ".join(f"{value:.1f} mm {name}" for name, value in zip(starts, after, strict=True))
+        + ".",
         "",
         "An axis without a spring integrates such forces: what a single low score on this run shows is that errors "
         "cancel (friction, its asymmetry, the start), and whether they do is within the parameters' uncertainty.",
         "",
-    ]  # fmt: skip
+    ]
     return "\n".join(lines)
 
 
@@ -203,10 +208,12 @@ def main() -> None:
     values = {e.name: e.value for e in balance.estimates}
     values |= {"friction_change": changes[1][0] / level, "friction_change_recordings": 1.0}
     run = replace(held, number=1)
-    after = np.array([
-        score(open_loop(model, model.vector(values)[None, :], run, v, balance.substeps)[:, SKIPPED:])[0]
-        for v in speeds.values()
-    ])  # fmt: skip
+    after = np.array(
+        [
+            score(open_loop(model, model.vector(values)[None, :], run, v, balance.substeps)[:, SKIPPED:])[0]
+            for v in speeds.values()
+        ]
+    )
     PAGE.write_text(page(fits, scores, changes, level, after, draws), encoding="utf-8")
     print(f"written: {PAGE}")
 

@@ -41,17 +41,30 @@ Array = NDArray[np.float64]
 
 # SI values of the axis whose motion is recorded.
 TRUTH = {
-    "force_constant": 30.0, "coulomb_force": 12.0, "static_force": 16.0, "stribeck_velocity": 0.01,
-    "stribeck_exponent": 2.0, "bristle_stiffness": 4e5, "bristle_damping": 900.0, "viscous_friction": 25.0, "mass": 5.0,
-}  # fmt: skip
+    "force_constant": 30.0,
+    "coulomb_force": 12.0,
+    "static_force": 16.0,
+    "stribeck_velocity": 0.01,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 4e5,
+    "bristle_damping": 900.0,
+    "viscous_friction": 25.0,
+    "mass": 5.0,
+}
 FIXED = {"force_constant": TRUTH["force_constant"]}
 PERIOD = 1e-3  # s
 NOISE = 1e-6  # m
 PIECE = 1000  # samples of each of many recordings
 EFFECTS = (
-    "constant_force", "asymmetric_friction", "quadratic_drag", "friction_drift", "dwell_stiction", "cable_force",
-    "encoder_periodic_error", "position_dependent_friction",
-)  # fmt: skip
+    "constant_force",
+    "asymmetric_friction",
+    "quadratic_drag",
+    "friction_drift",
+    "dwell_stiction",
+    "cable_force",
+    "encoder_periodic_error",
+    "position_dependent_friction",
+)
 HALF_DECADES = tuple(round(k * 10.0**n) for n in range(3, 8) for k in (1, 3))[:-1]
 SIZES = {
     "read": HALF_DECADES,
@@ -63,9 +76,14 @@ SIZES = {
     "parameters": (2, 4, 9, 18, 36),
 }
 QUICK = {
-    "read": (1000, 3000), "evaluate": (1000, 3000), "fit": (), "recordings": (1, 3), "population": (10, 30),
-    "effects": (0, 1), "parameters": (2, 4),
-}  # fmt: skip
+    "read": (1000, 3000),
+    "evaluate": (1000, 3000),
+    "fit": (),
+    "recordings": (1, 3),
+    "population": (10, 30),
+    "effects": (0, 1),
+    "parameters": (2, 4),
+}
 _REPEATED = 0.3  # s, below which a time is the least of five
 
 
@@ -112,10 +130,13 @@ def cut(recording: Recording, count: int) -> list[Recording]:
         part = slice(k * PIECE, (k + 1) * PIECE)
         out.append(
             replace(
-                recording, name=f"run_{k + 1}", t=recording.t[:PIECE].copy(), y=recording.y[part].copy(),
+                recording,
+                name=f"run_{k + 1}",
+                t=recording.t[:PIECE].copy(),
+                y=recording.y[part].copy(),
                 drive_input=recording.drive_input[part].copy(),
             )
-        )  # fmt: skip
+        )
     return list(in_order(out))
 
 
@@ -195,9 +216,10 @@ def effects_point(size: int, folder: Path) -> dict[str, float]:
     line.reweight(genes)
     triangle = processor_seconds(lambda: rotated(*line.differences(genes)))
     return {
-        "parameters": float(len(genes)), "one candidate": processor_seconds(lambda: cost(genes)),
+        "parameters": float(len(genes)),
+        "one candidate": processor_seconds(lambda: cost(genes)),
         "Jacobian": triangle,
-    }  # fmt: skip
+    }
 
 
 def parameters_point(size: int, folder: Path) -> dict[str, float]:
@@ -214,10 +236,14 @@ def parameters_point(size: int, folder: Path) -> dict[str, float]:
 
 
 POINTS: dict[str, Callable[[int, Path], dict[str, float]]] = {
-    "read": read_point, "evaluate": evaluate_point, "fit": fit_point, "recordings": recordings_point,
-    "population": population_point, "effects": effects_point,
+    "read": read_point,
+    "evaluate": evaluate_point,
+    "fit": fit_point,
+    "recordings": recordings_point,
+    "population": population_point,
+    "effects": effects_point,
     "parameters": parameters_point,
-}  # fmt: skip
+}
 _LENGTHS = {"population": PIECE, "effects": 10 * PIECE, "parameters": 10 * PIECE}  # samples, where they do not vary
 
 

@@ -61,9 +61,13 @@ class Line:
 
 
 def line_of(
-    points: Sequence[Point], series: str, label: str, value: Callable[[Point], float], size: str = "",
+    points: Sequence[Point],
+    series: str,
+    label: str,
+    value: Callable[[Point], float],
+    size: str = "",
     begin: float = _DECADE,
-) -> Line:  # fmt: skip
+) -> Line:
     """The curve of a series; size: name of the value that is the abscissa (default: the size itself)."""
     rows = sorted((p for p in points if p.series == series), key=lambda p: p.size)
     pairs = [(p.seconds[size] if size else float(p.size), value(p)) for p in rows]
@@ -84,33 +88,61 @@ def panels(points: Sequence[Point]) -> list[tuple[str, str, str, list[Line]]]:
     """Title, abscissa, ordinate and curves of every panel."""
     time, memory = "processor time in s", "added peak memory in MB"
     return [
-        ("Length of a recording", "samples", time, [
-            line_of(points, "fit", "linid fit-friction", _seconds("linid fit-friction")),
-            line_of(points, "read", "read", _seconds("read")),
-            line_of(points, "evaluate", "cost of a candidate", _seconds("one candidate"), begin=_ALL),
-        ]),
-        ("Length of a recording", "samples", memory, [
-            line_of(points, "fit", "linid fit-friction", _memory),
-            line_of(points, "evaluate", "costs of 8 candidates", _memory),
-            line_of(points, "read", "read", _memory),
-        ]),
-        ("Number of recordings of 1000 samples", "recordings", time, [
-            line_of(points, "recordings", "read all", _seconds("read"), begin=_ALL),
-            line_of(points, "recordings", "cost of a candidate", _seconds("one candidate"), begin=_ALL),
-        ]),
-        ("Population, 1000 samples", "candidates", time, [
-            line_of(points, "population", "costs of all", _seconds("population"), begin=_ALL),
-        ]),
-        ("Number of parameters, 10 000 samples", "parameters", time, [
-            line_of(points, "effects", "Jacobian, effects added", _seconds("Jacobian"), "parameters", _ALL),
-            line_of(points, "effects", "a candidate, effects added", _seconds("one candidate"), "parameters", _ALL),
-            line_of(points, "parameters", "Jacobian, the same effects", _seconds("Jacobian"), begin=_ALL),
-        ]),
-        ("Memory besides length", "recordings, candidates", memory, [
-            line_of(points, "recordings", "recordings: read, cost", _memory),
-            line_of(points, "population", "candidates: costs", _memory),
-        ]),
-    ]  # fmt: skip
+        (
+            "Length of a recording",
+            "samples",
+            time,
+            [
+                line_of(points, "fit", "linid fit-friction", _seconds("linid fit-friction")),
+                line_of(points, "read", "read", _seconds("read")),
+                line_of(points, "evaluate", "cost of a candidate", _seconds("one candidate"), begin=_ALL),
+            ],
+        ),
+        (
+            "Length of a recording",
+            "samples",
+            memory,
+            [
+                line_of(points, "fit", "linid fit-friction", _memory),
+                line_of(points, "evaluate", "costs of 8 candidates", _memory),
+                line_of(points, "read", "read", _memory),
+            ],
+        ),
+        (
+            "Number of recordings of 1000 samples",
+            "recordings",
+            time,
+            [
+                line_of(points, "recordings", "read all", _seconds("read"), begin=_ALL),
+                line_of(points, "recordings", "cost of a candidate", _seconds("one candidate"), begin=_ALL),
+            ],
+        ),
+        (
+            "Population, 1000 samples",
+            "candidates",
+            time,
+            [line_of(points, "population", "costs of all", _seconds("population"), begin=_ALL)],
+        ),
+        (
+            "Number of parameters, 10 000 samples",
+            "parameters",
+            time,
+            [
+                line_of(points, "effects", "Jacobian, effects added", _seconds("Jacobian"), "parameters", _ALL),
+                line_of(points, "effects", "a candidate, effects added", _seconds("one candidate"), "parameters", _ALL),
+                line_of(points, "parameters", "Jacobian, the same effects", _seconds("Jacobian"), begin=_ALL),
+            ],
+        ),
+        (
+            "Memory besides length",
+            "recordings, candidates",
+            memory,
+            [
+                line_of(points, "recordings", "recordings: read, cost", _memory),
+                line_of(points, "population", "candidates: costs", _memory),
+            ],
+        ),
+    ]
 
 
 def write_report(points: Sequence[Point], out: Path) -> None:

@@ -83,12 +83,20 @@ class Case:
         out = []
         for s, r in enumerate(self.segments.recording):
             a = inputs.offsets[r] + self.segments.first[s]
-            out.append({
-                "params": self.vector, "motor": self.simulator.model.motor, "powered": bool(inputs.powered[r]),
-                "coefficients": inputs.coefficients[a : a + self.segments.count[s] - 1], "zero": 0.0,
-                "dt": float(inputs.dts[r]), "added_mass": float(inputs.added_mass[r]), "start": self.starts[0, s],
-                "substeps": self.simulator.substeps, "tolerance": REVERSAL_TOLERANCE / self.simulator.substeps**2,
-            })  # fmt: skip
+            out.append(
+                {
+                    "params": self.vector,
+                    "motor": self.simulator.model.motor,
+                    "powered": bool(inputs.powered[r]),
+                    "coefficients": inputs.coefficients[a : a + self.segments.count[s] - 1],
+                    "zero": 0.0,
+                    "dt": float(inputs.dts[r]),
+                    "added_mass": float(inputs.added_mass[r]),
+                    "start": self.starts[0, s],
+                    "substeps": self.simulator.substeps,
+                    "tolerance": REVERSAL_TOLERANCE / self.simulator.substeps**2,
+                }
+            )
         return out
 
 
@@ -162,10 +170,14 @@ def _chains(expression: str, number: int) -> Any:
 def operation_costs(cycles_per_second: float, seconds: float) -> dict[str, dict[str, float]]:
     """Latency and reciprocal throughput in cycles of each operation, in loops of their own."""
     expressions = {
-        "add": ("x + c", 1e-3, 0), "multiply": ("x * c", 1.0 - 1e-9, 0), "divide": ("c / x", 7.0, 0),
-        "sqrt": ("math.sqrt(x + c)", 1.0, 1), "exp": ("math.exp(c - x)", 0.5, 1),
-        "sin": ("math.sin(x + c)", 50.0, 1), "cos": ("math.cos(x + c)", 50.0, 1),
-    }  # fmt: skip
+        "add": ("x + c", 1e-3, 0),
+        "multiply": ("x * c", 1.0 - 1e-9, 0),
+        "divide": ("c / x", 7.0, 0),
+        "sqrt": ("math.sqrt(x + c)", 1.0, 1),
+        "exp": ("math.exp(c - x)", 0.5, 1),
+        "sin": ("math.sin(x + c)", 50.0, 1),
+        "cos": ("math.cos(x + c)", 50.0, 1),
+    }
     out = {}
     for name, (expression, c, additions) in expressions.items():
         both = []
@@ -194,9 +206,12 @@ def profile(case: Case, costs: dict[str, dict[str, float]], seconds: float, freq
     empty()
     taken = least(call, seconds) - least(empty, 0.3 * seconds)
     row: dict[str, Any] = {
-        "samples": case.samples, "steps": steps, "ns per sample": taken / case.samples * 1e9,
-        "ns per step": taken / steps * 1e9, "cycles per step": taken / steps * frequency,
-    }  # fmt: skip
+        "samples": case.samples,
+        "steps": steps,
+        "ns per sample": taken / case.samples * 1e9,
+        "ns per step": taken / steps * 1e9,
+        "cycles per step": taken / steps * frequency,
+    }
     if case.name == "whole":
         return row
     latency = {kind: costs[kind]["latency"] if kind in costs else 1.0 for kind in KINDS}
@@ -313,11 +328,14 @@ def tables(quick: bool) -> dict[str, Any]:
     bandwidth = copy_bandwidth(seconds)
     out: dict[str, Any] = {
         "machine": {
-            "processor": processor(), "python": platform.python_version(), "numba": numba.__version__,
-            "GHz": frequency / 1e9, "copy bandwidth, GB/s": bandwidth / 1e9,
+            "processor": processor(),
+            "python": platform.python_version(),
+            "numba": numba.__version__,
+            "GHz": frequency / 1e9,
+            "copy bandwidth, GB/s": bandwidth / 1e9,
         },
         "operations, cycles": costs,
-    }  # fmt: skip
+    }
     for kind in ("friction",) if quick else ("theta", "sine", "friction"):
         for case in cases(kind):
             row = profile(case, costs, seconds, frequency)

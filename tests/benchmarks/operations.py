@@ -123,12 +123,28 @@ def simulate(kernel: Callable[..., int], segment: dict[str, Any], y_out: Any) ->
     """Run one segment of `tests.benchmarks.kernel.Case.separate`; returns the internal steps. y_out: (count,) m."""
     return int(
         kernel(
-            segment["params"], segment["motor"], 0, segment["powered"], segment["coefficients"], segment["zero"],
-            segment["dt"], 0, len(y_out), segment["added_mass"], 0.0, 0.0, segment["start"],
-            np.empty(0, dtype=np.int64), False, segment["substeps"], segment["tolerance"], np.empty(0), y_out,
+            segment["params"],
+            segment["motor"],
+            0,
+            segment["powered"],
+            segment["coefficients"],
+            segment["zero"],
+            segment["dt"],
+            0,
+            len(y_out),
+            segment["added_mass"],
+            0.0,
+            0.0,
+            segment["start"],
+            np.empty(0, dtype=np.int64),
+            False,
+            segment["substeps"],
+            segment["tolerance"],
+            np.empty(0),
+            y_out,
             np.empty(0),
         )
-    )  # fmt: skip
+    )
 
 
 def count(segments: list[dict[str, Any]], cost: dict[str, float]) -> dict[str, Any]:
@@ -154,10 +170,13 @@ def count(segments: list[dict[str, Any]], cost: dict[str, float]) -> dict[str, A
         chain += y_out[-1].ready
     followed = calls["lugre_step"]
     return {
-        "steps": steps, "followed": followed, "rejected": calls["gliding_step"] + followed - steps,
-        "predictors": calls["stribeck_fall"], "operations": {kind: account.done[kind] for kind in KINDS},
+        "steps": steps,
+        "followed": followed,
+        "rejected": calls["gliding_step"] + followed - steps,
+        "predictors": calls["stribeck_fall"],
+        "operations": {kind: account.done[kind] for kind in KINDS},
         "chain": chain,
-    }  # fmt: skip
+    }
 
 
 def _float32(name: str) -> Callable[..., Any]:

@@ -44,10 +44,14 @@ def found(path: Path) -> dict[str, Any]:
         evidence = tuple(vars(part.evidence).values())
         entries[part.name] = {"share": (portion.share, portion.low, portion.high), "rivals": rivals, "test": evidence}
     return {
-        "name": path.name, "before": shares.before, "after": shares.after, "entries": entries,
-        "unexplained": shares.unexplained[0] if entries else 1.0, "seconds": time.process_time() - start,
+        "name": path.name,
+        "before": shares.before,
+        "after": shares.after,
+        "entries": entries,
+        "unexplained": shares.unexplained[0] if entries else 1.0,
+        "seconds": time.process_time() - start,
         "dropped": {part.name: tuple(vars(part.evidence).values()) for part in chosen.dropped},
-    }  # fmt: skip
+    }
 
 
 def against(one: dict[str, Any], key: dict[str, Any]) -> dict[str, list[bool]]:

@@ -15,9 +15,11 @@ from tests.diagnosis.machine import COULOMB, MASS, Noise, drift, recording, resu
 def test_draws_have_the_covariance_of_the_fit() -> None:
     deviations, correlation = np.array([0.02, 0.05]), np.array([[1.0, 0.6], [0.6, 1.0]])
     fitted = replace(
-        result(), fitted=("mass", "coulomb_force"), correlation=correlation,
+        result(),
+        fitted=("mass", "coulomb_force"),
+        correlation=correlation,
         covariance=correlation * np.outer(deviations, deviations),
-    )  # fmt: skip
+    )
     model = Model("force")
     drawn = draws_of(fitted, 4000)[:, [model.slot("mass"), model.slot("coulomb_force")]]
     np.testing.assert_allclose(np.mean(drawn, axis=0), [MASS, COULOMB], rtol=2e-3)
@@ -27,8 +29,9 @@ def test_draws_have_the_covariance_of_the_fit() -> None:
 
 def test_the_open_loop_error_is_that_of_the_force_that_is_missing() -> None:
     one = recording(extra=0.1)
-    errors = open_loop(Model("force"), Model("force").vector({e.name: e.value for e in result().estimates})[None, :],
-                       one, 0.4, 2)  # fmt: skip
+    errors = open_loop(
+        Model("force"), Model("force").vector({e.name: e.value for e in result().estimates})[None, :], one, 0.4, 2
+    )
     np.testing.assert_allclose(errors[0], -drift(one.t, 0.1), atol=1e-6)
     assert score(errors)[0] == pytest.approx(1e3 * float(np.sqrt(np.mean(drift(one.t, 0.1) ** 2))), rel=1e-4)
 

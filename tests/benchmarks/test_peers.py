@@ -23,15 +23,19 @@ from tests.benchmarks.peers.problems import (
     rms,
     steady_bristle,
     truth,
-)  # fmt: skip
+)
 from tests.benchmarks.peers.simulators import SIMULATORS, candidate, harmonics, missing
 from tests.benchmarks.peers.speed import CASES, at_error, speed_problem, tight
 
 # Error in m that each simulator may have at the setting used in the fits; the best known costs are 6 um and more.
 ACCURACY = {
-    "linid": 5e-8, "scipy LSODA": 2e-7, "numbalsoda LSODA": 2e-7, "numba RK4": 5e-8, "diffrax Kvaerno5": 3e-6,
+    "linid": 5e-8,
+    "scipy LSODA": 2e-7,
+    "numbalsoda LSODA": 2e-7,
+    "numba RK4": 5e-8,
+    "diffrax Kvaerno5": 3e-6,
     "MuJoCo RK4": 1e-6,
-}  # fmt: skip
+}
 
 
 def small(kind: str) -> Problem:
@@ -151,8 +155,10 @@ def test_the_watch_counts_keeps_improvements_and_ends() -> None:
         watch.look(np.array([0.6]), 0.4)
     assert watch.evaluations == 6
     assert [(line["evaluations"], line["cost"], line["x"]) for line in lines] == [
-        (1, 3.0, [0.1]), (4, 2.0, [0.3]), (6, 0.4, [0.6]),
-    ]  # fmt: skip
+        (1, 3.0, [0.1]),
+        (4, 2.0, [0.3]),
+        (6, 0.4, [0.6]),
+    ]
     with pytest.raises(Done):
         Watch(-1.0, 0.0).look(np.array([0.1]), 3.0)
 
@@ -216,18 +222,33 @@ def test_the_fastest_setting_at_an_error_and_arrivals() -> None:
 
 
 def test_the_report_tells_arrivals_limits_and_reasons(tmp_path: Path) -> None:
-    arrived = {"steps": [{"s": 2.0, "evaluations": 70, "cost": 1e-6, "judged": 1e-6}], "s": 2.0, "end": "target",
-               "evaluations": 70, "peak_mb": 100.0, "first_simulation_s": 0.1}  # fmt: skip
-    late = {**arrived, "steps": [{"s": 9.0, "evaluations": 50, "cost": 5e-6, "judged": 5e-6}], "s": 30.0,
-            "end": "limit", "evaluations": 99}  # fmt: skip
+    arrived = {
+        "steps": [{"s": 2.0, "evaluations": 70, "cost": 1e-6, "judged": 1e-6}],
+        "s": 2.0,
+        "end": "target",
+        "evaluations": 70,
+        "peak_mb": 100.0,
+        "first_simulation_s": 0.1,
+    }
+    late = {
+        **arrived,
+        "steps": [{"s": 9.0, "evaluations": 50, "cost": 5e-6, "judged": 5e-6}],
+        "s": 30.0,
+        "end": "limit",
+        "evaluations": 99,
+    }
     data = {
-        "about": {"versions": {"linid": "0"}, "limit_s": 30.0}, "speed": {}, "box": {},
+        "about": {"versions": {"linid": "0"}, "limit_s": 30.0},
+        "speed": {},
+        "box": {},
         "best": {"sine": {"cost": 1e-6, "from": "linid"}},
         "runs": {
-            "sine|linid|1": arrived, "sine|linid|2": late, "sine|DEAP GA, solve_ivp|1": late,
+            "sine|linid|1": arrived,
+            "sine|linid|2": late,
+            "sine|DEAP GA, solve_ivp|1": late,
             "sine|MuJoCo sysid multistart|1": {"reason": "has no such motor"},
         },
-    }  # fmt: skip
+    }
     page = report.write(data, tmp_path)
     assert page == (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
     assert "| linid | 1 of 2 | 2 | 70 | 1 | 100 | 0.1 |" in page

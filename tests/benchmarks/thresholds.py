@@ -29,9 +29,16 @@ from linid.workflow.diagnose import base_kind
 # (kind, campaigns, seed); none of the seeds is that of a recorded run.
 SETS = (("crowd", 8, 901), ("single", 8, 902), ("none", 4, 903), ("unknown", 4, 904))
 THRESHOLDS = (
-    "CERTAINTY", "LEAST_GAIN", "LEAST_CLOSED", "LEAST_CLOSED_ALONE", "LEAST_POWER_ALONE", "MOST_OF_POWER", "SURE",
-    "SURE_ALONE", "NO_TRIFLE",
-)  # fmt: skip
+    "CERTAINTY",
+    "LEAST_GAIN",
+    "LEAST_CLOSED",
+    "LEAST_CLOSED_ALONE",
+    "LEAST_POWER_ALONE",
+    "MOST_OF_POWER",
+    "SURE",
+    "SURE_ALONE",
+    "NO_TRIFLE",
+)
 _KNOWN = {effect.name for effect in EFFECTS}
 MATTERS = 0.05  # of the gap: true effects of less are counted apart
 
@@ -72,11 +79,15 @@ def _part(row: dict[str, Any]) -> select.Part:
 def report(rows: Sequence[dict[str, Any]]) -> str:
     """The table as Markdown."""
     lines = [
-        "# Thresholds of the selection", "",
+        "# Thresholds of the selection",
+        "",
         "`python -m tests.benchmarks.thresholds` writes this page: campaigns (kind, count, seed) "
-        + ", ".join(f"{kind} {count} {seed}" for kind, count, seed in SETS) + ".", "",
-        "| proposed effects | count | gain | certainty | closed |", "|---|---|---|---|---|",
-    ]  # fmt: skip
+        + ", ".join(f"{kind} {count} {seed}" for kind, count, seed in SETS)
+        + ".",
+        "",
+        "| proposed effects | count | gain | certainty | closed |",
+        "|---|---|---|---|---|",
+    ]
     proposed = [row for row in rows if row.get("proposed", True)]
     groups = {
         "true, 5 % of the gap and more": [r for r in proposed if r["there"] and r["share"] >= MATTERS],

@@ -14,9 +14,13 @@ from linid.stand.mode_descriptions import Mode
 
 def axis_of(law: Law, kind: AxisKind = "phase", **more: object) -> HiddenAxis:
     drawn = varied(
-        draw_axis("axis", np.random.default_rng(3)), np.random.default_rng(7), kind=kind, law=law, rate=1000.0,
+        draw_axis("axis", np.random.default_rng(3)),
+        np.random.default_rng(7),
+        kind=kind,
+        law=law,
+        rate=1000.0,
         resolution=None,
-    )  # fmt: skip
+    )
     return drawn.model_copy(update=more)
 
 

@@ -156,9 +156,14 @@ def test_strengths_keep_within_what_an_effect_can_reach() -> None:
 @pytest.mark.parametrize("kind", AXES)
 def test_campaigns_of_every_kind_of_axis_are_read_back(kind: AxisKind, tmp_path: Path) -> None:
     plan = Plan(
-        13, effects=("payload_change",), kinds=("single",), axes=(kind,), laws=("dahl",), rates=(500.0,),
+        13,
+        effects=("payload_change",),
+        kinds=("single",),
+        axes=(kind,),
+        laws=("dahl",),
+        rates=(500.0,),
         encoders=(2e-6, 2e-6),
-    )  # fmt: skip
+    )
     key = make_challenge(plan, 1, tmp_path / "made")["axis_0001"]
     campaign = read_campaign(tmp_path / "made/axis_0001/campaign.yaml")
     rotary = kind == "q_rotary"
@@ -197,12 +202,23 @@ def test_drawn_axes_are_realistic_and_move_plausibly(seed: int) -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"effects": ("coging",)}, {"strength": (0.5, 0.1)}, {"strength": (0.0, 1.0)}, {"kinds": ("triple",)},
-     {"kinds": ()}, {"effects": ("cogging",), "kinds": ("pair",)},
-     {"effects": ("cogging", "end_effect"), "kinds": ("crowd",)}, {"laws": ("coulomb",)}, {"axes": ()},
-     {"axes": ("rotary",)}, {"rates": (300.0,)}, {"encoders": (1e-5, 1e-7)}, {"encoders": (0.1, 10.0)}],
+    [
+        {"effects": ("coging",)},
+        {"strength": (0.5, 0.1)},
+        {"strength": (0.0, 1.0)},
+        {"kinds": ("triple",)},
+        {"kinds": ()},
+        {"effects": ("cogging",), "kinds": ("pair",)},
+        {"effects": ("cogging", "end_effect"), "kinds": ("crowd",)},
+        {"laws": ("coulomb",)},
+        {"axes": ()},
+        {"axes": ("rotary",)},
+        {"rates": (300.0,)},
+        {"encoders": (1e-5, 1e-7)},
+        {"encoders": (0.1, 10.0)},
+    ],
     ids=str,
-)  # fmt: skip
+)
 def test_a_wrong_plan_is_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(UsageError):
         Plan(1, **wrong)  # type: ignore[arg-type]

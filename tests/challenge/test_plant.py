@@ -354,9 +354,13 @@ def test_backlash_lets_the_reading_wait_after_a_reversal(axis: AxisDescription) 
 
 def test_gravity_turns_with_the_shaft() -> None:
     turning = varied(
-        draw_axis("axis", np.random.default_rng(3)), np.random.default_rng(1), kind="q_rotary", law="lugre",
-        rate=1000.0, resolution=None,
-    )  # fmt: skip
+        draw_axis("axis", np.random.default_rng(3)),
+        np.random.default_rng(1),
+        kind="q_rotary",
+        law="lugre",
+        rate=1000.0,
+        resolution=None,
+    )
     hidden = effect("gravity", turning)
     run = simulate(turning, mode_of(turning, "sine_position_1"), [hidden])
     angle = run.y / turning.radius_m

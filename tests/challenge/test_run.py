@@ -55,8 +55,10 @@ def test_every_campaign_is_diagnosed_and_a_failure_stays_its_own(proof: Path) ->
 def test_processes_write_the_same(proof: Path) -> None:
     one = run_challenge(proof, fake, jobs=2)
     assert [(d.campaign, d.status) for d in one] == [
-        ("axis_0001", "done"), ("axis_0002", "failed"), ("axis_0003", "done"),
-    ]  # fmt: skip
+        ("axis_0001", "done"),
+        ("axis_0002", "failed"),
+        ("axis_0003", "done"),
+    ]
 
 
 def test_resume_keeps_what_is_done_and_repeats_what_failed(proof: Path) -> None:

@@ -47,26 +47,43 @@ KEYS = {
 }
 
 
-def said(status: str, *entries: dict[str, Any], gap: float = 1.0, left: tuple[float, float, float] | None = None,
-         closed: float | None = 0.9, equivalent: tuple[str, ...] = ()) -> dict[str, Any]:  # fmt: skip
+def said(
+    status: str,
+    *entries: dict[str, Any],
+    gap: float = 1.0,
+    left: tuple[float, float, float] | None = None,
+    closed: float | None = 0.9,
+    equivalent: tuple[str, ...] = (),
+) -> dict[str, Any]:
     verdict = {"status": status, "effects": [e["effect"] for e in entries], "equivalent": list(equivalent)}
     unexplained = None if left is None else dict(zip(("share", "low", "high"), left, strict=True))
-    return {"schema": 2, "verdict": verdict, "budget": {
-        "gap": gap, "closed": closed, "unexplained": unexplained, "entries": list(entries)}}  # fmt: skip
+    return {
+        "schema": 2,
+        "verdict": verdict,
+        "budget": {"gap": gap, "closed": closed, "unexplained": unexplained, "entries": list(entries)},
+    }
 
 
 def entry(
     effect: str, share: float, low: float = 0.0, high: float = 1.0, rivals: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    return {"effect": effect, "rivals": list(rivals), "share": share, "low": low, "high": high, "last_in": share,
-            "first_in": share}  # fmt: skip
+    return {
+        "effect": effect,
+        "rivals": list(rivals),
+        "share": share,
+        "low": low,
+        "high": high,
+        "last_in": share,
+        "first_in": share,
+    }
 
 
 ANSWERS = {
     "axis_0001": said("explained", entry("cogging", 0.95)),
     "axis_0002": said("explained", entry("constant_force", 0.9, rivals=("cable_force",)), closed=0.5),
-    "axis_0003": said("explained", entry("end_effect", 0.1), entry("cogging", 0.6), entry("quadratic_drag", 0.3),
-                      closed=0.4),
+    "axis_0003": said(
+        "explained", entry("end_effect", 0.1), entry("cogging", 0.6), entry("quadratic_drag", 0.3), closed=0.4
+    ),
     "axis_0004": said("partly explained", entry("a", 0.5, rivals=("input_delay", "b")), closed=None),
     "axis_0005": said("none", closed=None),
     "axis_0006": said("none", closed=None),
@@ -78,12 +95,14 @@ ANSWERS = {
     "axis_0012": said("partly explained", entry("cogging", 0.7)),
     "axis_0013": said("explained", entry("cogging", 0.7), entry("end_effect", 0.3)),
     "axis_0015": said(
-        "partly explained", entry("cogging", 0.55, 0.5, 0.62),
-        entry("end_effect_rival", 0.2, 0.1, 0.25, ("end_effect",)), entry("payload_change", 0.03, 0.0, 0.05),
+        "partly explained",
+        entry("cogging", 0.55, 0.5, 0.62),
+        entry("end_effect_rival", 0.2, 0.1, 0.25, ("end_effect",)),
+        entry("payload_change", 0.03, 0.0, 0.05),
         entry("thermal_derating", 0.1, 0.05, 0.2, ("cogging",)),
         left=(0.12, 0.03, 0.2),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -215,9 +234,18 @@ def test_files_and_tables(proof: Path) -> None:
     shares = (folder / "shares.csv").read_text(encoding="utf-8").splitlines()
     assert "axis_0015,crowd,end_effect,0.3,0.3,end_effect_rival,1,0.2,0.1,0.25" in shares
     assert {p.name for p in folder.iterdir()} == {
-        "score.json", "campaigns.csv", "shares.csv", "budget.csv", "strength.csv", "rates.png", "rates.pdf",
-        "budget.png", "budget.pdf", "confusion.png", "confusion.pdf",
-    }  # fmt: skip
+        "score.json",
+        "campaigns.csv",
+        "shares.csv",
+        "budget.csv",
+        "strength.csv",
+        "rates.png",
+        "rates.pdf",
+        "budget.png",
+        "budget.pdf",
+        "confusion.png",
+        "confusion.pdf",
+    }
 
 
 def test_scoring_twice_gives_the_same_bytes(proof: Path) -> None:

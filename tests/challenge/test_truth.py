@@ -55,8 +55,11 @@ def test_a_single_effect_has_the_whole_gap(split: HiddenAxis) -> None:
 
 
 def test_contributions_are_the_forces_they_stand_for(split: HiddenAxis) -> None:
-    hidden = [effect("constant_force", split), replace(effect("payload_change", split), recordings=("moves_1",)),
-              effect("quadratic_drag", split)]  # fmt: skip
+    hidden = [
+        effect("constant_force", split),
+        replace(effect("payload_change", split), recordings=("moves_1",)),
+        effect("quadratic_drag", split),
+    ]
     caused, _, true, base, mass = causes(split, "moves_1", hidden)
     assert caused.sum(axis=0) == pytest.approx(true - base, abs=1e-4)
     payload = hidden[1].amplitude
@@ -83,9 +86,7 @@ def test_shares_are_shapley_values_of_what_is_still_missing(split: HiddenAxis) -
     names = ("constant_force", "cogging", "quadratic_drag", "cable_force")
     hidden = [effect(name, split, 2.0) for name in names]
     found = true_shares(split, hidden)
-    parts = [
-        module._rows(split, mode, hidden, k, command(mode, split)) for k, mode in enumerate(split.campaign)
-    ]  # fmt: skip
+    parts = [module._rows(split, mode, hidden, k, command(mode, split)) for k, mode in enumerate(split.campaign)]
     least = 0.3 * float(np.median([part.scale for part in parts]))
 
     def missing(inside: tuple[int, ...]) -> float:

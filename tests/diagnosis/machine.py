@@ -49,9 +49,14 @@ def drift(t: float | np.ndarray, extra: float) -> np.ndarray:
 
 
 def recording(
-    name: str = "run", *, extra: float = 0.0, noise: Noise | None = None, seed: int = 0, duration: float = 3.0,
+    name: str = "run",
+    *,
+    extra: float = 0.0,
+    noise: Noise | None = None,
+    seed: int = 0,
+    duration: float = 3.0,
     **more: object,
-) -> Recording:  # fmt: skip
+) -> Recording:
     """A recording of the machine; extra: a constant force that no model here knows, N."""
     noise = noise or Noise()
     t = np.arange(round(duration / PERIOD) + 1) * PERIOD
@@ -64,14 +69,34 @@ def recording(
 def result() -> FitResult:
     """The machine's true parameters as a fitted force model."""
     values = {
-        "force_constant": K, "coulomb_force": COULOMB, "static_force": COULOMB, "stribeck_velocity": 0.01,
-        "stribeck_exponent": 2.0, "bristle_stiffness": 1e5, "bristle_damping": 100.0, "viscous_friction": VISCOUS,
+        "force_constant": K,
+        "coulomb_force": COULOMB,
+        "static_force": COULOMB,
+        "stribeck_velocity": 0.01,
+        "stribeck_exponent": 2.0,
+        "bristle_stiffness": 1e5,
+        "bristle_damping": 100.0,
+        "viscous_friction": VISCOUS,
         "mass": MASS,
-    }  # fmt: skip
+    }
     nan = float("nan")
     return FitResult(
-        model="force", axis="linear", effects=(),
+        model="force",
+        axis="linear",
+        effects=(),
         estimates=tuple(Estimate(name, name, "1", value, nan, nan, nan) for name, value in values.items()),
-        fitted=(), correlation=np.zeros((0, 0)), condition_number=1.0, pairs=(), starts={}, objectives={},
-        residual_rms={}, history=(), stop_reasons=(), converged=True, seed=1, evaluations=0, substeps=2, step_error=0.0,
-    )  # fmt: skip
+        fitted=(),
+        correlation=np.zeros((0, 0)),
+        condition_number=1.0,
+        pairs=(),
+        starts={},
+        objectives={},
+        residual_rms={},
+        history=(),
+        stop_reasons=(),
+        converged=True,
+        seed=1,
+        evaluations=0,
+        substeps=2,
+        step_error=0.0,
+    )

@@ -22,8 +22,13 @@ def coast_downs(effect: str, values: dict[str, float], speed: float) -> list[Rec
     for k, direction in enumerate((1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, -1.0)):
         split = "held_out" if k % 4 == 3 else "fit"
         empty = Recording(
-            f"wheel_{k}", t, np.zeros_like(t), kind="free_wheel", added_mass=0.3 * (k % 2), split=split,  # type: ignore[arg-type]
-        )  # fmt: skip
+            f"wheel_{k}",
+            t,
+            np.zeros_like(t),
+            kind="free_wheel",
+            added_mass=0.3 * (k % 2),
+            split=split,  # type: ignore[arg-type]
+        )
         start = (-0.12 * direction + 0.01 * (k % 3), direction * speed * (0.9 + 0.06 * (k % 4)), math.nan)
         y = simulate((effect,), empty, start, 4, values=values, kind="friction")
         out.append(replace(empty, y=y + ENCODER * generator.standard_normal(y.size)))

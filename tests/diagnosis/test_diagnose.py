@@ -15,9 +15,17 @@ from linid.recording.recording import Recording
 from tests.identification.stand import stand
 
 NAMES = (
-    "freewheel_1", "freewheel_2", "freewheel_3", "freewheel_4", "sine_current_2", "sine_current_3", "sine_position_1",
-    "moves_1", "moves_2", "moves_3",
-)  # fmt: skip
+    "freewheel_1",
+    "freewheel_2",
+    "freewheel_3",
+    "freewheel_4",
+    "sine_current_2",
+    "sine_current_3",
+    "sine_position_1",
+    "moves_1",
+    "moves_2",
+    "moves_3",
+)
 
 
 def recordings(config: str = "stand_axis.yaml") -> tuple[Recording, ...]:
@@ -38,10 +46,7 @@ def test_nothing_is_missing_where_nothing_is_hidden() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "config", "heavier"),
-    [
-        ("sine", "stand_axis.yaml", {"moves_3"}),
-        ("theta", "stand_axis.yaml", {"sine_position_1", "moves_3"}),
-    ],
+    [("sine", "stand_axis.yaml", {"moves_3"}), ("theta", "stand_axis.yaml", {"sine_position_1", "moves_3"})],
 )
 def test_a_wrong_added_mass_is_found_with_its_recordings(kind: ModelKind, config: str, heavier: set[str]) -> None:
     """Recordings that carried 0.15 kg more than the campaign says: a held-out one, and a fitted one with it."""

@@ -16,10 +16,16 @@ from linid.recording.recording import Recording
 from tests.diagnosis.machine import COULOMB, MASS, VISCOUS, K, Noise, recording
 
 TRUE = {
-    "force_constant": K, "coulomb_force": COULOMB, "static_force": 1.01 * COULOMB, "stribeck_velocity": 1e-3,
-    "stribeck_exponent": 2.0, "bristle_stiffness": 1e5, "bristle_damping": 100.0, "viscous_friction": VISCOUS,
+    "force_constant": K,
+    "coulomb_force": COULOMB,
+    "static_force": 1.01 * COULOMB,
+    "stribeck_velocity": 1e-3,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 1e5,
+    "bristle_damping": 100.0,
+    "viscous_friction": VISCOUS,
     "mass": MASS,
-}  # fmt: skip
+}
 
 
 def judged(noise: Noise, reference: dict[str, float]) -> Judge:

@@ -28,11 +28,18 @@ def balance(seed: int, length: int = LENGTH, count: int = RECORDINGS) -> SimpleN
     y, v, a = 0.15 * np.sin(rate * t), 0.15 * rate * np.cos(rate * t), -0.15 * rate**2 * np.sin(rate * t)
     current = 2.0 * np.sin(2.0 * np.pi * random.uniform(1.1, 2.9, count)[owner] * t)
     facts = {  # of which Rows takes what it holds
-        "index": np.arange(t.size), "recording": owner, "block": owner * (length // 100) + (t // 0.1).astype(int),
+        "index": np.arange(t.size),
+        "recording": owner,
+        "block": owner * (length // 100) + (t // 0.1).astype(int),
         "bin": owner * (length // 50) + (t // 0.05).astype(int),
-        "t": t, "y": y, "v": v, "a": a, "current": current,
-        "standstill": np.zeros(t.size, dtype=bool), "half_widths": (7,) * count,
-    }  # fmt: skip
+        "t": t,
+        "y": y,
+        "v": v,
+        "a": a,
+        "current": current,
+        "standstill": np.zeros(t.size, dtype=bool),
+        "half_widths": (7,) * count,
+    }
     return SimpleNamespace(rows=Rows(**{f.name: facts[f.name] for f in fields(Rows)}), recordings=())
 
 
@@ -183,10 +190,14 @@ def test_the_pushing_input_of_phase_currents_has_one_sign_in_all_recordings(sens
     phase = sense * (WAVENUMBER * rows.y + 0.7)
     currents = np.stack([rows.current * np.cos(phase + 2.0 * np.pi / 3.0 * (1 - j)) for j in range(3)])
     recordings = [
-        Recording(f"r{k}", rows.t[rows.recording == k].copy(), rows.y[rows.recording == k].copy(),
-                  phase_currents=currents[:, rows.recording == k].copy())
+        Recording(
+            f"r{k}",
+            rows.t[rows.recording == k].copy(),
+            rows.y[rows.recording == k].copy(),
+            phase_currents=currents[:, rows.recording == k].copy(),
+        )
         for k in range(RECORDINGS)
-    ]  # fmt: skip
+    ]
     found = pushing_input(rows, recordings, WAVENUMBER)
     sign = np.sign(found @ rows.current)
     np.testing.assert_allclose(sign * found, rows.current, atol=2e-2)

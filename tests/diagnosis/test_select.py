@@ -61,10 +61,14 @@ def test_contenders_explain_nearly_as_much_as_the_best() -> None:
         return Screened(name, Trial({}, {}, explained, lead))
 
     chosen = contenders(
-        [found("cogging", 0.6), found("cable_force", 0.5), found("external_disturbance", 0.5, 1.2),
-         found("quadratic_drag", 0.1)],
+        [
+            found("cogging", 0.6),
+            found("cable_force", 0.5),
+            found("external_disturbance", 0.5, 1.2),
+            found("quadratic_drag", 0.1),
+        ],
         CONTENDING[0],
-    )  # fmt: skip
+    )
     assert [s.name for s in chosen] == ["cogging", "cable_force"]
     assert contenders([found("cogging", 0.0005)], CONTENDING[-1]) == []
 

@@ -178,11 +178,28 @@ def _model_text() -> str:
         _MODEL.append(
             model_to_text(
                 FitResult(
-                    "friction", "linear", (), rows, names, np.eye(len(names)), 3.0, (), {}, {}, {}, (), ("done",), True,
-                    1, 100, 2, 0.0, covariance=np.eye(len(names)),
+                    "friction",
+                    "linear",
+                    (),
+                    rows,
+                    names,
+                    np.eye(len(names)),
+                    3.0,
+                    (),
+                    {},
+                    {},
+                    {},
+                    (),
+                    ("done",),
+                    True,
+                    1,
+                    100,
+                    2,
+                    0.0,
+                    covariance=np.eye(len(names)),
                 )
             )
-        )  # fmt: skip
+        )
     return _MODEL[0]
 
 
@@ -193,10 +210,49 @@ MAKERS: dict[str, tuple[Callable[[random.Random], Input], ...]] = {
     "checkpoints": (checkpoint,),
 }
 ODD_CELLS = (
-    "", " ", "nan", "NaN", "inf", "-inf", "1e308", "1e-400", "1,234,567", "1.234.567", "250,000", "1'234", "x", "#N/A",
-    '"', '"1,5"', "1,5", "1.5", "--3", "+", "0x1F", "1e5", "٣", "½", "12:00:01", "2026-11-23", "=1+1", "9" * 500,
-    "\x00", "NaN NaN", "TRUE", "-", "1 000", "1\u00a0000", "1e", ".", ",", "1..2", "null", "\ufeff1", "1_000", "∞",
-)  # fmt: skip
+    "",
+    " ",
+    "nan",
+    "NaN",
+    "inf",
+    "-inf",
+    "1e308",
+    "1e-400",
+    "1,234,567",
+    "1.234.567",
+    "250,000",
+    "1'234",
+    "x",
+    "#N/A",
+    '"',
+    '"1,5"',
+    "1,5",
+    "1.5",
+    "--3",
+    "+",
+    "0x1F",
+    "1e5",
+    "٣",
+    "½",
+    "12:00:01",
+    "2026-11-23",
+    "=1+1",
+    "9" * 500,
+    "\x00",
+    "NaN NaN",
+    "TRUE",
+    "-",
+    "1 000",
+    "1\u00a0000",
+    "1e",
+    ".",
+    ",",
+    "1..2",
+    "null",
+    "\ufeff1",
+    "1_000",
+    "∞",
+)
 
 
 def mutated(one: Input, r: random.Random) -> Input:

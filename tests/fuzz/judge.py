@@ -72,10 +72,7 @@ def _yaml(path: Path) -> str:
     from linid.workflow.batch_file import read_batch
     from linid.workflow.settings import make_settings, read_settings
 
-    for reads in (
-        read_campaign, lambda p: make_settings(read_settings(p)), lambda p: read_batch(p, {}),
-        _mapped,
-    ):  # fmt: skip
+    for reads in (read_campaign, lambda p: make_settings(read_settings(p)), lambda p: read_batch(p, {}), _mapped):
         try:
             reads(path)
         except LinidError as error:
@@ -143,9 +140,14 @@ def oracle(content: bytes, truth: Truth) -> tuple[np.ndarray, np.ndarray, np.nda
         text = content.decode(truth.encoding)
         body = "\n".join(line for line in text.splitlines()[truth.header :] if line.strip() and line.strip() != "EOF")
         frame = pd.read_csv(
-            io.StringIO(body), sep=truth.separator, decimal=truth.decimal, header=None, dtype=str,
-            keep_default_na=False, quoting=3,
-        )  # fmt: skip
+            io.StringIO(body),
+            sep=truth.separator,
+            decimal=truth.decimal,
+            header=None,
+            dtype=str,
+            keep_default_na=False,
+            quoting=3,
+        )
         columns = []
         for k in truth.columns:
             cells = frame[k].str.strip()

@@ -152,10 +152,16 @@ def test_an_effect_without_sense_is_refused() -> None:
 
 
 TURNING = {
-    "coulomb_force": 2.4e-3, "static_force": 3e-3, "stribeck_velocity": 0.5, "stribeck_exponent": 2.0,
-    "bristle_stiffness": 5.0, "bristle_damping": 5e-3, "viscous_friction": 4e-5, "mass": 6e-6,
+    "coulomb_force": 2.4e-3,
+    "static_force": 3e-3,
+    "stribeck_velocity": 0.5,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 5.0,
+    "bristle_damping": 5e-3,
+    "viscous_friction": 4e-5,
+    "mass": 6e-6,
     "force_constant": 0.0318,
-}  # fmt: skip
+}
 
 
 def turns(effects: tuple[str, ...], values: dict[str, float]) -> list[Recording]:

@@ -23,9 +23,15 @@ from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 
 FRICTION = {
-    "coulomb_force": 1.72, "static_force": 3.198, "stribeck_velocity": 2.993e-3, "stribeck_exponent": 2.0,
-    "bristle_stiffness": 11690.0, "bristle_damping": 92.14, "viscous_friction": 2.517, "mass": 0.588,
-}  # fmt: skip
+    "coulomb_force": 1.72,
+    "static_force": 3.198,
+    "stribeck_velocity": 2.993e-3,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 11690.0,
+    "bristle_damping": 92.14,
+    "viscous_friction": 2.517,
+    "mass": 0.588,
+}
 MOTOR = {"force_constant": 30.0, "guideway_density": 222.0, "winding_displacement": 2.0 * math.pi / 3.0, "shift": 0.4}
 WINDINGS = {"phase_resistance": 5.0, "phase_inductance": 1.7e-3, "mutual_inductance": -4e-4}
 SETTINGS = FitSettings(search=SearchSettings(population=32, generations=20), jobs=1)

@@ -22,10 +22,19 @@ from tests.shared_data import shared
 
 MODEL = Model("force", ("flexible_load",))
 PLANT = {
-    "force_constant": 100.0, "coulomb_force": 10.0, "static_force": 10.0, "stribeck_velocity": 0.05,
-    "stribeck_exponent": 2.0, "bristle_stiffness": 1e5, "bristle_damping": 100.0, "viscous_friction": 10.0,
-    "mass": 1.0, "load_mass": 0.5, "load_frequency": 53.0, "load_damping": 0.01,
-}  # fmt: skip
+    "force_constant": 100.0,
+    "coulomb_force": 10.0,
+    "static_force": 10.0,
+    "stribeck_velocity": 0.05,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 1e5,
+    "bristle_damping": 100.0,
+    "viscous_friction": 10.0,
+    "mass": 1.0,
+    "load_mass": 0.5,
+    "load_frequency": 53.0,
+    "load_damping": 0.01,
+}
 VECTOR = MODEL.vector(PLANT)[None, :]
 
 

@@ -18,9 +18,16 @@ GAP, FREQUENCY = 2e-3, 40.0
 OMEGA = 2.0 * math.pi * FREQUENCY
 # An axis that hardly rubs, so that momentum and energy are those of two bodies.
 GLIDING = {
-    "coulomb_force": 1e-9, "static_force": 1e-9, "stribeck_velocity": 1e-3, "stribeck_exponent": 2.0,
-    "bristle_stiffness": 1e-6, "bristle_damping": 0.0, "viscous_friction": 0.0, "mass": 1.0, "force_constant": 1.0,
-}  # fmt: skip
+    "coulomb_force": 1e-9,
+    "static_force": 1e-9,
+    "stribeck_velocity": 1e-3,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 1e-6,
+    "bristle_damping": 0.0,
+    "viscous_friction": 0.0,
+    "mass": 1.0,
+    "force_constant": 1.0,
+}
 
 
 def advance(

@@ -38,9 +38,12 @@ def three_states(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, s_3, c):
 
 
 DRAG = replace(
-    quadratic_drag.EFFECT, parameters=quadratic_drag.EFFECT.parameters[:1], structural=(), force=drag,
+    quadratic_drag.EFFECT,
+    parameters=quadratic_drag.EFFECT.parameters[:1],
+    structural=(),
+    force=drag,
     grid=constant_force.EFFECT.grid,
-)  # fmt: skip
+)
 
 
 def plain(t, y, v, i_1, i_2, i_3, record, elapsed, c):

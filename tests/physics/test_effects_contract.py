@@ -16,13 +16,25 @@ from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.parameter import _ROTARY
 
 DESIGN = {
-    "cogging": "FORCE", "force_ripple": "FORCE", "phase_gain_imbalance": "DRIVE", "current_offset": "DRIVE",
-    "asymmetric_friction": "FORCE", "constant_force": "FORCE", "cable_force": "FORCE",
-    "position_dependent_friction": "FORCE", "quadratic_drag": "FORCE", "input_delay": "DRIVE",
-    "force_saturation": "DRIVE", "thermal_derating": "DRIVE", "end_effect": "FORCE", "flexible_load": "FORCE",
-    "encoder_periodic_error": "SENSOR", "external_disturbance": "FORCE", "friction_drift": "FORCE",
+    "cogging": "FORCE",
+    "force_ripple": "FORCE",
+    "phase_gain_imbalance": "DRIVE",
+    "current_offset": "DRIVE",
+    "asymmetric_friction": "FORCE",
+    "constant_force": "FORCE",
+    "cable_force": "FORCE",
+    "position_dependent_friction": "FORCE",
+    "quadratic_drag": "FORCE",
+    "input_delay": "DRIVE",
+    "force_saturation": "DRIVE",
+    "thermal_derating": "DRIVE",
+    "end_effect": "FORCE",
+    "flexible_load": "FORCE",
+    "encoder_periodic_error": "SENSOR",
+    "external_disturbance": "FORCE",
+    "friction_drift": "FORCE",
     "payload_change": "FORCE",
-}  # fmt: skip
+}
 PHASES = Outlook(0.02, 0.42, 200.0, 1.5, 2.0, (4.0, 1.5, 2.0), (1, 2, 5), 1e-3, 12.0)
 ONE_INPUT = Outlook(-0.3, 12.0, None, 30.0, 5.0, (10.0,), (1,), 1e-3, 10.0)
 TURNING = replace(PHASES, axis="rotary")
@@ -49,9 +61,20 @@ def corners(effect: Effect) -> list[list[float]]:
 
 def arguments(effect: Effect, name: str, point: tuple[float, float, float], states: tuple[float, float]) -> list[float]:
     known = dict(
-        t=point[0], y=point[1], v=point[2], i_1=0.7, i_2=-0.4, i_3=-0.3, record=1.0, elapsed=5.0, s_1=states[0],
-        s_2=states[1], h=1e-3, a=3.0, push=-40.0,
-    )  # fmt: skip
+        t=point[0],
+        y=point[1],
+        v=point[2],
+        i_1=0.7,
+        i_2=-0.4,
+        i_3=-0.3,
+        record=1.0,
+        elapsed=5.0,
+        s_1=states[0],
+        s_2=states[1],
+        h=1e-3,
+        a=3.0,
+        push=-40.0,
+    )
     return [known[argument] for argument in effect.arguments_of(name)]
 
 
@@ -143,9 +166,14 @@ def test_told_to_people(effect: Effect) -> None:
 @pytest.mark.parametrize("effect", [e for e in EFFECTS if e.advance is not None], ids=lambda e: e.name)
 @settings(max_examples=40, deadline=None)
 @given(
-    v=st.floats(-2.0, 2.0), current=st.floats(-3.0, 3.0), a=st.floats(-20.0, 20.0), split=st.floats(0.05, 0.95),
-    h=st.floats(1e-6, 0.05), s_1=st.floats(-0.9, 0.9), s_2=st.floats(-0.5, 0.5),
-)  # fmt: skip
+    v=st.floats(-2.0, 2.0),
+    current=st.floats(-3.0, 3.0),
+    a=st.floats(-20.0, 20.0),
+    split=st.floats(0.05, 0.95),
+    h=st.floats(1e-6, 0.05),
+    s_1=st.floats(-0.9, 0.9),
+    s_2=st.floats(-0.5, 0.5),
+)
 def test_hidden_states_advance_exactly(effect: Effect, v, current, a, split, h, s_1, s_2) -> None:
     """Two part steps under the same conditions are one whole step."""
     start = grid_of(effect)[0]

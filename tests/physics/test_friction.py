@@ -35,9 +35,20 @@ class Step:
     def arguments(self) -> tuple[float, ...]:
         reach = self.level / self.sigma_0
         return (
-            self.v, self.w * reach, self.v_mid, self.w_mid * reach, self.level, -self.fall * self.level, self.force,
-            self.force_rate, self.mass, self.sigma_0, self.sigma_1, self.sigma_2, self.h,
-        )  # fmt: skip
+            self.v,
+            self.w * reach,
+            self.v_mid,
+            self.w_mid * reach,
+            self.level,
+            -self.fall * self.level,
+            self.force,
+            self.force_rate,
+            self.mass,
+            self.sigma_0,
+            self.sigma_1,
+            self.sigma_2,
+            self.h,
+        )
 
 
 def decades(low: float, high: float) -> st.SearchStrategy[float]:
@@ -46,10 +57,21 @@ def decades(low: float, high: float) -> st.SearchStrategy[float]:
 
 speeds = st.one_of(st.floats(-5, 5), st.floats(-1e-3, 1e-3), st.just(0.0))
 steps = st.builds(
-    Step, v=speeds, w=st.floats(-1.3, 1.3), v_mid=speeds, w_mid=st.floats(-1.3, 1.3), level=decades(-1, 2),
-    fall=st.floats(0, 1.5), force=st.floats(-200, 200), force_rate=st.floats(-1e5, 1e5), mass=decades(-2, 2),
-    sigma_0=decades(2, 8), sigma_1=decades(-2, 3), sigma_2=st.one_of(decades(-3, 2), st.just(0.0)), h=decades(-6, -3),
-)  # fmt: skip
+    Step,
+    v=speeds,
+    w=st.floats(-1.3, 1.3),
+    v_mid=speeds,
+    w_mid=st.floats(-1.3, 1.3),
+    level=decades(-1, 2),
+    fall=st.floats(0, 1.5),
+    force=st.floats(-200, 200),
+    force_rate=st.floats(-1e5, 1e5),
+    mass=decades(-2, 2),
+    sigma_0=decades(2, 8),
+    sigma_1=decades(-2, 3),
+    sigma_2=st.one_of(decades(-3, 2), st.just(0.0)),
+    h=decades(-6, -3),
+)
 
 
 def slope(s: Step) -> float:
@@ -92,9 +114,9 @@ def test_the_step_is_exact_for_the_linearised_system(s: Step) -> None:
     assert displacement == pytest.approx(exact[2], rel=1e-10, abs=1e-11 * fast * s.h)
 
 
-friction = st.fixed_dictionaries({
-    "coulomb": st.floats(0.1, 20), "extra": st.floats(0, 3), "v_s": decades(-3, 0), "alpha": st.floats(0.5, 2),
-})  # fmt: skip
+friction = st.fixed_dictionaries(
+    {"coulomb": st.floats(0.1, 20), "extra": st.floats(0, 3), "v_s": decades(-3, 0), "alpha": st.floats(0.5, 2)}
+)
 
 
 @given(p=friction, v=st.floats(-5, 5))
@@ -151,9 +173,13 @@ def test_a_small_force_deflects_a_resting_axis_like_a_spring(stiffness: float) -
 
 @settings(max_examples=100, deadline=None)
 @given(
-    v=st.floats(-5, 5), start=st.floats(-1, 1), stiffness=decades(3, 8), damping=st.floats(0.0, 1.0),
-    mass=decades(-1, 1), h=decades(-6, -3.3),
-)  # fmt: skip
+    v=st.floats(-5, 5),
+    start=st.floats(-1, 1),
+    stiffness=decades(3, 8),
+    damping=st.floats(0.0, 1.0),
+    mass=decades(-1, 1),
+    h=decades(-6, -3.3),
+)
 def test_friction_alone_only_takes_energy(
     v: float, start: float, stiffness: float, damping: float, mass: float, h: float
 ) -> None:
@@ -179,12 +205,20 @@ def test_one_step_over_random_states_stays_finite() -> None:
     rng = np.random.default_rng(5)
     for _ in range(2000):
         s = Step(
-            v=rng.uniform(-5, 5), w=rng.uniform(-2, 2), v_mid=rng.uniform(-5, 5) * 10 ** rng.uniform(-6, 0),
-            w_mid=rng.uniform(-2, 2), level=10 ** rng.uniform(-3, 2), fall=rng.uniform(0, 5),
-            force=rng.uniform(-200, 200), force_rate=rng.uniform(-1e5, 1e5), mass=10 ** rng.uniform(-2, 2),
-            sigma_0=10 ** rng.uniform(2, 8), sigma_1=10 ** rng.uniform(-2, 4), sigma_2=rng.uniform(0, 10),
+            v=rng.uniform(-5, 5),
+            w=rng.uniform(-2, 2),
+            v_mid=rng.uniform(-5, 5) * 10 ** rng.uniform(-6, 0),
+            w_mid=rng.uniform(-2, 2),
+            level=10 ** rng.uniform(-3, 2),
+            fall=rng.uniform(0, 5),
+            force=rng.uniform(-200, 200),
+            force_rate=rng.uniform(-1e5, 1e5),
+            mass=10 ** rng.uniform(-2, 2),
+            sigma_0=10 ** rng.uniform(2, 8),
+            sigma_1=10 ** rng.uniform(-2, 4),
+            sigma_2=rng.uniform(0, 10),
             h=10 ** rng.uniform(-7, -2.5),
-        )  # fmt: skip
+        )
         v, w, displacement = lugre_step(*s.arguments())
         assert all(map(math.isfinite, (v, w, displacement))), s
         bound = 20 * (abs(s.v) + abs(s.v_mid)) + 20 * s.h / s.mass * (

@@ -84,10 +84,20 @@ def mark(name: str) -> Parameter:
         (replace(PAYLOAD, mark="other"), "no structural parameter"),
         (replace(FORCE, parts=2), "no mark of part 1"),
         (replace(PAYLOAD, parts=2), "no mark of part 1"),
-        (replace(FORCE, parameters=(mark("a_1"), mark("a_2"), mark("b_1")), amplitudes=("a_1",), structural=("b_1",),
-                 mark="b_1", acts="one", parts=2), "2 equal parts"),
+        (
+            replace(
+                FORCE,
+                parameters=(mark("a_1"), mark("a_2"), mark("b_1")),
+                amplitudes=("a_1",),
+                structural=("b_1",),
+                mark="b_1",
+                acts="one",
+                parts=2,
+            ),
+            "2 equal parts",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_malformed_mark_is_refused(effect: Effect, fact: str) -> None:
     with pytest.raises(ConfigError, match=fact):
         check_effect(effect, "here")

@@ -166,9 +166,14 @@ def test_sine_force_is_the_direct_sum(
 
 @settings(max_examples=250, deadline=None)
 @given(
-    y=st.floats(-0.05, 0.05), i=currents, density=st.floats(10, 150), step=st.floats(0.025, 3.1),
-    shift=st.floats(-3, 3), z_L=st.floats(0.02, 1.55), q=nomes,
-)  # fmt: skip
+    y=st.floats(-0.05, 0.05),
+    i=currents,
+    density=st.floats(10, 150),
+    step=st.floats(0.025, 3.1),
+    shift=st.floats(-3, 3),
+    z_L=st.floats(0.02, 1.55),
+    q=nomes,
+)
 @example(y=0.01, i=(1.0, -0.4, 0.3), density=111.0, step=1.047, shift=0.768, z_L=0.688, q=GAUSSIAN_NOME)
 @example(y=0.01, i=(1.0, -0.4, 0.3), density=111.0, step=1.047, shift=0.768, z_L=0.688, q=JUST_ABOVE)
 def test_theta_force_is_the_direct_sum_of_jacobi_thetas_in_both_branches(

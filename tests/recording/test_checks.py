@@ -228,8 +228,9 @@ def test_an_end_stop_is_a_rest_against_a_push() -> None:
     y = 50.0 * y
     stop = np.quantile(y, 0.999)
     pressed = (T > 5.0) & (T < 5.6)
-    hit = one(Recording("hit", T.copy(), np.where(pressed, stop, np.minimum(y, stop)),
-                        drive_input=np.where(pressed, 3.0, u)))  # fmt: skip
+    hit = one(
+        Recording("hit", T.copy(), np.where(pressed, stop, np.minimum(y, stop)), drive_input=np.where(pressed, 3.0, u))
+    )
     assert hit.end_stop.side == 1 and hit.end_stop.seconds == pytest.approx(0.6, abs=0.02) and "end stop" in said(hit)
     assert one(driven()).end_stop.side == 0
 
@@ -312,9 +313,10 @@ def test_the_stand_is_in_order_and_its_field_is_seen() -> None:
 
 
 TWO_MASS = {
-    "time": {"column": "time", "unit": "us"}, "position": {"column": "theta_mx", "unit": "rad"},
+    "time": {"column": "time", "unit": "us"},
+    "position": {"column": "theta_mx", "unit": "rad"},
     "current_q": {"column": "iq_adx", "unit": "A"},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("file", ["A", "B"])
@@ -364,9 +366,12 @@ def test_gravity_moves_the_pendulum_besides_its_drive() -> None:
 
 def test_emps_is_in_order() -> None:
     channels = ChannelMapping.model_validate(
-        {"time": {"column": "t", "unit": "s"}, "position": {"column": "qm", "unit": "m"},
-         "command": {"column": "vir", "unit": "V"}}
-    )  # fmt: skip
+        {
+            "time": {"column": "t", "unit": "s"},
+            "position": {"column": "qm", "unit": "m"},
+            "command": {"column": "vir", "unit": "V"},
+        }
+    )
     files = [shared("emps", name) for name in ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")]
     checks = checks_of([read_recording(path, channels=channels) for path in files])
     assert all(c.coherence.judged and c.coherence.value > 0.99 and not c.findings for c in checks)

@@ -61,13 +61,7 @@ def outcome(path: Path, encoding: str | None, piece: int) -> tuple[object, ...]:
 )
 @settings(max_examples=80, deadline=None)
 def test_pieces_of_any_size_give_the_same(
-    piece: int,
-    encoding: str,
-    newline: str,
-    comma: bool,
-    layout: str,
-    flaws: list[tuple[int, str, bool]],
-    end: str,
+    piece: int, encoding: str, newline: str, comma: bool, layout: str, flaws: list[tuple[int, str, bool]], end: str
 ) -> None:
     content = [line + (",Status (µA)" if k == 0 else ",3") for k, line in enumerate(lines())]
     if layout == "twincat":

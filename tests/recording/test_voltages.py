@@ -48,15 +48,19 @@ def test_voltages_alone_drive_a_motor(tmp_path: Path, kind: str | None) -> None:
 
 
 def test_back_emf_without_current_is_a_free_wheel(tmp_path: Path) -> None:
-    still = [line if not k else ",".join([*line.split(",")[:2], "0", "0", "0", *line.split(",")[5:]])
-             for k, line in enumerate(export())]  # fmt: skip
+    still = [
+        line if not k else ",".join([*line.split(",")[:2], "0", "0", "0", *line.split(",")[5:]])
+        for k, line in enumerate(export())
+    ]
     recording = read_recording(write(tmp_path, still))
     assert recording.kind == "free_wheel" and recording.notes == ()
 
 
 def test_silent_voltages_are_no_drive(tmp_path: Path) -> None:
-    silent = [line if not k else ",".join([*line.split(",")[:2], "0", "0", "0"])
-              for k, line in enumerate(export(currents=False))]  # fmt: skip
+    silent = [
+        line if not k else ",".join([*line.split(",")[:2], "0", "0", "0"])
+        for k, line in enumerate(export(currents=False))
+    ]
     path = write(tmp_path, silent)
     assert read_recording(path).kind == "free_wheel"
     assert "all voltages are zero" in read_recording(path, kind="motor").notes[0]

@@ -119,9 +119,12 @@ def recordings(all_traces: tuple[ResidualTrace, ...]) -> tuple[RecordingChange, 
 
 
 def pair_share(
-    all_traces: tuple[ResidualTrace, ...], x: tuple[str, str, str, list[Array]], y: tuple[str, str, str, list[Array]],
-    form: Any, share: float,
-) -> PairShare:  # fmt: skip
+    all_traces: tuple[ResidualTrace, ...],
+    x: tuple[str, str, str, list[Array]],
+    y: tuple[str, str, str, list[Array]],
+    form: Any,
+    share: float,
+) -> PairShare:
     """Cell means of the residual over two coordinates (name, label, unit, values)."""
     values, force = [np.concatenate(c[3]) for c in (x, y)], np.concatenate([t.before for t in all_traces])
     edges = [np.linspace(one.min(), one.max(), count + 1) for one, count in zip(values, (24, 8), strict=True)]
@@ -157,10 +160,15 @@ def checks(all_traces: tuple[ResidualTrace, ...], axis: Any = "linear") -> tuple
         y = np.round((t.y + 2e-7 * rng.normal(size=t.y.size)) / 1e-7) * 1e-7
         made.append(
             Recording(
-                t.recording, t.t.copy(), y, drive_input=np.gradient(t.v, t.t), axis=axis, split=t.split,  # type: ignore[arg-type]
+                t.recording,
+                t.t.copy(),
+                y,
+                drive_input=np.gradient(t.v, t.t),
+                axis=axis,
+                split=t.split,  # type: ignore[arg-type]
                 reading=Reading(0.0, gaps=2, missing=170, longest_gap=0.11) if place == 1 else None,
             )
-        )  # fmt: skip
+        )
     return checks_of(made)
 
 
@@ -184,8 +192,11 @@ def entry(effect: str, share: float, half: float = 0.04, rivals: tuple[str, ...]
 
     measures = {"free_run": change(0.006, 0.0009), "ahead": change(9e-6, 2.2e-6), "force": change(0.21, 0.057)}
     values: dict[str, Any] = {
-        "first_in": share + 0.03, "last_in": share - 0.02, "certainty": 60 * share, "measures": measures,
-    }  # fmt: skip
+        "first_in": share + 0.03,
+        "last_in": share - 0.02,
+        "certainty": 60 * share,
+        "measures": measures,
+    }
     return Entry(effect, rivals, share, share - half, share + half, **{**values, **more})
 
 
@@ -197,9 +208,20 @@ def budget_of(*entries: Entry, measures: dict[str, Change], **more: Any) -> Budg
     excess = (before**2 - floor**2) / floor**2
     values: dict[str, Any] = {"ceiling": 0.4, "depends_on": ("time in the recording",)}
     return Budget(
-        before, after, floor, excess, (1 - closed) * excess, closed, closed - 0.02, min(closed + 0.02, 1.0), 1 - closed,
-        max(1 - closed - 0.02, 0.0), min(1 - closed + 0.02, 1.0), entries, **{**values, **more},
-    )  # fmt: skip
+        before,
+        after,
+        floor,
+        excess,
+        (1 - closed) * excess,
+        closed,
+        closed - 0.02,
+        min(closed + 0.02, 1.0),
+        1 - closed,
+        max(1 - closed - 0.02, 0.0),
+        min(1 - closed + 0.02, 1.0),
+        entries,
+        **{**values, **more},
+    )
 
 
 COGGING = (
@@ -231,14 +253,19 @@ def explained(**changes: Any) -> Diagnosis:
     made = traces(cogging, lambda t, y, v: 0.24 * cogging(t, y, v))
     rows = recordings(made)
     values: dict[str, Any] = {
-        "name": "axis_01", "model": "sine", "axis": "linear", "base_effects": (),
+        "name": "axis_01",
+        "model": "sine",
+        "axis": "linear",
+        "base_effects": (),
         "assumptions": (
             "The added masses in the campaign are exact.",
             "Friction is the same in all recordings.",
             "Current and position are sampled at the same instants.",
         ),
         "verdict": Verdict(
-            "explained", ("cogging",), (),
+            "explained",
+            ("cogging",),
+            (),
             "The gap depends on the position within two pole pitches; cogging explains it: 94 % of it closes.",
             "Record slow steady moves (about 20 mm/s) over the whole stroke in both directions: they would show the "
             "6th order of the cogging, which these fast moves blur.",
@@ -246,10 +273,17 @@ def explained(**changes: Any) -> Diagnosis:
         "budget": budget_of(
             entry("cogging", 0.94, 0.025, parameters=COGGING, measures=together(rows)), measures=together(rows)
         ),
-        "tried": TRIED, "where": shares(made, FIELD), "pairs": pairs(made), "measures": together(rows),
-        "recordings": rows, "traces": made, "checks": checks(made), "force_scale": "", "field_wavenumber": FIELD,
+        "tried": TRIED,
+        "where": shares(made, FIELD),
+        "pairs": pairs(made),
+        "measures": together(rows),
+        "recordings": rows,
+        "traces": made,
+        "checks": checks(made),
+        "force_scale": "",
+        "field_wavenumber": FIELD,
         "seed": 1,
-    }  # fmt: skip
+    }
     return Diagnosis(**{**values, **changes})
 
 
@@ -260,37 +294,53 @@ def partly() -> Diagnosis:
         return 1.6 * push(t, y, v)
 
     made = traces(lambda t, y, v: cogging(t, y, v) + cable(t, y, v) + drag(t, y, v) + left(t, y, v), left)
-    worse = {"free_run": Change(0.0058, 0.006, 0.0009), "ahead": Change(9.4e-6, 9e-6, 2.2e-6),
-             "force": Change(0.24, 0.21, 0.057)}  # fmt: skip
+    worse = {
+        "free_run": Change(0.0058, 0.006, 0.0009),
+        "ahead": Change(9.4e-6, 9e-6, 2.2e-6),
+        "force": Change(0.24, 0.21, 0.057),
+    }
     entries = (
         entry("cogging", 0.46, 0.03, parameters=COGGING),
         entry(
-            "cable_force", 0.21, 0.05, rivals=("position_dependent_friction",), parameters=CABLE,
+            "cable_force",
+            0.21,
+            0.05,
+            rivals=("position_dependent_friction",),
+            parameters=CABLE,
             combinations=("cable_stiffness and constant_force: only 2.41 y - 0.83 N is known, to 0.02 N",),
         ),
         entry("asymmetric_friction", 0.09, 0.03, parameters=FRICTION, note="from three of the recordings"),
         entry("quadratic_drag", 0.05, 0.04, measures=worse),
-    )  # fmt: skip
+    )
     verdict = Verdict(
-        "partly explained", tuple(e.effect for e in entries), ("position_dependent_friction",),
+        "partly explained",
+        tuple(e.effect for e in entries),
+        ("position_dependent_friction",),
         "The gap depends on position and velocity. Four effects explain 81 % of it: cogging 46 %, cable_force or "
         "position_dependent_friction 21 %, asymmetric_friction 9 %, quadratic_drag 5 %. 19 % stay unexplained.",
         "To tell cable_force from position_dependent_friction, record slow moves and free wheels over the whole "
         "stroke.",
-    )  # fmt: skip
+    )
     tried = (
         *(Tried(e.effect, e.share + 0.1, "named", e.certainty, e.first_in) for e in entries),
         Tried("position_dependent_friction", 0.3, "rival", 12.0, 0.2),
         *(t for t in TRIED[1:] if t.effect != "position_dependent_friction"),
-    )  # fmt: skip
+    )
     rows = recordings(made)
     return explained(
-        name="axis_07", verdict=verdict, budget=budget_of(*entries, measures=together(rows)), tried=tried, traces=made,
+        name="axis_07",
+        verdict=verdict,
+        budget=budget_of(*entries, measures=together(rows)),
+        tried=tried,
+        traces=made,
         recordings=rows,
-        measures=together(rows), where=shares(made, FIELD), pairs=pairs(made), checks=checks(made),
+        measures=together(rows),
+        where=shares(made, FIELD),
+        pairs=pairs(made),
+        checks=checks(made),
         combinations=("coulomb_force and mass: only their ratio 0.73 m/s^2 is known, to 0.4 %",),
         warnings=("Only two recordings are held out.",),
-    )  # fmt: skip
+    )
 
 
 def at_floor() -> Diagnosis:
@@ -302,28 +352,44 @@ def at_floor() -> Diagnosis:
     rows = recordings(made)
     nothing_left = Budget(0.058, 0.058, 0.057, 0.03, 0.03, 0.0, NAN, NAN, NAN, NAN, NAN, (), NAN, ())
     return explained(
-        verdict=verdict, budget=nothing_left, tried=tuple(replace(t, outcome="screened", certainty=NAN, closed=NAN)
-        for t in TRIED), traces=made, recordings=rows, measures=together(rows), where=shares(made, FIELD), pairs=(),
+        verdict=verdict,
+        budget=nothing_left,
+        tried=tuple(replace(t, outcome="screened", certainty=NAN, closed=NAN) for t in TRIED),
+        traces=made,
+        recordings=rows,
+        measures=together(rows),
+        where=shares(made, FIELD),
+        pairs=(),
         checks=checks(made),
-    )  # fmt: skip
+    )
 
 
 def unknown(force: Force = push) -> Diagnosis:
     """A gap that no effect explains, without field wavenumber; nothing was added to the model."""
     made = traces(force, force)
     verdict = Verdict(
-        "unknown", (), (),
+        "unknown",
+        (),
+        (),
         "There is a gap that no effect of the library explains; it depends on the time in the recording.",
         "Repeat one move five times at fixed intervals: if the residual repeats with the clock, look for a "
         "neighbouring drive or a pump.",
-    )  # fmt: skip
+    )
     rows = recordings(made)
     return explained(
-        model="force", verdict=verdict, budget=budget_of(measures=together(rows), ceiling=0.61), tried=TRIED[1:],
+        model="force",
+        verdict=verdict,
+        budget=budget_of(measures=together(rows), ceiling=0.61),
+        tried=TRIED[1:],
         recordings=rows,
-        measures=together(rows), where=shares(made, None), field_wavenumber=None, traces=made, pairs=pairs(made)[1:],
-        checks=checks(made), warnings=("Only two recordings are held out.",),
-    )  # fmt: skip
+        measures=together(rows),
+        where=shares(made, None),
+        field_wavenumber=None,
+        traces=made,
+        pairs=pairs(made)[1:],
+        checks=checks(made),
+        warnings=("Only two recordings are held out.",),
+    )
 
 
 def rotary() -> Diagnosis:
@@ -335,37 +401,71 @@ def rotary() -> Diagnosis:
     )
     units = {"m": "rad", "m/s": "rad/s"}
     where = tuple(
-        replace(s, unit=units.get(s.unit, s.unit), x=40 * s.x if s.unit in units else s.x, mean=0.02 * s.mean,
-                spread=0.02 * s.spread)
-        for s in base.where if s.coordinate != "pole_phase"
-    )  # fmt: skip
+        replace(
+            s,
+            unit=units.get(s.unit, s.unit),
+            x=40 * s.x if s.unit in units else s.x,
+            mean=0.02 * s.mean,
+            spread=0.02 * s.spread,
+        )
+        for s in base.where
+        if s.coordinate != "pole_phase"
+    )
     both = tuple(
         replace(
-            p, x_unit=units.get(p.x_unit, p.x_unit), y_unit=units.get(p.y_unit, p.y_unit), mean=0.02 * p.mean,
+            p,
+            x_unit=units.get(p.x_unit, p.x_unit),
+            y_unit=units.get(p.y_unit, p.y_unit),
+            mean=0.02 * p.mean,
             x_edges=40 * p.x_edges if p.x_unit in units else p.x_edges,
             y_edges=40 * p.y_edges if p.y_unit in units else p.y_edges,
         )
         for p in base.pairs
-    )  # fmt: skip
+    )
     parameters = tuple(replace(e, unit="N m" if e.unit == "N" else "1/rad") for e in COGGING[:3])
     parameters += (
-        estimate("force_constant", "K_f", "N m/A", 0.1, NAN, status="not_identifiable",
-                 note="these recordings do not tell it: feed one phase alone, so that the currents do not sum to zero"),
-    )  # fmt: skip
+        estimate(
+            "force_constant",
+            "K_f",
+            "N m/A",
+            0.1,
+            NAN,
+            status="not_identifiable",
+            note="these recordings do not tell it: feed one phase alone, so that the currents do not sum to zero",
+        ),
+    )
     rows = recordings(made)
     verdict = Verdict(
-        "explained", ("cogging",), (), "The gap depends on the position; cogging explains it: 94 % of it closes.",
+        "explained",
+        ("cogging",),
+        (),
+        "The gap depends on the position; cogging explains it: 94 % of it closes.",
         "Record slow steady moves over several pole pitches, then free wheels over the whole stroke.",
-    )  # fmt: skip
+    )
     cause = entry("cogging", 0.94, 0.025, parameters=parameters, measures=together(rows))
     return replace(
-        base, name="mn4004", axis="rotary", model="force", traces=made, where=where, field_wavenumber=None, pairs=both,
-        budget=budget_of(cause, measures=together(rows)), recordings=rows, measures=together(rows),
-        checks=checks(made, "rotary"), force_scale="kg m^2", verdict=verdict,
+        base,
+        name="mn4004",
+        axis="rotary",
+        model="force",
+        traces=made,
+        where=where,
+        field_wavenumber=None,
+        pairs=both,
+        budget=budget_of(cause, measures=together(rows)),
+        recordings=rows,
+        measures=together(rows),
+        checks=checks(made, "rotary"),
+        force_scale="kg m^2",
+        verdict=verdict,
         assumptions=("The added masses in the campaign are exact.",),
-    )  # fmt: skip
+    )
 
 
 SAMPLES: dict[str, Callable[[], Diagnosis]] = {
-    "none": at_floor, "explained": explained, "partly": partly, "unknown": unknown, "rotary": rotary,
-}  # fmt: skip
+    "none": at_floor,
+    "explained": explained,
+    "partly": partly,
+    "unknown": unknown,
+    "rotary": rotary,
+}

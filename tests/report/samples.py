@@ -23,7 +23,12 @@ ESTIMATES = (
     estimate("stribeck_velocity", "v_s", "m/s", 0.0215, 0.0064),
     estimate("stribeck_exponent", "alpha", "1", 2.0, NAN, status="fixed", note="held at its default"),
     estimate(
-        "bristle_stiffness", "sigma_0", "N/m", 31234.0, NAN, status="not_identifiable",
+        "bristle_stiffness",
+        "sigma_0",
+        "N/m",
+        31234.0,
+        NAN,
+        status="not_identifiable",
         note="no pre-sliding in the recordings; add a slow ramp below the breakaway force",
     ),
     estimate("bristle_damping", "sigma_1", "N s/m", 250.0, NAN, status="at_bound", note="at its upper bound"),
@@ -34,7 +39,7 @@ ESTIMATES = (
     estimate("winding_displacement", "alpha_p", "1", 2.0944, 0.0007),
     estimate("shift", "alpha_S", "1", -0.4011, 0.0021),
     estimate("constant_force", "F_0", "N", 0.003, 0.02),
-)  # fmt: skip
+)
 FITTED = tuple(e.name for e in ESTIMATES if e.status == "fitted")
 
 
@@ -57,33 +62,63 @@ def fit_result(**changes: Any) -> FitResult:
     scale = 1 / np.sqrt(np.diag(matrix))
     correlation = matrix * np.outer(scale, scale)
     values: dict[str, Any] = {
-        "model": "sine", "axis": "linear", "effects": ("constant_force",), "estimates": ESTIMATES, "fitted": FITTED,
-        "correlation": correlation, "condition_number": 3.2e4,
+        "model": "sine",
+        "axis": "linear",
+        "effects": ("constant_force",),
+        "estimates": ESTIMATES,
+        "fitted": FITTED,
+        "correlation": correlation,
+        "condition_number": 3.2e4,
         "pairs": (("force_constant", "winding_displacement", -0.994, "Fix alpha_p, or unbalance the currents."),),
-        "starts": {}, "objectives": {}, "residual_rms": {}, "history": history(),
-        "stop_reasons": ("polish: ftol 1e-10 reached",), "converged": True, "seed": 1, "evaluations": 13312,
-        "substeps": 2, "step_error": 1e-9, "covariance": correlation * np.outer(stds, stds),
+        "starts": {},
+        "objectives": {},
+        "residual_rms": {},
+        "history": history(),
+        "stop_reasons": ("polish: ftol 1e-10 reached",),
+        "converged": True,
+        "seed": 1,
+        "evaluations": 13312,
+        "substeps": 2,
+        "step_error": 1e-9,
+        "covariance": correlation * np.outer(stds, stds),
         "derived": (estimate("pole_pitch", "chi", "m", 0.0141505, 0.0000009, note="pi / omega_g"),),
-    }  # fmt: skip
+    }
     return FitResult(**{**values, **changes})
 
 
 def gap(name: str = "moves_3", **changes: Any) -> RecordingGap:
     """Gap measures of one held-out recording."""
     values: dict[str, Any] = {
-        "recording": name, "kind": "motor", "split": "held_out", "free_run": 0.00523, "free_run_floor": 1.2e-6,
-        "ahead": 12.3e-6, "ahead_floor": 0.4e-6, "force": 0.1123, "force_share": 0.0213, "force_floor": 0.0512,
-    }  # fmt: skip
+        "recording": name,
+        "kind": "motor",
+        "split": "held_out",
+        "free_run": 0.00523,
+        "free_run_floor": 1.2e-6,
+        "ahead": 12.3e-6,
+        "ahead_floor": 0.4e-6,
+        "force": 0.1123,
+        "force_share": 0.0213,
+        "force_floor": 0.0512,
+    }
     return RecordingGap(**{**values, **changes})
 
 
 def trace(name: str, t: np.ndarray, y: np.ndarray, simulated: np.ndarray, **changes: Any) -> Trace:
     """A trace whose velocities are differences of its positions."""
     values: dict[str, Any] = {
-        "recording": name, "kind": "motor", "split": "held_out", "axis": "linear", "added_mass": 0.0, "t": t,
-        "y_measured": y, "y_simulated": simulated, "velocity_measured": np.gradient(y, t),
-        "velocity_simulated": np.gradient(simulated, t), "force_t": t, "force_residual": np.zeros_like(t),
-    }  # fmt: skip
+        "recording": name,
+        "kind": "motor",
+        "split": "held_out",
+        "axis": "linear",
+        "added_mass": 0.0,
+        "t": t,
+        "y_measured": y,
+        "y_simulated": simulated,
+        "velocity_measured": np.gradient(y, t),
+        "velocity_simulated": np.gradient(simulated, t),
+        "force_t": t,
+        "force_residual": np.zeros_like(t),
+    }
     return Trace(**{**values, **changes})
 
 

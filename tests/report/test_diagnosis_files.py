@@ -66,9 +66,12 @@ def test_json_has_the_agreed_schema(folder: Path) -> None:
         assert stated[key] == getattr(budget, key)
     assert stated["closed_interval"] == [budget.closed_low, budget.closed_high]
     assert stated["unexplained"] == {
-        "share": budget.unexplained, "low": budget.unexplained_low, "high": budget.unexplained_high,
-        "ceiling": budget.ceiling, "depends_on": ["time in the recording"],
-    }  # fmt: skip
+        "share": budget.unexplained,
+        "low": budget.unexplained_low,
+        "high": budget.unexplained_high,
+        "ceiling": budget.ceiling,
+        "depends_on": ["time in the recording"],
+    }
     for row, ranked, one in zip(stated["entries"], data["ranking"], budget.entries, strict=True):
         for key in ("effect", "share", "low", "high", "first_in", "last_in", "certainty", "note"):
             assert row[key] == getattr(one, key)
@@ -181,9 +184,12 @@ def test_residuals_share_one_pdf_of_a_page_each(tmp_path: Path) -> None:
     seen: list[tuple[int, int]] = []
     for processes, folder in enumerate(("one", "two"), 1):
         written = write_diagnosis(
-            made, tmp_path / folder, formats=("png", "pdf"), processes=processes,
+            made,
+            tmp_path / folder,
+            formats=("png", "pdf"),
+            processes=processes,
             progress=lambda done, total, stem: seen.append((done, total)),
-        )  # fmt: skip
+        )
     pages = (tmp_path / "two" / "figures" / "residuals.pdf").read_bytes()
     assert len(re.findall(rb"/Type /Page\b", pages)) == len(made.traces)
     assert pages == (tmp_path / "one" / "figures" / "residuals.pdf").read_bytes()
@@ -250,7 +256,8 @@ def test_a_rotary_axis_of_unknown_inertia_is_told_in_its_words_and_units(tmp_pat
         assert not re.search(r"stroke|mm/s|pole pitch|guideway|one phase|added mass", text)
     for text in (console.getvalue(), diagnosis_markdown(diagnosis), page):
         assert "rad/s²" in text and "inertia, which no recording tells" in text.replace("\n", " ").replace(
-            "inertia (N m per kg m² is rad/s²), which", "inertia, which")  # fmt: skip
+            "inertia (N m per kg m² is rad/s²), which", "inertia, which"
+        )
         assert not re.search(r"\d N m\b(?! per)", text)
     units = [p["unit"] for p in data["budget"]["entries"][0]["parameters"]]
     assert units == ["1/rad", "rad/s^2", "rad/s^2", "N m/A per kg m^2"]
@@ -283,16 +290,26 @@ def test_what_is_missing_or_diverged_breaks_nothing(tmp_path: Path) -> None:
     unclear = tuple(replace(share, share=NAN, p_value=NAN) for share in base.where)
     cases = {
         "empty": replace(
-            base, tried=(), where=(), pairs=(), recordings=(), traces=(), measures={}, checks=(),
+            base,
+            tried=(),
+            where=(),
+            pairs=(),
+            recordings=(),
+            traces=(),
+            measures={},
+            checks=(),
             budget=Budget(*[NAN] * 11, (), NAN, ()),
         ),
         "odd": replace(base, recordings=rows, traces=(silent, short), where=unclear, field_wavenumber=222.0),
         "after": replace(
-            base, recordings=rows, measures=diverged, traces=(),
+            base,
+            recordings=rows,
+            measures=diverged,
+            traces=(),
             budget=replace(base.budget, entries=(replace(entry("cogging", NAN), measures=diverged),), closed=NAN),
             verdict=Verdict("explained", ("cogging",), (), "s", ""),
         ),
-    }  # fmt: skip
+    }
     for name, diagnosis in cases.items():
         assert {p.name for p in write_diagnosis(diagnosis, tmp_path / name)} >= {"diagnosis.json", "report.html"}
         strict((tmp_path / name / "diagnosis.json").read_text(encoding="utf-8"))

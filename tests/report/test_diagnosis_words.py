@@ -69,8 +69,11 @@ def test_only_the_strongest_of_overlapping_pairs_is_shown() -> None:
 def test_tried_effects_come_by_outcome_then_by_what_they_explain() -> None:
     found = [(t.outcome, t.effect) for t in tried_in_order(partly())]
     assert [name for outcome, name in found if outcome == "named"] == [
-        "cogging", "cable_force", "asymmetric_friction", "quadratic_drag",
-    ]  # fmt: skip
+        "cogging",
+        "cable_force",
+        "asymmetric_friction",
+        "quadratic_drag",
+    ]
     assert [outcome for outcome, _ in found] == ["named"] * 4 + ["rival", "dropped"] + ["screened"] * 4
     assert found[-1][1] == "payload_change"  # its share is not known
 

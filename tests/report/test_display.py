@@ -47,13 +47,21 @@ def test_short_lines_are_drawn_as_they_are() -> None:
 @pytest.mark.parametrize(
     ("quantity", "axis", "magnitude", "unit"),
     [
-        ("position", "linear", 0.4, "mm"), ("position", "linear", 12e-6, "µm"), ("position", "linear", 5.0, "m"),
-        ("position", "linear", 0.0, "mm"), ("position", "linear", float("nan"), "mm"),
-        ("position", "rotary", 6.3, "rad"), ("position", "rotary", 2e-5, "µrad"), ("position", "rotary", 0.02, "mrad"),
-        ("velocity", "linear", 1.2, "m/s"), ("velocity", "linear", 0.02, "mm/s"), ("velocity", "rotary", 50, "rad/s"),
-        ("force", "linear", 3.0, "N"), ("force", "rotary", 0.01, "mN m"),
+        ("position", "linear", 0.4, "mm"),
+        ("position", "linear", 12e-6, "µm"),
+        ("position", "linear", 5.0, "m"),
+        ("position", "linear", 0.0, "mm"),
+        ("position", "linear", float("nan"), "mm"),
+        ("position", "rotary", 6.3, "rad"),
+        ("position", "rotary", 2e-5, "µrad"),
+        ("position", "rotary", 0.02, "mrad"),
+        ("velocity", "linear", 1.2, "m/s"),
+        ("velocity", "linear", 0.02, "mm/s"),
+        ("velocity", "rotary", 50, "rad/s"),
+        ("force", "linear", 3.0, "N"),
+        ("force", "rotary", 0.01, "mN m"),
     ],
-)  # fmt: skip
+)
 def test_display_units(quantity: str, axis: str, magnitude: float, unit: str) -> None:
     display = display_unit(quantity, axis, magnitude)  # type: ignore[arg-type]
     assert display.unit == unit

@@ -33,9 +33,12 @@ from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MODEL, new_figur
 from .samples import ESTIMATES, FITTED, NAN, coast, estimate, fit_result, gap, move
 
 PARAMETERS = {
-    "coulomb_force": 1.72, "static_force": 3.2, "stribeck_velocity": 0.02, "stribeck_exponent": 2.0,
+    "coulomb_force": 1.72,
+    "static_force": 3.2,
+    "stribeck_velocity": 0.02,
+    "stribeck_exponent": 2.0,
     "viscous_friction": 6.5,
-}  # fmt: skip
+}
 
 
 def test_steady_friction_at_known_points() -> None:
@@ -211,9 +214,16 @@ def test_fit_figures_are_written_under_stable_names(tmp_path: Path) -> None:
     drawings = fit_drawings(fit_result(), [coast(n=300), move("moves/3", n=300)])
     paths = write_drawings(drawings, tmp_path, formats=("png",), progress=lambda *call: seen.append(call))
     stems = [
-        "free_wheel_displacement", "free_wheel_velocity", "friction_curve", "convergence", "correlation", "overview",
-        "comparison_freewheel_1", "comparison_moves_3", "currents_moves_3",
-    ]  # fmt: skip
+        "free_wheel_displacement",
+        "free_wheel_velocity",
+        "friction_curve",
+        "convergence",
+        "correlation",
+        "overview",
+        "comparison_freewheel_1",
+        "comparison_moves_3",
+        "currents_moves_3",
+    ]
     assert [path.name for path in paths] == [f"{stem}.png" for stem in stems]
     assert sorted(tmp_path.iterdir()) == sorted(paths)
     assert seen == [(i, len(stems), stem) for i, stem in enumerate(stems, 1)]

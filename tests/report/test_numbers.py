@@ -9,14 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from linid.report.numbers import (
-    estimate_text,
-    format_number,
-    interval_text,
-    plain,
-    round_estimate,
-    supported_place,
-)
+from linid.report.numbers import estimate_text, format_number, interval_text, plain, round_estimate, supported_place
 
 NAN, INF = float("nan"), float("inf")
 VALUES = st.floats(-1e300, 1e300, allow_nan=False)

@@ -75,9 +75,17 @@ def chromium(page: Path, *arguments: str) -> tuple[str, list[str]]:
     """Standard output, and the console's messages, of a headless run."""
     assert CHROMIUM is not None
     command = [
-        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--v=0",
-        f"--user-data-dir={page.parent / 'profile'}", "--virtual-time-budget=15000", *arguments, page.as_uri(),
-    ]  # fmt: skip
+        CHROMIUM,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--enable-logging=stderr",
+        "--v=0",
+        f"--user-data-dir={page.parent / 'profile'}",
+        "--virtual-time-budget=15000",
+        *arguments,
+        page.as_uri(),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
 
@@ -172,11 +180,23 @@ def test_the_first_screen_names_axis_status_and_answers() -> None:
     text = html.unescape(page_of("partly")).replace("<wbr>", "")
     order = [
         text.index(part, text.index("<body>"))
-        for part in ("axis_07", STATUS_WORDS["partly explained"], "Four effects explain 81 %", "<dt>Where</dt>",
-                     "<dt>Which</dt>", "<dt>How far</dt>", 'id="waterfall"', "Budget of the gap", "Data checks",
-                     "Where the gap lies", "Which effects were tried", "Traces", "Recording by recording",
-                     "Assumptions and terms")
-    ]  # fmt: skip
+        for part in (
+            "axis_07",
+            STATUS_WORDS["partly explained"],
+            "Four effects explain 81 %",
+            "<dt>Where</dt>",
+            "<dt>Which</dt>",
+            "<dt>How far</dt>",
+            'id="waterfall"',
+            "Budget of the gap",
+            "Data checks",
+            "Where the gap lies",
+            "Which effects were tried",
+            "Traces",
+            "Recording by recording",
+            "Assumptions and terms",
+        )
+    ]
     assert order == sorted(order)
 
 
@@ -228,11 +248,14 @@ def test_plotly_accepts_every_figure() -> None:
 def test_a_large_campaign_stays_small_and_keeps_its_peaks() -> None:
     made = tuple(
         replace(
-            one, recording=f"moves_{number}", t=np.arange(40_000) * 1e-3, deviation=0.1,
+            one,
+            recording=f"moves_{number}",
+            t=np.arange(40_000) * 1e-3,
+            deviation=0.1,
             **{name: np.resize(getattr(one, name), 40_000) for name in ("y", "v", "before", "after")},
         )
         for number, one in enumerate(traces(lambda t, y, v: np.sin(222.0 * y)) * 5)
-    )  # fmt: skip
+    )
     made[7].before[12_345] = 77.0
     text = page_html(explained(traces=made, recordings=recordings(made)))
     assert len(text.encode()) < 8e6

@@ -146,11 +146,20 @@ def test_latex_compiles(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("symbol", "latex"),
     [
-        ("F_C", "F_{C}"), ("sigma_0", r"\sigma_{0}"), ("omega_g", r"\omega_{g}"), ("alpha", r"\alpha"),
-        ("alpha_S", r"\alpha_{S}"), ("m", "m"), ("K_f'", "K_{f}'"), ("a_12", "a_{12}"), ("k_cog", r"k_{\mathrm{cog}}"),
-        ("z0", "z_{0}"), ("F_C_plus", r"F_{C,\mathrm{plus}}"), ("phi_theta", r"\phi_{\theta}"),
+        ("F_C", "F_{C}"),
+        ("sigma_0", r"\sigma_{0}"),
+        ("omega_g", r"\omega_{g}"),
+        ("alpha", r"\alpha"),
+        ("alpha_S", r"\alpha_{S}"),
+        ("m", "m"),
+        ("K_f'", "K_{f}'"),
+        ("a_12", "a_{12}"),
+        ("k_cog", r"k_{\mathrm{cog}}"),
+        ("z0", "z_{0}"),
+        ("F_C_plus", r"F_{C,\mathrm{plus}}"),
+        ("phi_theta", r"\phi_{\theta}"),
     ],
-)  # fmt: skip
+)
 def test_symbols(symbol: str, latex: str) -> None:
     assert symbol_math(symbol) == latex
 

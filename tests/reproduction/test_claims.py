@@ -92,11 +92,16 @@ def evidence(*, sine_force: float, narrow_force: float, ratio: float, wheel: flo
         return replace(fit_result().estimates[0], name="nome", value=0.5, status="not_identifiable")
 
     return Evidence(
-        friction=fitted(0.1), sine=fitted(sine_force, wheel), theta=fitted(0.1), narrow_sine=fitted(narrow_force),
-        narrow_theta=fitted(0.1), times=Times("x", 1e-3, ratio * 1e-3, ratio, 20.0),
-        searches={"sine": Search(30, 40, 4000), "theta": Search(20, 40, 4000)}, signs=Signs(0.0, 0.0, 1.4),
+        friction=fitted(0.1),
+        sine=fitted(sine_force, wheel),
+        theta=fitted(0.1),
+        narrow_sine=fitted(narrow_force),
+        narrow_theta=fitted(0.1),
+        times=Times("x", 1e-3, ratio * 1e-3, ratio, 20.0),
+        searches={"sine": Search(30, 40, 4000), "theta": Search(20, 40, 4000)},
+        signs=Signs(0.0, 0.0, 1.4),
         table_2_thrust=(19.0, 119.0),
-    )  # fmt: skip
+    )
 
 
 def verdict(found: Evidence, words: str) -> Claim:

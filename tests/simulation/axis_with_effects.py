@@ -14,20 +14,41 @@ from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 
 AXIS = {
-    "coulomb_force": 1.72, "static_force": 3.198, "stribeck_velocity": 2.993e-3, "stribeck_exponent": 2.0,
-    "bristle_stiffness": 1.169e4, "bristle_damping": 92.14, "viscous_friction": 2.517, "mass": 0.588,
-    "force_constant": 30.0, "guideway_density": 200.0, "winding_displacement": 2.0 * math.pi / 3.0, "shift": 0.3,
-}  # fmt: skip
+    "coulomb_force": 1.72,
+    "static_force": 3.198,
+    "stribeck_velocity": 2.993e-3,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 1.169e4,
+    "bristle_damping": 92.14,
+    "viscous_friction": 2.517,
+    "mass": 0.588,
+    "force_constant": 30.0,
+    "guideway_density": 200.0,
+    "winding_displacement": 2.0 * math.pi / 3.0,
+    "shift": 0.3,
+}
 
 SAMPLES: dict[str, dict[str, float]] = {
     "cogging": {
-        "cogging_wavenumber": 200.0, "cogging_sine_1": 0.6, "cogging_cosine_1": -0.4, "cogging_sine_2": 1.5,
-        "cogging_cosine_2": 0.5, "cogging_sine_3": 0.3, "cogging_cosine_3": 0.2, "cogging_sine_4": 0.2,
-        "cogging_cosine_4": -0.3, "cogging_order_1": 1.0, "cogging_order_2": 2.0, "cogging_order_3": 4.0,
+        "cogging_wavenumber": 200.0,
+        "cogging_sine_1": 0.6,
+        "cogging_cosine_1": -0.4,
+        "cogging_sine_2": 1.5,
+        "cogging_cosine_2": 0.5,
+        "cogging_sine_3": 0.3,
+        "cogging_cosine_3": 0.2,
+        "cogging_sine_4": 0.2,
+        "cogging_cosine_4": -0.3,
+        "cogging_order_1": 1.0,
+        "cogging_order_2": 2.0,
+        "cogging_order_3": 4.0,
         "cogging_order_4": 6.0,
     },
     "force_ripple": {
-        "ripple_wavenumber": 200.0, "ripple_sine_6": 0.06, "ripple_cosine_6": 0.04, "ripple_sine_12": 0.02,
+        "ripple_wavenumber": 200.0,
+        "ripple_sine_6": 0.06,
+        "ripple_cosine_6": 0.04,
+        "ripple_sine_12": 0.02,
         "ripple_cosine_12": -0.01,
     },
     "phase_gain_imbalance": {"phase_gain_1": 0.08, "phase_gain_3": -0.05},
@@ -35,13 +56,23 @@ SAMPLES: dict[str, dict[str, float]] = {
     "asymmetric_friction": {"friction_asymmetry": 0.2, "viscous_asymmetry": 0.3},
     "constant_force": {"constant_force": 1.2},
     "cable_force": {
-        "cable_preload": 0.5, "cable_stiffness": 12.0, "cable_hysteresis": 0.8, "cable_hysteresis_length": 0.01,
+        "cable_preload": 0.5,
+        "cable_stiffness": 12.0,
+        "cable_hysteresis": 0.8,
+        "cable_hysteresis_length": 0.01,
         "cable_middle": 0.02,
     },
     "position_dependent_friction": {
-        "friction_at_1": -0.3, "friction_at_2": -0.1, "friction_at_3": 0.25, "friction_at_4": 0.5,
-        "friction_at_5": 0.15, "friction_at_7": -0.2, "friction_at_8": -0.25, "friction_at_9": 0.1,
-        "friction_at_10": 0.3, "friction_at_11": 0.2,
+        "friction_at_1": -0.3,
+        "friction_at_2": -0.1,
+        "friction_at_3": 0.25,
+        "friction_at_4": 0.5,
+        "friction_at_5": 0.15,
+        "friction_at_7": -0.2,
+        "friction_at_8": -0.25,
+        "friction_at_9": 0.1,
+        "friction_at_10": 0.3,
+        "friction_at_11": 0.2,
         **{f"friction_place_{k}": -0.06 + 0.015 * (k - 1) for k in range(1, 12)},
     },
     "quadratic_drag": {"drag_coefficient": 6.0, "drag_power": 2.2, "drag_speed": 0.2},
@@ -49,16 +80,26 @@ SAMPLES: dict[str, dict[str, float]] = {
     "force_saturation": {"saturation": 0.8, "saturation_knee": 0.6},
     "thermal_derating": {"derating": 0.4, "thermal_time": 0.4},
     "end_effect": {
-        "end_loss_low": 0.3, "end_loss_high": 0.2, "end_reach_low": 0.01, "end_reach_high": 0.02, "end_length": 0.02,
-        "end_low": -0.06, "end_high": 0.09,
+        "end_loss_low": 0.3,
+        "end_loss_high": 0.2,
+        "end_reach_low": 0.01,
+        "end_reach_high": 0.02,
+        "end_length": 0.02,
+        "end_low": -0.06,
+        "end_high": 0.09,
     },
     "flexible_load": {"load_mass": 0.2, "load_frequency": 25.0, "load_damping": 0.04},
     "encoder_periodic_error": {
-        "encoder_period": 2e-3, "encoder_sine_1": 4e-6, "encoder_cosine_1": 2e-6, "encoder_sine_2": 1e-6,
+        "encoder_period": 2e-3,
+        "encoder_sine_1": 4e-6,
+        "encoder_cosine_1": 2e-6,
+        "encoder_sine_2": 1e-6,
         "encoder_cosine_2": -1e-6,
     },
     "external_disturbance": {
-        "disturbance_force_1": 4.0, "disturbance_start_1": 0.31, "disturbance_duration_1": 0.14,
+        "disturbance_force_1": 4.0,
+        "disturbance_start_1": 0.31,
+        "disturbance_duration_1": 0.14,
         "disturbance_recording_1": 5.0,
         **{
             f"disturbance_{name}_{k}": value
@@ -67,7 +108,10 @@ SAMPLES: dict[str, dict[str, float]] = {
         },
     },
     "friction_drift": {
-        "drift_warm_up": -0.3, "drift_per_campaign": -0.1, "drift_time": 0.3, "drift_campaign_time": 10.0,
+        "drift_warm_up": -0.3,
+        "drift_per_campaign": -0.1,
+        "drift_time": 0.3,
+        "drift_campaign_time": 10.0,
     },
     "payload_change": {"payload_mass": 0.3, "payload_recordings": 16.0},
     "backlash": {"backlash_gap": 2e-4},
@@ -76,12 +120,14 @@ SAMPLES: dict[str, dict[str, float]] = {
     "gravity": {"gravity_sine": 4.0, "gravity_cosine": 1.5},
     "friction_level_change": {"friction_change": 0.6, "friction_change_recordings": 16.0},
     "drive_train_backlash": {
-        "backlash_load_mass": 0.2, "backlash_load_gap": 2e-4, "backlash_load_frequency": 40.0,
+        "backlash_load_mass": 0.2,
+        "backlash_load_gap": 2e-4,
+        "backlash_load_frequency": 40.0,
         "backlash_load_damping": 0.3,
     },
     "load_dependent_friction": {"load_friction": 0.15},
     "pole_pitch_error": {"pitch_error_2": 4e-4, "pitch_error_3": -3e-4, "pitch_low": -0.06, "pitch_high": 0.09},
-}  # fmt: skip
+}
 NAMES = tuple(effect.name for effect in EFFECTS)
 
 

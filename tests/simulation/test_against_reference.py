@@ -18,9 +18,15 @@ from linid.simulation.run import Simulator, whole_recordings
 from tests.identification.stand import stand
 
 FRICTION = {
-    "coulomb_force": 1.72, "static_force": 3.198, "stribeck_velocity": 2.993e-3, "stribeck_exponent": 2.0,
-    "bristle_stiffness": 1.169e4, "bristle_damping": 92.14, "viscous_friction": 2.517, "mass": 0.588,
-}  # fmt: skip
+    "coulomb_force": 1.72,
+    "static_force": 3.198,
+    "stribeck_velocity": 2.993e-3,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 1.169e4,
+    "bristle_damping": 92.14,
+    "viscous_friction": 2.517,
+    "mass": 0.588,
+}
 
 
 def simulate(kind: str, values: dict[str, float], recording: Recording, start: tuple[float, ...], substeps: int):
@@ -69,9 +75,7 @@ def test_order_of_a_coast_down_that_stops(stiffness: float, damping: float, spee
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1.169e4, 92.14), (1e6, 300.0), (1e8, 2000.0)])
 def test_order_of_a_driven_run_with_reversals(stiffness: float, damping: float) -> None:
-    values = {
-        **FRICTION, "bristle_stiffness": stiffness, "bristle_damping": damping, "force_constant": 45.0,
-    }  # fmt: skip
+    values = {**FRICTION, "bristle_stiffness": stiffness, "bristle_damping": damping, "force_constant": 45.0}
     t = np.arange(0.0, 1.5, 1e-3)
     drive = Recording("drive", t, np.zeros_like(t), drive_input=0.25 * np.sin(2 * np.pi * 1.5 * t))
     start = (0.3, 0.0, 0.0)

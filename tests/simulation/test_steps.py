@@ -33,9 +33,21 @@ def test_free_sliding_is_exact_however_long_the_step_is() -> None:
     start = Motion(0.1, 0.8, BRISTLES.coulomb / BRISTLES.sigma_0, 0.0, REST, (BRISTLES.sigma_0, BRISTLES.sigma_1))
     glide = weights(BRISTLES.sigma_2, BRISTLES.mass, 0.05)
     end = sliding(
-        BARE, FREE, BRISTLES, clock, NOTHING, np.zeros(0), 0, 0, 1 << steps.FINEST, True, start, glide, np.zeros(20),
+        BARE,
+        FREE,
+        BRISTLES,
+        clock,
+        NOTHING,
+        np.zeros(0),
+        0,
+        0,
+        1 << steps.FINEST,
+        True,
+        start,
+        glide,
+        np.zeros(20),
         np.zeros((3, 12)),
-    )  # fmt: skip
+    )
     rate, rest = BRISTLES.sigma_2 / BRISTLES.mass, -BRISTLES.coulomb / BRISTLES.sigma_2
     decay = math.exp(-rate * 0.05)
     assert end.v == pytest.approx(rest + (0.8 - rest) * decay, rel=1e-14)
@@ -74,10 +86,23 @@ def test_halvings_go_on_until_the_rate_swings_little() -> None:
     def halvings(v: float, w: float, force: float, tolerance: float) -> int:
         return int(
             predicted(
-                BARE, FREE, BRISTLES, spring, 0.0, 0.0, v, w, REST, np.zeros(20), np.zeros((3, 12)), force, 0, tick,
+                BARE,
+                FREE,
+                BRISTLES,
+                spring,
+                0.0,
+                0.0,
+                v,
+                w,
+                REST,
+                np.zeros(20),
+                np.zeros((3, 12)),
+                force,
+                0,
+                tick,
                 tolerance,
             ).halvings
-        )  # fmt: skip
+        )
 
     steady = BRISTLES.coulomb / BRISTLES.sigma_0
     assert halvings(0.5, steady, 0.0, 1e-3) == 0  # steady sliding needs none
@@ -147,8 +172,26 @@ def test_compiled_and_plain_simulations_are_the_same(effects: tuple[str, ...]) -
     y = np.empty(t.size)
     plain = Plain()
     plain.of(kernel.simulate_one)(
-        plain.of(terms_of()), model.vector(values), model.motor, model.mask, True, inputs.coefficients, 0.0,
-        inputs.dts[0], 0, t.size, 0.0, inputs.records[0], inputs.elapsed[0], start, np.array(model.states, dtype=int),
-        False, 2, REVERSAL_TOLERANCE / 4.0, np.zeros(0), y, np.zeros(0),
-    )  # fmt: skip
+        plain.of(terms_of()),
+        model.vector(values),
+        model.motor,
+        model.mask,
+        True,
+        inputs.coefficients,
+        0.0,
+        inputs.dts[0],
+        0,
+        t.size,
+        0.0,
+        inputs.records[0],
+        inputs.elapsed[0],
+        start,
+        np.array(model.states, dtype=int),
+        False,
+        2,
+        REVERSAL_TOLERANCE / 4.0,
+        np.zeros(0),
+        y,
+        np.zeros(0),
+    )
     assert np.max(np.abs(y - compiled)) < 1e-12 * np.max(np.abs(y))

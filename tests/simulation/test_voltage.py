@@ -20,14 +20,24 @@ from linid.simulation.run import Simulator, whole_recordings
 from linid.simulation.voltage_reference import DrivenByVoltage, simulate_voltage_reference
 
 FRICTION = {
-    "coulomb_force": 1.72, "static_force": 3.198, "stribeck_velocity": 2.993e-3, "stribeck_exponent": 2.0,
-    "bristle_stiffness": 11690.0, "bristle_damping": 92.14, "viscous_friction": 2.517, "mass": 0.588,
-}  # fmt: skip
+    "coulomb_force": 1.72,
+    "static_force": 3.198,
+    "stribeck_velocity": 2.993e-3,
+    "stribeck_exponent": 2.0,
+    "bristle_stiffness": 11690.0,
+    "bristle_damping": 92.14,
+    "viscous_friction": 2.517,
+    "mass": 0.588,
+}
 SINE = {"force_constant": 30.0, "guideway_density": 222.0, "winding_displacement": 2.0 * math.pi / 3.0, "shift": 0.4}
 THETA = {
-    "force_constant": 7.75, "guideway_density": 111.0, "winding_displacement": math.pi / 3.0, "shift": 0.2,
-    "winding_length": 0.688, "nome": 0.493,
-}  # fmt: skip
+    "force_constant": 7.75,
+    "guideway_density": 111.0,
+    "winding_displacement": math.pi / 3.0,
+    "shift": 0.2,
+    "winding_length": 0.688,
+    "nome": 0.493,
+}
 WINDINGS = {"phase_resistance": 5.0, "phase_inductance": 1.7e-3, "mutual_inductance": -4e-4}
 MOTORS = {"sine": SINE, "theta": THETA}
 START = (0.0, 0.0, 0.0)

@@ -21,9 +21,11 @@ def deviation(description: AxisDescription, generated: GeneratedCampaign, name: 
     recording = next(r for r in generated.recordings if r.name == name)
     samples = round(SECONDS / description.measurement.sample_period_s)
     part = replace(
-        recording, t=motion.t[:samples].copy(), y=motion.y[:samples].copy(),
+        recording,
+        t=motion.t[:samples].copy(),
+        y=motion.y[:samples].copy(),
         phase_currents=motion.currents[:, :samples].copy(),
-    )  # fmt: skip
+    )
     v0 = float(motion.v[0])
     w0 = np.sign(v0) * stribeck(v0, plant_parameters(description)) / description.friction.bristle_stiffness_n_per_m
     y, _ = simulate_reference(

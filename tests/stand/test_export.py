@@ -38,11 +38,14 @@ def body(text: str, layout: str, mark: str) -> np.ndarray:
         "controldesk": 2,
     }[layout]
     columns = {
-        "generic": [0, 1, 2, 3, 4], "twincat": [0, 1, 3, 5, 7], "elmo": [0, 1, 2, 3, 4], "controldesk": [1, 2, 3, 4, 5]
-    }[layout]  # fmt: skip
+        "generic": [0, 1, 2, 3, 4],
+        "twincat": [0, 1, 3, 5, 7],
+        "elmo": [0, 1, 2, 3, 4],
+        "controldesk": [1, 2, 3, 4, 5],
+    }[layout]
     frame = pd.read_csv(
-        io.StringIO(text), sep=separator, decimal=mark, skiprows=skip, header=None, skip_blank_lines=False,
-    )  # fmt: skip
+        io.StringIO(text), sep=separator, decimal=mark, skiprows=skip, header=None, skip_blank_lines=False
+    )
     return frame[columns].to_numpy(dtype=float)
 
 
@@ -93,9 +96,7 @@ def test_unquantised_measurements_are_written_to_a_picometre(stand: AxisDescript
 def test_generic_header_carries_units(small: GeneratedCampaign, tmp_path: Path) -> None:
     write_campaign(small, tmp_path)
     header = (tmp_path / "freewheel_4.csv").read_text().splitlines()[0]
-    assert header == (
-        "Time (ms),Actual Position (mm),Phase Current U (A),Phase Current V (A),Phase Current W (A)"
-    )  # fmt: skip
+    assert header == ("Time (ms),Actual Position (mm),Phase Current U (A),Phase Current V (A),Phase Current W (A)")
 
 
 def test_campaign_file_lists_every_recording(small: GeneratedCampaign, tmp_path: Path) -> None:

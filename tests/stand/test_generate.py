@@ -58,8 +58,13 @@ def test_campaign_has_the_described_recordings(stand: AxisDescription, campaign:
         assert recording.y.shape == recording.t.shape
     kinds = [mode.mode for mode in stand.campaign]
     assert {kind: kinds.count(kind) for kind in kinds} == {
-        "free_wheel": 6, "slow_ramp": 2, "sine_current": 3, "square_current": 2, "sine_position": 3, "moves": 3
-    }  # fmt: skip
+        "free_wheel": 6,
+        "slow_ramp": 2,
+        "sine_current": 3,
+        "square_current": 2,
+        "sine_position": 3,
+        "moves": 3,
+    }
     assert {m.mode for m in stand.campaign if m.split == "held_out"} == set(kinds)
 
 
@@ -97,11 +102,21 @@ def test_truth_names_the_described_values(
     stand: AxisDescription, sine_stand: AxisDescription, campaign: GeneratedCampaign
 ) -> None:
     assert campaign.truth == {
-        "coulomb_force": 1.72, "static_force": 3.198, "stribeck_velocity": 2.993e-3, "stribeck_exponent": 2.0,
-        "bristle_stiffness": 1.169e4, "bristle_damping": 92.14, "viscous_friction": 2.517, "mass": 0.588,
-        "force_constant": 7.7531248, "guideway_density": 111.0, "winding_displacement": np.pi / 3, "shift": 0.768,
-        "winding_length": 0.688, "nome": 0.493,
-    }  # fmt: skip
+        "coulomb_force": 1.72,
+        "static_force": 3.198,
+        "stribeck_velocity": 2.993e-3,
+        "stribeck_exponent": 2.0,
+        "bristle_stiffness": 1.169e4,
+        "bristle_damping": 92.14,
+        "viscous_friction": 2.517,
+        "mass": 0.588,
+        "force_constant": 7.7531248,
+        "guideway_density": 111.0,
+        "winding_displacement": np.pi / 3,
+        "shift": 0.768,
+        "winding_length": 0.688,
+        "nome": 0.493,
+    }
     sine = true_parameters(sine_stand)
     assert sine["winding_displacement"] == 0.5368
     assert not {"nome", "winding_length", "constant_force"} & set(sine)

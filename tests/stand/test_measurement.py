@@ -65,9 +65,7 @@ def test_channels_have_independent_noise() -> None:
 
 
 def test_without_noise_and_resolution_the_motion_is_logged_exactly() -> None:
-    silent = Measurement(
-        position_resolution_m=0, position_noise_rms_m=0, current_resolution_a=0, current_noise_rms_a=0
-    )  # fmt: skip
+    silent = Measurement(position_resolution_m=0, position_noise_rms_m=0, current_resolution_a=0, current_noise_rms_a=0)
     y_error, i_error = errors(silent)
     assert not y_error.any()
     assert not i_error.any()

@@ -19,9 +19,11 @@ FINE = np.arange(0, 4, 1e-4)
 
 @settings(max_examples=60, deadline=None)
 @given(
-    distance=st.floats(-0.5, 0.5).filter(lambda d: abs(d) > 1e-4), speed=st.floats(0.05, 3),
-    acceleration=st.floats(1, 50), jerk_time=st.sampled_from([0.0, 0.005, 0.02, 0.1]),
-)  # fmt: skip
+    distance=st.floats(-0.5, 0.5).filter(lambda d: abs(d) > 1e-4),
+    speed=st.floats(0.05, 3),
+    acceleration=st.floats(1, 50),
+    jerk_time=st.sampled_from([0.0, 0.005, 0.02, 0.1]),
+)
 def test_a_move_arrives_at_rest_within_its_limits(
     distance: float, speed: float, acceleration: float, jerk_time: float
 ) -> None:
@@ -44,9 +46,16 @@ def test_a_move_arrives_at_rest_within_its_limits(
 
 def test_moves_visit_their_targets_and_dwell() -> None:
     mode = Moves(
-        name="m", mode="moves", duration_s=4, start_position_m=0.3, targets_m=(0.2, -0.1, -0.1, 0.0),
-        speed_m_per_s=1, acceleration_m_per_s2=10, jerk_time_s=0.02, dwell_s=0.3,
-    )  # fmt: skip
+        name="m",
+        mode="moves",
+        duration_s=4,
+        start_position_m=0.3,
+        targets_m=(0.2, -0.1, -0.1, 0.0),
+        speed_m_per_s=1,
+        acceleration_m_per_s2=10,
+        jerk_time_s=0.02,
+        dwell_s=0.3,
+    )
     y, v = moves(mode, FINE)
     # Trapezoids of 0.3, 0.4 and (triangle) 0.2 s, each 0.02 s longer by its averaging.
     arrive = [0.3 + 0.3 + 0.02]

@@ -137,9 +137,14 @@ def test_motion_agrees_with_an_implicit_solver_of_the_printed_equations(sine_sta
 @given(nome=st.floats(0.01, 0.9), winding=st.floats(0.05, 1.5), z=st.floats(-10, 10))
 def test_theta_field_is_the_difference_of_jacobi_thetas(nome: float, winding: float, z: float) -> None:
     motor = ThetaMotor(
-        kind="theta", force_constant_n_per_a=1.0, guideway_density_per_m=0.5, winding_displacement_rad=1.0,
-        shift_rad=0.0, winding_length_rad=winding, nome=nome,
-    )  # fmt: skip
+        kind="theta",
+        force_constant_n_per_a=1.0,
+        guideway_density_per_m=0.5,
+        winding_displacement_rad=1.0,
+        shift_rad=0.0,
+        winding_length_rad=winding,
+        nome=nome,
+    )
     harmonics, density, displacement, _ = motor_harmonics(motor)
     assert (density, displacement) == (1.0, 2.0)
     ours = sum(c * math.sin(n * 2 * z) for n, c in harmonics)

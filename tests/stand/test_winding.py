@@ -24,9 +24,14 @@ from linid.stand.winding import phase_current_rates, phase_voltages
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 THETA = {
-    "kind": "theta", "force_constant_n_per_a": 7.75, "guideway_density_per_m": 111.0, "shift_rad": 0.768,
-    "winding_displacement_rad": 0.9, "winding_length_rad": 0.688, "nome": 0.493,
-}  # fmt: skip
+    "kind": "theta",
+    "force_constant_n_per_a": 7.75,
+    "guideway_density_per_m": 111.0,
+    "shift_rad": 0.768,
+    "winding_displacement_rad": 0.9,
+    "winding_length_rad": 0.688,
+    "nome": 0.493,
+}
 
 
 def changed(description: AxisDescription, **values: Any) -> AxisDescription:
@@ -57,11 +62,12 @@ def test_electrical_energy_becomes_heat_field_and_work(
     """
     winding = wound(connection)
     fast = changed(
-        voltage_stand, winding=winding.model_dump(),
+        voltage_stand,
+        winding=winding.model_dump(),
         measurement=voltage_stand.measurement.model_dump() | {"sample_period_s": 1e-5},
         drive=voltage_stand.drive.model_dump() | {"loop_period_s": 1e-5},
         motor=voltage_stand.motor.model_dump() if motor == "sine" else THETA,
-    )  # fmt: skip
+    )
     mode = next(mode for mode in fast.campaign if mode.name == name).model_copy(update={"duration_s": 1.0})
     run = simulate(fast, command(mode, fast), start_position=mode.start_position_m)
     voltages, currents = phase_voltages(winding, plant_parameters(fast), run), run.phase_currents
@@ -91,9 +97,7 @@ def test_phase_constants_sum_up_to_the_thrust(voltage_stand: AxisDescription) ->
 
 def test_current_rates_are_the_slopes_of_the_currents(voltage_stand: AxisDescription) -> None:
     """Logged at every loop: central differences of period h are off by a part h^2 / (12 lag^2), as is the rate."""
-    fast = changed(
-        voltage_stand, measurement=voltage_stand.measurement.model_dump() | {"sample_period_s": 5e-5}
-    )  # fmt: skip
+    fast = changed(voltage_stand, measurement=voltage_stand.measurement.model_dump() | {"sample_period_s": 5e-5})
     mode = next(mode for mode in fast.campaign if mode.name == "moves_1").model_copy(update={"duration_s": 0.7})
     run = simulate(fast, command(mode, fast), start_position=mode.start_position_m)
     rates = phase_current_rates(plant_parameters(fast), run)
@@ -211,7 +215,7 @@ def test_voltage_noise_and_resolution(voltage_stand: AxisDescription) -> None:
     exact = np.stack([math.sqrt(k) * 1e-4 * np.arange(100_000) for k in (2, 3, 5)])
     measurement = voltage_stand.measurement.model_copy(
         update={"voltage_resolution_v": 0.05, "voltage_noise_rms_v": 0.02}
-    )  # fmt: skip
+    )
     logged = measure_voltages(exact, measurement, seed=1, index=0)
     np.testing.assert_allclose(logged * 20, np.round(logged * 20), atol=1e-8)
     # The standard error of an rms from N values is rms / sqrt(2 N) = 0.22 %; five of them.

@@ -46,9 +46,16 @@ class DaskProcesses:
     def worker(self, *, package: Path = ROOT, threads: int = 1) -> subprocess.Popen[bytes]:
         """One more worker; package: the folder whose linid it imports."""
         return self._start(
-            "dask_worker", self.address, "--nthreads", str(threads), "--no-nanny", "--no-dashboard",
-            "--memory-limit", "0", more={"PYTHONPATH": str(package), "OPENBLAS_NUM_THREADS": "1"},
-        )  # fmt: skip
+            "dask_worker",
+            self.address,
+            "--nthreads",
+            str(threads),
+            "--no-nanny",
+            "--no-dashboard",
+            "--memory-limit",
+            "0",
+            more={"PYTHONPATH": str(package), "OPENBLAS_NUM_THREADS": "1"},
+        )
 
     def client(self, stack: ExitStack, workers: int) -> Any:
         """A client of the test's own, once so many workers are there."""

@@ -147,8 +147,13 @@ def test_the_batch_files_of_the_project_are_valid(name: str) -> None:
 def test_jobs_wait_for_all_that_they_name() -> None:
     specs = {spec.label: spec for spec in read_batch(ROOT / "configs" / "paper.yaml", {})}
     assert set(specs["paper"].after) == {
-        "friction", "motor_sine", "motor_theta", "narrow_stand", "narrow_sine", "narrow_theta",
-    }  # fmt: skip
+        "friction",
+        "motor_sine",
+        "motor_theta",
+        "narrow_stand",
+        "narrow_sine",
+        "narrow_theta",
+    }
     assert specs["field"].models == {"model": "job:motor_theta"} and specs["field"].after == ("motor_theta",)
     assert specs["narrow_sine"].options["model"] == "sine" and specs["narrow_sine"].options["input"] == "current"
 
@@ -182,12 +187,15 @@ def test_the_template_explains_every_setting() -> None:
         (friction(files="nowhere.yaml"), 3, "nowhere.yaml"),
         (friction(name="bad name"), 3, "name"),
         (friction() + CHECK.replace("model: friction", "model: fricton"), 4, "Did you mean 'friction'"),
-        (friction() + CHECK + CHECK.replace("name: check", "name: two").replace("model: friction", "model: check"),
-         5, "validate job"),
+        (
+            friction() + CHECK + CHECK.replace("name: check", "name: two").replace("model: friction", "model: check"),
+            5,
+            "validate job",
+        ),
         ("  - {name: x, command: fit-motor, files: [campaign.yaml], model: cosine}\n", 3, "cosine"),
         (friction(more=", after: [ghost]"), 3, "ghost"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_batch_file_exits_with_3_and_names_the_line(tmp_path: Path, jobs: str, line: int, word: str) -> None:
     campaign(tmp_path)
     path = write(tmp_path, jobs)

@@ -87,8 +87,9 @@ def gone(pids: list[int]) -> bool:
 def slow_alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The slow job without any cluster."""
     folder = tmp_path_factory.mktemp("alone")
-    assert linid("batch", batch(folder, SLOW, CHECK.replace("model: friction", "model: slow")), "--out",
-                 folder / "o").exit_code in (0, 5)  # fmt: skip
+    assert linid(
+        "batch", batch(folder, SLOW, CHECK.replace("model: friction", "model: slow")), "--out", folder / "o"
+    ).exit_code in (0, 5)
     return folder / "o"
 
 

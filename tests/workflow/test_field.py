@@ -22,9 +22,21 @@ from tests.workflow.small import campaign, linid
 
 CONFIG = Path(__file__).parents[2] / "configs" / "motor_geometry.yaml"
 SIZES = (
-    "--magnet", "24,10,4", "--remanence", 1.25, "--gap", 6.5, "--pitch", 14.15, "--coil", "30,12.4", "--turns", 110,
-    "--phase-spacing", 9.4333,
-)  # fmt: skip
+    "--magnet",
+    "24,10,4",
+    "--remanence",
+    1.25,
+    "--gap",
+    6.5,
+    "--pitch",
+    14.15,
+    "--coil",
+    "30,12.4",
+    "--turns",
+    110,
+    "--phase-spacing",
+    9.4333,
+)
 
 
 @pytest.fixture(scope="module")
@@ -74,10 +86,13 @@ def test_options_are_a_geometry_and_override_a_file(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.stderr
     by_options = json.loads(result.stdout)
     sizes = {
-        "name": "motor", "magnet": {"width_mm": 24, "length_mm": 10, "thickness_mm": 4, "remanence_t": 1.25},
-        "air_gap_mm": 6.5, "pole_pitch_mm": 14.15, "coil": {"width_mm": 30, "length_mm": 12.4, "turns": 55},
+        "name": "motor",
+        "magnet": {"width_mm": 24, "length_mm": 10, "thickness_mm": 4, "remanence_t": 1.25},
+        "air_gap_mm": 6.5,
+        "pole_pitch_mm": 14.15,
+        "coil": {"width_mm": 30, "length_mm": 12.4, "turns": 55},
         "phase_spacing_mm": 9.4333,
-    }  # fmt: skip
+    }
     (tmp_path / "motor.yaml").write_text(yaml.safe_dump(sizes), encoding="utf-8")
     result = linid("field", tmp_path / "motor.yaml", "--turns", 110, "--out", tmp_path / "b", "--no-figures", "--json")
     by_file = json.loads(result.stdout)
@@ -139,9 +154,7 @@ def derived(result: FitResult) -> FitResult:
 def test_a_fit_agrees_with_the_dimensions_it_came_from(made: MotorDesign) -> None:
     result = derived(fitted(made, dict(made.matched), 0.01))
     rows = {row.name: row for row in against_dimensions(result, made)}
-    assert set(rows) == {
-        "pole_pitch", "phase_spacing", "coil_length", "field_shape", "fundamental_force_constant",
-    }  # fmt: skip
+    assert set(rows) == {"pole_pitch", "phase_spacing", "coil_length", "field_shape", "fundamental_force_constant"}
     assert all(row.agrees for row in rows.values()), rows
     assert rows["coil_length"].identified == pytest.approx(0.0124)
     wrong = derived(fitted(made, {**made.matched, "guideway_density": 1.2 * made.matched["guideway_density"]}, 0.01))

@@ -14,9 +14,17 @@ from linid.identification.model_file import load_model
 from tests.workflow.small import STAND, TINY, campaign, linid, summary
 
 FILES = {
-    "config.yaml", "run.json", "checkpoint.json", "parameters.json", "parameters.csv", "parameters.tex",
-    "convergence.csv", "gaps.csv", "gaps.tex", "gaps.json",
-}  # fmt: skip
+    "config.yaml",
+    "run.json",
+    "checkpoint.json",
+    "parameters.json",
+    "parameters.csv",
+    "parameters.tex",
+    "convergence.csv",
+    "gaps.csv",
+    "gaps.tex",
+    "gaps.json",
+}
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +47,10 @@ def test_a_friction_fit_finds_the_truth_and_writes_its_files(friction: tuple[Pat
         assert found[name] == pytest.approx(truth[name], rel=0.02)
     assert load_model(out / "parameters.json").value("mass") == found["mass"]
     assert [(g["recording"], g["split"]) for g in body["gaps"]] == [
-        ("freewheel_2", "fit"), ("freewheel_4", "fit"), ("freewheel_6", "held_out"),
-    ]  # fmt: skip
+        ("freewheel_2", "fit"),
+        ("freewheel_4", "fit"),
+        ("freewheel_6", "held_out"),
+    ]
 
 
 def test_figures_exist(friction: tuple[Path, dict[str, Any]]) -> None:
@@ -96,9 +106,15 @@ def test_the_convergence_history_counts_up(friction: tuple[Path, dict[str, Any]]
 
 def test_bare_free_wheels_with_their_masses(tmp_path: Path) -> None:
     body = summary(
-        "fit-friction", STAND / "freewheel_2.csv", STAND / "freewheel_4.csv", "--added-mass", "freewheel_4.csv=0.5",
-        "--out", tmp_path / "o", *TINY,
-    )  # fmt: skip
+        "fit-friction",
+        STAND / "freewheel_2.csv",
+        STAND / "freewheel_4.csv",
+        "--added-mass",
+        "freewheel_4.csv=0.5",
+        "--out",
+        tmp_path / "o",
+        *TINY,
+    )
     found = {p["name"]: p["value"] for p in body["parameters"]}
     assert found["mass"] == pytest.approx(0.588, rel=0.02)
 
@@ -153,8 +169,12 @@ def test_a_motor_fit_keeps_its_friction_stage_and_rechecks_the_free_wheels(tmp_p
     assert load_model(out / "friction" / "parameters.json").model == "friction"
     assert load_model(out / "parameters.json").model == "sine"
     assert {g["recording"] for g in body["gaps"]} == {
-        "freewheel_2", "freewheel_4", "freewheel_6", "sine_current_2", "sine_current_3",
-    }  # fmt: skip
+        "freewheel_2",
+        "freewheel_4",
+        "freewheel_6",
+        "sine_current_2",
+        "sine_current_3",
+    }
     found = {p["name"]: p["value"] for p in body["parameters"]}
     assert found["guideway_density"] == pytest.approx(222.0, rel=0.02)
     again = tmp_path / "again"

@@ -61,8 +61,9 @@ def test_yaml(tmp_path: Path, name: str) -> None:
 
 def test_what_looks_like_a_date_is_text(tmp_path: Path) -> None:
     assert parse_yaml("a: 2021-02-03\nb: 2001-12-14t21:59:43.10-05:00\n", "x") == {
-        "a": "2021-02-03", "b": "2001-12-14t21:59:43.10-05:00",
-    }  # fmt: skip
+        "a": "2021-02-03",
+        "b": "2001-12-14t21:59:43.10-05:00",
+    }
 
 
 def test_aliases_of_reasonable_size_are_kept() -> None:

@@ -91,9 +91,15 @@ def test_a_missing_file_is_named_before_anything_runs(tmp_path: Path, key: str) 
     model = tmp_path / "model.json"
     model.write_text("{}", encoding="utf-8")
     given = {
-        "files": f"[{files}]", "geometry": geometry, "friction": model, "sine": model, "theta": model,
-        "narrow_files": f"[{files}]", "narrow_sine": model, "narrow_theta": model,
-    }  # fmt: skip
+        "files": f"[{files}]",
+        "geometry": geometry,
+        "friction": model,
+        "sine": model,
+        "theta": model,
+        "narrow_files": f"[{files}]",
+        "narrow_sine": model,
+        "narrow_theta": model,
+    }
     given[key] = "[gone.yaml]" if key == "narrow_files" else "gone.json"
     lines = "".join(f"    {name}: {value}\n" for name, value in given.items())
     path = tmp_path / "batch.yaml"

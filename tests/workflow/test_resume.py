@@ -17,9 +17,16 @@ from tests.workflow.small import TINY, campaign, linid, start
 # Long enough to be caught in mid-search: seconds, and the checkpoint is written every fifth of one.
 GENERATIONS = 600
 SEARCH = (
-    "--population", "24", "--generations", str(GENERATIONS), "--set", "patience=1000", "--set", "polish_steps=4",
+    "--population",
+    "24",
+    "--generations",
+    str(GENERATIONS),
+    "--set",
+    "patience=1000",
+    "--set",
+    "polish_steps=4",
     "--no-figures",
-)  # fmt: skip
+)
 MINUTES = 5.0
 
 

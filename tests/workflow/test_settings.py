@@ -53,10 +53,12 @@ def test_wrong_values_are_refused(raw: dict[str, Any]) -> None:
 
 
 @given(
-    seed=st.integers(0, 2**31), mass=st.none() | st.floats(1e-6, 1e6), horizon=st.floats(1e-3, 10),
+    seed=st.integers(0, 2**31),
+    mass=st.none() | st.floats(1e-6, 1e6),
+    horizon=st.floats(1e-3, 10),
     known=st.dictionaries(st.sampled_from(["mass", "nome", "shift"]), st.floats(-1e9, 1e9)),
     window=st.none() | st.tuples(st.floats(-10, 0), st.floats(1, 10)),
-)  # fmt: skip
+)
 def test_resolved_settings_read_back_exactly(tmp_path_factory: pytest.TempPathFactory, **raw: Any) -> None:
     settings = Settings(**raw, channels={"position": "y"})
     path: Path = tmp_path_factory.mktemp("s") / "config.yaml"

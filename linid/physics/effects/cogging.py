@@ -11,11 +11,40 @@ from linid.physics.parameter import Parameter
 
 @term
 def force(
-    t, y, v, i_1, i_2, i_3, record, elapsed,
-    cogging_wavenumber, order_1, order_2, order_3, order_4, order_5, order_6, order_7, order_8,
-    sine_1, cosine_1, sine_2, cosine_2, sine_3, cosine_3, sine_4, cosine_4,
-    sine_5, cosine_5, sine_6, cosine_6, sine_7, cosine_7, sine_8, cosine_8,
-):  # fmt: skip
+    t,
+    y,
+    v,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    cogging_wavenumber,
+    order_1,
+    order_2,
+    order_3,
+    order_4,
+    order_5,
+    order_6,
+    order_7,
+    order_8,
+    sine_1,
+    cosine_1,
+    sine_2,
+    cosine_2,
+    sine_3,
+    cosine_3,
+    sine_4,
+    cosine_4,
+    sine_5,
+    cosine_5,
+    sine_6,
+    cosine_6,
+    sine_7,
+    cosine_7,
+    sine_8,
+    cosine_8,
+):
     """Sum over eight orders of the angle, N."""
     angle = cogging_wavenumber * y
     total = (
@@ -36,11 +65,16 @@ _FIELD_ORDERS = (1, 2, 4, 6)
 _MOST, _HIGHEST = 300, 2000  # candidate orders where nothing is known of the poles
 _ORDERS = tuple(
     Parameter(
-        f"cogging_order_{k}", f"n_{k}", "1", 0.0, float(_HIGHEST), float(order),
+        f"cogging_order_{k}",
+        f"n_{k}",
+        "1",
+        0.0,
+        float(_HIGHEST),
+        float(order),
         meaning=f"waves of part {k} per wave of wavenumber k_c",
     )
     for k, order in enumerate((*_FIELD_ORDERS, 3, 5, 8, 12), 1)
-)  # fmt: skip
+)
 _AMPLITUDES = tuple(
     Parameter(f"cogging_{shape}_{k}", f"C_{shape[0]}{k}", "N", -500.0, 500.0, 0.0, meaning=f"{shape} of order {k}")
     for k in range(1, len(_ORDERS) + 1)
@@ -67,8 +101,15 @@ EFFECT = Effect(
     physics="A force periodic in position acts without current: waves of the field's angle, else the strongest orders.",
     parameters=(
         Parameter(
-            "cogging_wavenumber", "k_c", "1/m", 1e-2, 1e4, 200.0, log=True,
-            meaning="angle per travel of order 1: pi / pole pitch, or 1 per radian", reach=1.02,
+            "cogging_wavenumber",
+            "k_c",
+            "1/m",
+            1e-2,
+            1e4,
+            200.0,
+            log=True,
+            meaning="angle per travel of order 1: pi / pole pitch, or 1 per radian",
+            reach=1.02,
         ),
         *_ORDERS,
         *_AMPLITUDES,
@@ -81,4 +122,4 @@ EFFECT = Effect(
     force=force,
     exposed_by="slow free wheels, or slow steady moves over several pole pitches",
     confused_with=("current_offset", "force_ripple", "encoder_periodic_error"),
-)  # fmt: skip
+)

@@ -27,9 +27,21 @@ def mass(record, backlash_load_mass, backlash_load_gap, backlash_load_frequency,
 
 @term
 def force(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
-    backlash_load_mass, backlash_load_gap, backlash_load_frequency, backlash_load_damping,
-):  # fmt: skip
+    t,
+    y,
+    v,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    s_1,
+    s_2,
+    backlash_load_mass,
+    backlash_load_gap,
+    backlash_load_frequency,
+    backlash_load_damping,
+):
     """Contact force on the motor, N; s_1, s_2: position and speed of the load relative to the gap's middle."""
     omega = 2.0 * math.pi * backlash_load_frequency
     return backlash_load_mass * (
@@ -40,9 +52,21 @@ def force(
 
 @term
 def initial(
-    t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2,
-    backlash_load_mass, backlash_load_gap, backlash_load_frequency, backlash_load_damping,
-):  # fmt: skip
+    t,
+    y,
+    v,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    s_1,
+    s_2,
+    backlash_load_mass,
+    backlash_load_gap,
+    backlash_load_frequency,
+    backlash_load_damping,
+):
     """Where friction alone brakes the motor, the load leans on it from behind; else it is taken to be in the middle."""
     if v == 0.0 or i_1 != 0.0 or i_2 != 0.0 or i_3 != 0.0:
         return 0.0, 0.0
@@ -102,9 +126,23 @@ def time_in_contact(e, u, a, omega, decay, turning, h):
 
 @term
 def advance(
-    h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2,
-    backlash_load_mass, backlash_load_gap, backlash_load_frequency, backlash_load_damping,
-):  # fmt: skip
+    h,
+    t,
+    y,
+    v,
+    a,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    s_1,
+    s_2,
+    backlash_load_mass,
+    backlash_load_gap,
+    backlash_load_frequency,
+    backlash_load_damping,
+):
     """s_1'' = -a - contact force per mass, exact while the axis accelerates evenly: from one event to the next."""
     omega = 2.0 * math.pi * backlash_load_frequency
     decay = min(backlash_load_damping, 0.999) * omega
@@ -135,9 +173,10 @@ def advance(
                 meets = rising_root(depth, rate, bend)
                 # Away from the side faster than its spring relaxes: it may catch up with the load.
                 catches = rising_root(
-                    omega * omega * depth + 2.0 * decay * rate, omega * omega * rate + 4.0 * decay * bend,
+                    omega * omega * depth + 2.0 * decay * rate,
+                    omega * omega * rate + 4.0 * decay * bend,
                     omega * omega * bend,
-                )  # fmt: skip
+                )
                 if depth + (rate + bend * catches) * catches < 0.0:
                     catches = math.inf
                 if min(meets, catches) < span:
@@ -175,7 +214,13 @@ EFFECT = Effect(
         Parameter("backlash_load_mass", "m_b", "kg", 0.0, 100.0, 0.0, meaning="part of the mass that has the play"),
         Parameter("backlash_load_gap", "b_b", "m", _LEAST, _MOST, 1e-4, log=True, meaning="play from end to end"),
         Parameter(
-            "backlash_load_frequency", "f_b", "Hz", 1.0, 200.0, 50.0, log=True,
+            "backlash_load_frequency",
+            "f_b",
+            "Hz",
+            1.0,
+            200.0,
+            50.0,
+            log=True,
             meaning="natural frequency in contact, motor held",
         ),
         Parameter("backlash_load_damping", "zeta_b", "1", 1e-3, 0.9, 0.3, log=True, meaning="damping ratio in contact"),
@@ -188,4 +233,4 @@ EFFECT = Effect(
     advance=advance,
     exposed_by="quick reversals with the drive on, and braking after a steady move",
     confused_with=("flexible_load", "backlash"),
-)  # fmt: skip
+)

@@ -11,9 +11,20 @@ from linid.physics.parameter import Parameter
 
 @term
 def sensor(
-    t, y, v, i_1, i_2, i_3, record, elapsed,
-    encoder_period, encoder_sine_1, encoder_cosine_1, encoder_sine_2, encoder_cosine_2,
-):  # fmt: skip
+    t,
+    y,
+    v,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    encoder_period,
+    encoder_sine_1,
+    encoder_cosine_1,
+    encoder_sine_2,
+    encoder_cosine_2,
+):
     """Reading minus position, m."""
     angle = 2.0 * math.pi * y / encoder_period
     return sine_pair(angle, encoder_sine_1, encoder_cosine_1) + sine_pair(2.0 * angle, encoder_sine_2, encoder_cosine_2)

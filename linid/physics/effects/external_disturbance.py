@@ -23,11 +23,39 @@ def push(t, record, size, start, duration, recording):
 
 @term
 def force(
-    t, y, v, i_1, i_2, i_3, record, elapsed,
-    size_1, start_1, duration_1, recording_1, size_2, start_2, duration_2, recording_2,
-    size_3, start_3, duration_3, recording_3, size_4, start_4, duration_4, recording_4,
-    size_5, start_5, duration_5, recording_5, size_6, start_6, duration_6, recording_6,
-):  # fmt: skip
+    t,
+    y,
+    v,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    size_1,
+    start_1,
+    duration_1,
+    recording_1,
+    size_2,
+    start_2,
+    duration_2,
+    recording_2,
+    size_3,
+    start_3,
+    duration_3,
+    recording_3,
+    size_4,
+    start_4,
+    duration_4,
+    recording_4,
+    size_5,
+    start_5,
+    duration_5,
+    recording_5,
+    size_6,
+    start_6,
+    duration_6,
+    recording_6,
+):
     """Sum of six pulses, N."""
     return (
         push(t, record, size_1, start_1, duration_1, recording_1)
@@ -60,14 +88,20 @@ def _parameters(k: int) -> tuple[Parameter, ...]:
     return (
         Parameter(f"disturbance_force_{k}", f"F_d{k}", "N", -500.0, 500.0, 0.0, meaning=f"peak of push {k}"),
         Parameter(
-            f"disturbance_start_{k}", f"t_d{k}", "s", -10.0, 1e4, 0.0, reach=0.3,
+            f"disturbance_start_{k}",
+            f"t_d{k}",
+            "s",
+            -10.0,
+            1e4,
+            0.0,
+            reach=0.3,
             meaning="its start on the recording's clock",
         ),
         Parameter(f"disturbance_duration_{k}", f"T_d{k}", "s", 5e-3, 10.0, 0.2, log=True, meaning="its duration"),
         Parameter(
             f"disturbance_recording_{k}", f"n_d{k}", "1", 0.0, 1e4, 0.0, meaning="number of its recording, 0: no push"
         ),
-    )  # fmt: skip
+    )
 
 
 EFFECT = Effect(

@@ -8,9 +8,7 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def thrust(
-    t, y, v, i_1, i_2, i_3, record, elapsed, ripple_wavenumber, sine_6, cosine_6, sine_12, cosine_12
-):  # fmt: skip
+def thrust(t, y, v, i_1, i_2, i_3, record, elapsed, ripple_wavenumber, sine_6, cosine_6, sine_12, cosine_12):
     """Factor on the thrust: 5th and 7th harmonic give the order 6, 11th and 13th the order 12."""
     angle = 6.0 * ripple_wavenumber * y
     return bounded(1.0 + sine_pair(angle, sine_6, cosine_6) + sine_pair(2.0 * angle, sine_12, cosine_12))
@@ -36,8 +34,15 @@ EFFECT = Effect(
     physics="Thrust per current varies with position: factor 1 + sines of 6 and 12 times the field's angle.",
     parameters=(
         Parameter(
-            "ripple_wavenumber", "k_r", "1/m", 1e-2, 1e4, 200.0, log=True,
-            meaning="the field's angle per travel: pi / pole pitch", reach=1.02,
+            "ripple_wavenumber",
+            "k_r",
+            "1/m",
+            1e-2,
+            1e4,
+            200.0,
+            log=True,
+            meaning="the field's angle per travel: pi / pole pitch",
+            reach=1.02,
         ),
         *_AMPLITUDES,
     ),
@@ -47,4 +52,4 @@ EFFECT = Effect(
     thrust=thrust,
     exposed_by="strong accelerations over several pole pitches, in both directions",
     confused_with=("cogging", "phase_gain_imbalance", "encoder_periodic_error"),
-)  # fmt: skip
+)

@@ -25,7 +25,12 @@ EFFECT = Effect(
     parameters=(
         Parameter("friction_change", "c_f", "1", -0.95, 10.0, 0.0, meaning="relative change of the friction level"),
         Parameter(
-            "friction_change_recordings", "b_f", "1", 0.0, 2.0**MOST_MARKED, 0.0,
+            "friction_change_recordings",
+            "b_f",
+            "1",
+            0.0,
+            2.0**MOST_MARKED,
+            0.0,
             meaning="the recordings that have it: sum of 2^(number - 1)",
         ),
     ),
@@ -37,4 +42,4 @@ EFFECT = Effect(
     level=level,
     exposed_by="the same slow move or free wheel in every recording",
     confused_with=("friction_drift", "payload_change"),
-)  # fmt: skip
+)

@@ -25,7 +25,12 @@ EFFECT = Effect(
     parameters=(
         Parameter("payload_mass", "m_p", "kg", -50.0, 100.0, 0.0, meaning="mass that is not in the campaign file"),
         Parameter(
-            "payload_recordings", "b_p", "1", 0.0, 2.0**MOST_MARKED, 0.0,
+            "payload_recordings",
+            "b_p",
+            "1",
+            0.0,
+            2.0**MOST_MARKED,
+            0.0,
             meaning="the recordings that have it: sum of 2^(number - 1)",
         ),
     ),
@@ -37,4 +42,4 @@ EFFECT = Effect(
     mass=mass,
     exposed_by="the same accelerations in every recording",
     confused_with=("external_disturbance", "force_saturation"),
-)  # fmt: skip
+)

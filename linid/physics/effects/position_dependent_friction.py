@@ -12,10 +12,36 @@ _MIDDLE = 6  # where the factor is one, or it could not be told from the frictio
 
 @term
 def friction(
-    t, y, v, i_1, i_2, i_3, record, elapsed,
-    at_1, at_2, at_3, at_4, at_5, at_7, at_8, at_9, at_10, at_11,
-    y_1, y_2, y_3, y_4, y_5, y_6, y_7, y_8, y_9, y_10, y_11,
-):  # fmt: skip
+    t,
+    y,
+    v,
+    i_1,
+    i_2,
+    i_3,
+    record,
+    elapsed,
+    at_1,
+    at_2,
+    at_3,
+    at_4,
+    at_5,
+    at_7,
+    at_8,
+    at_9,
+    at_10,
+    at_11,
+    y_1,
+    y_2,
+    y_3,
+    y_4,
+    y_5,
+    y_6,
+    y_7,
+    y_8,
+    y_9,
+    y_10,
+    y_11,
+):
     """Factor on the whole bristle force: a smooth curve from place to place, constant beyond the outer ones.
 
     Between two places the cubic that has there the slopes to the next but one (Catmull and Rom 1974).

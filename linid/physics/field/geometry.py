@@ -156,9 +156,17 @@ def design(geometry: MotorGeometry) -> MotorDesign:
     }
     exact = exact_thrust(geometry)
     return MotorDesign(
-        geometry, gaussian, k, nome, magnitude, sine, theta, harmonic(1, k) * sine_constant, exact,
+        geometry,
+        gaussian,
+        k,
+        nome,
+        magnitude,
+        sine,
+        theta,
+        harmonic(1, k) * sine_constant,
+        exact,
         _matched(theta, exact),
-    )  # fmt: skip
+    )
 
 
 def _matched(theta: dict[str, float], exact: dict[int, float]) -> dict[str, float]:

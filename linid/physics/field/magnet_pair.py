@@ -86,6 +86,4 @@ def fit_gaussian(pair: MagnetPair) -> GaussianField:
     rest = error(found.x)
     rms = float(np.sqrt(np.sum((weight * rest) ** 2) / np.sum(weight**2)))
     peak, sigma_x, sigma_y = (float(p) for p in found.x)
-    return GaussianField(
-        top * peak, abs(sigma_x), abs(sigma_y), rms, float(np.max(np.abs(rest))), reach_x, reach_y
-    )  # fmt: skip
+    return GaussianField(top * peak, abs(sigma_x), abs(sigma_y), rms, float(np.max(np.abs(rest))), reach_x, reach_y)

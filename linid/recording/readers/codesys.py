@@ -24,9 +24,11 @@ _FIRST_COLUMN = ("cycle", "zyklus", "time", "zeit", "t")
 def _recognises(source: Source) -> bool:
     head = [line.strip() for line in source.text.lines[:12] if line.strip()][:3]
     return (
-        len(head) == 3 and bool(_TITLE.fullmatch(head[0])) and bool(_PROJECT.fullmatch(head[1]))
+        len(head) == 3
+        and bool(_TITLE.fullmatch(head[0]))
+        and bool(_PROJECT.fullmatch(head[1]))
         and head[2].split()[0].lower() in _FIRST_COLUMN
-    )  # fmt: skip
+    )
 
 
 def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> Table:
@@ -44,16 +46,27 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
 
     def table(body: Body) -> Table:
         columns = make_columns(
-            names, body, dialect.numeric, units=[None if counted else "ms", *[None] * (len(names) - 1)],
+            names,
+            body,
+            dialect.numeric,
+            units=[None if counted else "ms", *[None] * (len(names) - 1)],
             times=[not counted, *[False] * (len(names) - 1)],
-        )  # fmt: skip
+        )
         notes = [*file.notes, *body.notes]
         if counted:
             notes.append("the first column counts task cycles: give the cycle time as `period:` in the mapping")
         return Table(
-            file.path, "codesys", columns, source.sha256, file.encoding, dialect.text, at + 1, dialect.first + 1, None,
+            file.path,
+            "codesys",
+            columns,
+            source.sha256,
+            file.encoding,
+            dialect.text,
+            at + 1,
+            dialect.first + 1,
+            None,
             tuple(notes),
-        )  # fmt: skip
+        )
 
     return with_body(table, file, dialect, used)
 

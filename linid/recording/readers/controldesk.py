@@ -33,8 +33,9 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
     if names_at is None:
         raise DataError(
             f"{source.place}, line {mark + 1}",
-            f"no row of signal names ({' or '.join(_NAME_KEYS[:3])}) above the data", "Export again with signal names.",
-        )  # fmt: skip
+            f"no row of signal names ({' or '.join(_NAME_KEYS[:3])}) above the data",
+            "Export again with signal names.",
+        )
     first = dialect.numeric.index(True)
     names = _from(rows[names_at], first, dialect.fields)
     units_at = next((i for i in range(mark) if _key(rows[i]) in ("unit", "units")), None)
@@ -44,13 +45,25 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
 
     def table(body: Body) -> Table:
         columns = make_columns(
-            header, body, dialect.numeric[first:], first=first, units=[unit_cell(u) for u in units],
+            header,
+            body,
+            dialect.numeric[first:],
+            first=first,
+            units=[unit_cell(u) for u in units],
             aliases=[(n,) for n in shown],
-        )  # fmt: skip
+        )
         return Table(
-            file.path, "controldesk", columns, source.sha256, file.encoding, dialect.text, names_at + 1,
-            dialect.first + 1, None, (*file.notes, *body.notes),
-        )  # fmt: skip
+            file.path,
+            "controldesk",
+            columns,
+            source.sha256,
+            file.encoding,
+            dialect.text,
+            names_at + 1,
+            dialect.first + 1,
+            None,
+            (*file.notes, *body.notes),
+        )
 
     return with_body(table, file, dialect, used, first=first)
 

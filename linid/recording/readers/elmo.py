@@ -44,9 +44,10 @@ def _chart(source: Source, mapping: ChannelMapping, file: TextFile, groups: Sequ
     """The chart of EAS, of one group of signals."""
     if len(groups) > 1:
         raise DataError(
-            f"{source.place}, line {groups[1] + 1}", f"found {len(groups)} groups of signals, expected one",
+            f"{source.place}, line {groups[1] + 1}",
+            f"found {len(groups)} groups of signals, expected one",
             "Export the signals of one group (one sampling time) to a file of its own.",
-        )  # fmt: skip
+        )
     numbers_at = next((i for i in range(groups[0] + 1, len(file.lines)) if file.lines[i].strip()), None)
     names = _signal_names(file, groups[0])
     wanted = split(file.lines[numbers_at].strip().rstrip(","), ",") if numbers_at is not None else []
@@ -56,7 +57,7 @@ def _chart(source: Source, mapping: ChannelMapping, file: TextFile, groups: Sequ
             f"{source.place}, line {(numbers_at or groups[0]) + 1}",
             f"the row of signal numbers holds {unknown!r}, which [Signal Names] does not list",
             "Export the chart again.",
-        )  # fmt: skip
+        )
     fields = len(wanted) + 1  # every line ends with a comma
     first = next((i for i in range(numbers_at + 1, len(file.lines)) if file.lines[i].strip()), None)  # type: ignore[operator]
     if first is None:
@@ -71,9 +72,17 @@ def _chart(source: Source, mapping: ChannelMapping, file: TextFile, groups: Sequ
     def table(body: Body) -> Table:
         columns = make_columns(header.names, body, numeric[: len(wanted)])
         return Table(
-            file.path, "elmo", columns, source.sha256, file.encoding, dialect.text, header.line, first + 1, period,
+            file.path,
+            "elmo",
+            columns,
+            source.sha256,
+            file.encoding,
+            dialect.text,
+            header.line,
+            first + 1,
+            period,
             (*file.notes, *body.notes),
-        )  # fmt: skip
+        )
 
     return with_body(table, file, dialect, used)
 

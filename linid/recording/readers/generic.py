@@ -40,9 +40,8 @@ def filled_above(file: TextFile, dialect: Dialect) -> list[int]:
 
 
 def plain_table(
-    name: str, source: Source, file: TextFile, dialect: Dialect, header: Header, period: float | None,
-    used: Used | None,
-) -> Table:  # fmt: skip
+    name: str, source: Source, file: TextFile, dialect: Dialect, header: Header, period: float | None, used: Used | None
+) -> Table:
     """The table of an export with one line of names."""
     width = len(header.names)
 
@@ -52,9 +51,17 @@ def plain_table(
             notes += _drop_unnamed(file, dialect, width)
         columns = make_columns(header.names, body, dialect.readable[:width], units=header.units, stamps=dialect.stamps)
         return Table(
-            file.path, name, columns, source.sha256, file.encoding, dialect.text, header.line, dialect.first + 1,
-            period, tuple(notes),
-        )  # fmt: skip
+            file.path,
+            name,
+            columns,
+            source.sha256,
+            file.encoding,
+            dialect.text,
+            header.line,
+            dialect.first + 1,
+            period,
+            tuple(notes),
+        )
 
     return with_body(table, file, dialect, used)
 
@@ -70,6 +77,8 @@ def _drop_unnamed(file: TextFile, dialect: Dialect, width: int) -> Sequence[str]
 
 
 READER = Reader(
-    "generic", "one line of names, units in it or in a line of their own; tab, comma, semicolon, bar or blanks",
-    lambda source: True, _read,
-)  # fmt: skip
+    "generic",
+    "one line of names, units in it or in a line of their own; tab, comma, semicolon, bar or blanks",
+    lambda source: True,
+    _read,
+)

@@ -38,9 +38,17 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
     values, lines, notes = _values(rows, names, mark, source.place, last)
     columns = [_column(name, values[:, k], lines) for k, name in enumerate(names)]
     return Table(
-        source.path, "halscope", tuple(columns), source.sha256, file.encoding, "pairs of name and value", found[0] + 1,
-        rows[0][0] + 1, int(found[1][1]) * 1e-9, (*file.notes, *notes),
-    )  # fmt: skip
+        source.path,
+        "halscope",
+        tuple(columns),
+        source.sha256,
+        file.encoding,
+        "pairs of name and value",
+        found[0] + 1,
+        rows[0][0] + 1,
+        int(found[1][1]) * 1e-9,
+        (*file.notes, *notes),
+    )
 
 
 def _values(
@@ -54,9 +62,10 @@ def _values(
                 notes.append(f"last row (line {i + 1}) is cut short and left out")
                 continue
             raise DataError(
-                f"{place}, line {i + 1}", f"other channels than in the first row: {' '.join(cells)[:60]!r}",
+                f"{place}, line {i + 1}",
+                f"other channels than in the first row: {' '.join(cells)[:60]!r}",
                 "Split the file there, or save it again.",
-            )  # fmt: skip
+            )
         bad = next((cell for cell in cells[1::2] if not is_number(cell, mark)), None)
         if bad is not None and i == last:
             notes.append(f"last row (line {i + 1}) is cut short and left out")

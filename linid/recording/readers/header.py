@@ -68,10 +68,14 @@ def header_of(file: TextFile, dialect: Dialect, above: Sequence[int]) -> Header:
 def _unnamed(file: TextFile, dialect: Dialect, line: int, count: int) -> Header:
     shown = file.lines[line].strip()[:60]
     return Header(
-        [f"column {k + 1}" for k in range(dialect.fields)], None, 0,
-        (f"line {line + 1} ('{shown}') has {count} name{'s' * (count != 1)}, the data below have {dialect.fields} "
-         "fields: the columns go by number",),
-    )  # fmt: skip
+        [f"column {k + 1}" for k in range(dialect.fields)],
+        None,
+        0,
+        (
+            f"line {line + 1} ('{shown}') has {count} name{'s' * (count != 1)}, the data below have {dialect.fields} "
+            "fields: the columns go by number",
+        ),
+    )
 
 
 def _is_text(cells: Sequence[str]) -> bool:

@@ -52,9 +52,10 @@ def library(name: str, source: Source, extra: str = "formats") -> Any:
         return import_module(name)
     except ImportError:
         raise DataError(
-            source.place, f"needs the library {name.split('.')[0]}, which is not installed",
+            source.place,
+            f"needs the library {name.split('.')[0]}, which is not installed",
             f'Install it: pip install "linid[{extra}]".',
-        ) from None  # fmt: skip
+        ) from None
 
 
 @contextmanager

@@ -25,11 +25,33 @@ _TICK = 1e-4  # ms
 _MOST_CHANNELS = 4096
 _LONGEST_TEXT = 65536
 _TYPES = {
-    "BIT": "u1", "BOOL": "u1", "BYTE": "u1", "USINT": "u1", "UINT8": "u1", "SINT": "i1", "INT8": "i1", "WORD": "<u2",
-    "UINT": "<u2", "UINT16": "<u2", "INT": "<i2", "INT16": "<i2", "DWORD": "<u4", "UDINT": "<u4", "UINT32": "<u4",
-    "DINT": "<i4", "INT32": "<i4", "LWORD": "<u8", "ULINT": "<u8", "UINT64": "<u8", "LINT": "<i8", "INT64": "<i8",
-    "REAL": "<f4", "REAL32": "<f4", "LREAL": "<f8", "REAL64": "<f8",
-}  # fmt: skip
+    "BIT": "u1",
+    "BOOL": "u1",
+    "BYTE": "u1",
+    "USINT": "u1",
+    "UINT8": "u1",
+    "SINT": "i1",
+    "INT8": "i1",
+    "WORD": "<u2",
+    "UINT": "<u2",
+    "UINT16": "<u2",
+    "INT": "<i2",
+    "INT16": "<i2",
+    "DWORD": "<u4",
+    "UDINT": "<u4",
+    "UINT32": "<u4",
+    "DINT": "<i4",
+    "INT32": "<i4",
+    "LWORD": "<u8",
+    "ULINT": "<u8",
+    "UINT64": "<u8",
+    "LINT": "<i8",
+    "INT64": "<i8",
+    "REAL": "<f4",
+    "REAL32": "<f4",
+    "LREAL": "<f8",
+    "REAL64": "<f8",
+}
 
 
 @dataclass(frozen=True)
@@ -75,9 +97,10 @@ class _Bytes:
 
     def damaged(self, what: str) -> DataError:
         return DataError(
-            f"{self.place}, byte {self.at}", f"{what}: no TwinCAT svb export, or a damaged one",
+            f"{self.place}, byte {self.at}",
+            f"{what}: no TwinCAT svb export, or a damaged one",
             "Export again with the header in the same file, or as CSV.",
-        )  # fmt: skip
+        )
 
 
 def _recognises(source: Source) -> bool:

@@ -69,15 +69,27 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
     def table(body: Body) -> Table:
         ticks_note = _from_ticks(body.columns, header, clocks)
         columns = make_columns(
-            shown, body, dialect.numeric, units=units,
-            aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)], groups=groups,
+            shown,
+            body,
+            dialect.numeric,
+            units=units,
+            aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)],
+            groups=groups,
             times=[k in clocks for k in range(fields)],
-        )  # fmt: skip
+        )
         notes = [*file.notes, *notes_of_names, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
         return Table(
-            file.path, "twincat", columns, source.sha256, file.encoding,
-            dialect.text.replace(named(dialect.separator), words), 1, dialect.first + 1, None, tuple(notes),
-        )  # fmt: skip
+            file.path,
+            "twincat",
+            columns,
+            source.sha256,
+            file.encoding,
+            dialect.text.replace(named(dialect.separator), words),
+            1,
+            dialect.first + 1,
+            None,
+            tuple(notes),
+        )
 
     return with_body(table, file, dialect, used, short_rows=len(clocks) > 1)
 

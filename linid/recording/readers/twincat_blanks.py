@@ -103,6 +103,7 @@ def _row(line: str, starts: Sequence[int], fields: int, place: str) -> str:
         if len(row) == fields and all(all(group) or not any(group) for group in groups):
             return "\t".join(row)
     raise DataError(
-        place, f"{len(cells)} of {fields} cells, and the blanks do not tell which",
+        place,
+        f"{len(cells)} of {fields} cells, and the blanks do not tell which",
         "Export with tab or semicolon as separator.",
-    )  # fmt: skip
+    )

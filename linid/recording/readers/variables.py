@@ -41,9 +41,10 @@ def table_of(name: str, source: Source, named: Iterable[tuple[str, Any]], fields
         raise DataError(source.place, "holds no numeric vector", f"Save one vector per channel. {remedy}")
     if len(vectors) > _MOST_COLUMNS:
         raise DataError(
-            source.place, f"holds {len(vectors)} vectors, at most {_MOST_COLUMNS} are read",
+            source.place,
+            f"holds {len(vectors)} vectors, at most {_MOST_COLUMNS} are read",
             f"Save only the channels of the recording. {remedy}",
-        )  # fmt: skip
+        )
     columns = tuple(_column(address, values) for address, values in vectors)
     listed = ", ".join(skipped[:20]) + (" ..." if len(skipped) > 20 else "")
     notes = (*source.notes, *((f"not vectors, left out: {listed}",) if skipped else ()))

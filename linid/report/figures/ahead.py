@@ -62,9 +62,12 @@ def draw_ahead(axes: Any, trace: Trace, pieces: AheadPieces, factor: float, *, f
     measured = trace.y_measured * factor
     axes.plot(*envelope(trace.t, measured), color=MEASURED, linewidth=2.4, label="measured", zorder=2)
     axes.plot(
-        *envelope(pieces.t, pieces.y * factor, _BINS), color=MODEL, linewidth=0.7, zorder=4,
+        *envelope(pieces.t, pieces.y * factor, _BINS),
+        color=MODEL,
+        linewidth=0.7,
+        zorder=4,
         label=f"model, restarted every {pieces.horizon:.3g} s",
-    )  # fmt: skip
+    )
     drawn = pieces.y[np.isfinite(pieces.y)] * factor
     if free_run:
         end = free_run_end(trace)
@@ -82,6 +85,12 @@ def draw_ahead_error(axes: Any, pieces: AheadPieces, factor: float) -> None:
     axes.plot(*envelope(pieces.t, pieces.error * factor, _BINS), color=ERROR_LIGHT, linewidth=0.8, zorder=2)
     few = len(pieces.end_t) <= 400
     axes.plot(
-        pieces.end_t, pieces.end_error * factor, linestyle="none", marker="o", color=ERROR, zorder=3,
-        markersize=2.2 if few else 1.0, markeredgewidth=0.0,
-    )  # fmt: skip
+        pieces.end_t,
+        pieces.end_error * factor,
+        linestyle="none",
+        marker="o",
+        color=ERROR,
+        zorder=3,
+        markersize=2.2 if few else 1.0,
+        markeredgewidth=0.0,
+    )

@@ -44,9 +44,17 @@ def rates_figure(score: Score) -> Figure:
             low = y - np.array([100 * rate.low for rate in rates])
             high = np.array([100 * rate.high for rate in rates]) - y
             axes.errorbar(
-                x, y, yerr=np.maximum([low, high], 0.0), color=colour, marker=marker, markersize=4, linewidth=0.9,
-                elinewidth=0.8, capsize=2, label=label,
-            )  # fmt: skip
+                x,
+                y,
+                yerr=np.maximum([low, high], 0.0),
+                color=colour,
+                marker=marker,
+                markersize=4,
+                linewidth=0.9,
+                elinewidth=0.8,
+                capsize=2,
+                label=label,
+            )
         edges = [bins[0].low, *(one.high for one in bins)]
         axes.set_xscale("log")
         axes.set_xlim(edges[0] / 1.03, edges[-1] * 1.03)
@@ -54,9 +62,14 @@ def rates_figure(score: Score) -> Figure:
         axes.minorticks_off()
         for one in bins:
             axes.annotate(
-                f"n = {one.top_1.total}", (math.sqrt(one.low * one.high), 1.0), xycoords=("data", "axes fraction"),
-                ha="center", va="bottom", fontsize=7, color=MUTED,
-            )  # fmt: skip
+                f"n = {one.top_1.total}",
+                (math.sqrt(one.low * one.high), 1.0),
+                xycoords=("data", "axes fraction"),
+                ha="center",
+                va="bottom",
+                fontsize=7,
+                color=MUTED,
+            )
         axes.set_ylim(-3, 103)
         axes.set_xlabel("strength of the hidden effect (1)")
         axes.set_ylabel("share of campaigns (%)")
@@ -84,9 +97,16 @@ def budget_figure(score: Score) -> Figure:
         low = y - np.array([100 * one.found.low for one in bins])
         high = np.array([100 * one.found.high for one in bins]) - y
         recall.errorbar(
-            places, y, yerr=np.maximum([low, high], 0.0), color=MEASURED, marker="o", markersize=4, linewidth=0.9,
-            elinewidth=0.8, capsize=2,
-        )  # fmt: skip
+            places,
+            y,
+            yerr=np.maximum([low, high], 0.0),
+            color=MEASURED,
+            marker="o",
+            markersize=4,
+            linewidth=0.9,
+            elinewidth=0.8,
+            capsize=2,
+        )
         recall.set_xticks(
             places, [f"{100 * one.low:g}–{100 * one.high:g}\nn = {one.found.total}" for one in bins], fontsize=6.5
         )
@@ -98,9 +118,11 @@ def budget_figure(score: Score) -> Figure:
             inside = stated.covers(truth)
             if stated.low is not None and stated.high is not None:
                 shares.plot(
-                    [100 * truth] * 2, [100 * stated.low, 100 * stated.high], linewidth=0.6,
+                    [100 * truth] * 2,
+                    [100 * stated.low, 100 * stated.high],
+                    linewidth=0.6,
                     color=MUTED if inside else ERROR,
-                )  # fmt: skip
+                )
             colour = ERROR if inside is False else MEASURED
             shares.plot(100 * truth, 100 * known, marker="o", markersize=2.5, color=colour)
         shares.plot([0, 100], [0, 100], color=MUTED, linewidth=0.7)

@@ -101,10 +101,17 @@ def mark_breakdown(axes: Any, trace: Trace) -> None:
         axes.axvline(t, color=ERROR, linewidth=0.8, linestyle=":")
         late = t > 0.5 * (trace.t[0] + trace.t[-1])
         axes.annotate(
-            f"simulation {text}", (t, 0.04), xycoords=("data", "axes fraction"), xytext=(-3 if late else 3, 0),
-            textcoords="offset points", ha="right" if late else "left", color=ERROR, fontsize=7, zorder=5,
+            f"simulation {text}",
+            (t, 0.04),
+            xycoords=("data", "axes fraction"),
+            xytext=(-3 if late else 3, 0),
+            textcoords="offset points",
+            ha="right" if late else "left",
+            color=ERROR,
+            fontsize=7,
+            zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8},
-        )  # fmt: skip
+        )
 
 
 def rms_text(trace: Trace) -> str:

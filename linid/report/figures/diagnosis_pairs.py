@@ -82,8 +82,13 @@ def _draw(figure: Figure, axes: Any, diagnosis: Diagnosis, pair: PairShare) -> N
     axes.set_facecolor("#E4E4E4")
     limit = map_limit(pair) * force.factor
     mesh = axes.pcolormesh(
-        pair.x_edges * x.factor, pair.y_edges * y.factor, pair.mean * force.factor, cmap="RdBu_r", vmin=-limit,
-        vmax=limit, rasterized=True,
-    )  # fmt: skip
+        pair.x_edges * x.factor,
+        pair.y_edges * y.factor,
+        pair.mean * force.factor,
+        cmap="RdBu_r",
+        vmin=-limit,
+        vmax=limit,
+        rasterized=True,
+    )
     axes.set_ylabel(axis_title(pair.y_label, y.unit))
     figure.colorbar(mesh, ax=axes, label=f"mean residual ({force.unit})", extend="both", shrink=0.9)

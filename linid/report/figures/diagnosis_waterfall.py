@@ -47,9 +47,15 @@ def waterfall_figure(diagnosis: Diagnosis) -> Figure:
             axes.barh(row, end - start, left=start, height=0.62, color=colour(step), zorder=2)
             if step.reach > 0:
                 axes.barh(
-                    row, 100 * step.reach, height=0.62, facecolor="none", edgecolor="white", hatch="////", linewidth=0,
+                    row,
+                    100 * step.reach,
+                    height=0.62,
+                    facecolor="none",
+                    edgecolor="white",
+                    hatch="////",
+                    linewidth=0,
                     zorder=3,
-                )  # fmt: skip
+                )
             if math.isfinite(step.low) and math.isfinite(step.high):
                 ends = [100 * step.low, 100 * step.high]
                 axes.plot(ends, [row, row], color="black", linewidth=1.1, marker="|", markersize=5, zorder=4)
@@ -60,9 +66,14 @@ def waterfall_figure(diagnosis: Diagnosis) -> Figure:
             axes.text(high + 1.5, row, text, va="center", fontsize=7.5)
         axes.axvline(0.0, color=MUTED, linewidth=1.2, linestyle="--", zorder=1)
         axes.annotate(
-            "floor", (0.0, 1.0), xycoords=("data", "axes fraction"), xytext=(2, 2), textcoords="offset points",
-            fontsize=7, color=MUTED,
-        )  # fmt: skip
+            "floor",
+            (0.0, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, 2),
+            textcoords="offset points",
+            fontsize=7,
+            color=MUTED,
+        )
         names = ["\n".join(textwrap.wrap(step.label, _LINE)) for step in steps]
         axes.set_yticks(range(len(steps)), names)
         axes.set_ylim(len(steps) - 0.4, -0.6)

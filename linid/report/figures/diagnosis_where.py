@@ -55,9 +55,14 @@ def residual_map_figure(diagnosis: Diagnosis) -> Figure:
             axes.grid(False)
             axes.set_facecolor("#E4E4E4")
             mesh = axes.pcolormesh(
-                one.y * position.factor, one.v * velocity.factor, one.mean * force.factor,
-                cmap="RdBu_r", vmin=-limit, vmax=limit, rasterized=True,
-            )  # fmt: skip
+                one.y * position.factor,
+                one.v * velocity.factor,
+                one.mean * force.factor,
+                cmap="RdBu_r",
+                vmin=-limit,
+                vmax=limit,
+                rasterized=True,
+            )
             axes.set_title(words)
             axes.set_xlabel(f"position ({position.unit})")
         row[0].set_ylabel(f"velocity ({velocity.unit})")
@@ -95,9 +100,14 @@ def pole_pair_figure(diagnosis: Diagnosis) -> Figure:
             axes.plot(x, mean, color=colour, linewidth=1.3, label=words)
         axes.axvline(pitch * position.factor, color=MUTED, linewidth=0.8, linestyle="--")
         axes.annotate(
-            pitch_words(diagnosis), (pitch * position.factor, 0.02), xycoords=("data", "axes fraction"), xytext=(3, 0),
-            textcoords="offset points", fontsize=7, color=MUTED,
-        )  # fmt: skip
+            pitch_words(diagnosis),
+            (pitch * position.factor, 0.02),
+            xycoords=("data", "axes fraction"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            fontsize=7,
+            color=MUTED,
+        )
         axes.set_xlim(0, 2 * pitch * position.factor)
         axes.set_xlabel(f"position within the pole pair ({position.unit})")
         axes.set_ylabel(f"residual {force_word(diagnosis.axis)} ({force.unit})")
@@ -133,9 +143,7 @@ def shares_figure(diagnosis: Diagnosis) -> Figure:
         axes.barh(range(len(rows)), values, color=colours, height=0.62)
         for row, (share, value) in enumerate(zip(rows, values, strict=True)):
             text = f"{share_words(share)}  {p_words(share.p_value)}"
-            axes.annotate(
-                text, (value, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7,
-            )  # fmt: skip
+            axes.annotate(text, (value, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7)
         axes.set_yticks(range(len(rows)), [share.label for share in rows])
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.set_xlim(0, max(1.35 * max(values, default=0.0), 30.0))

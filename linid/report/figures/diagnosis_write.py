@@ -30,9 +30,13 @@ if TYPE_CHECKING:
 
 
 def write_diagnosis_figures(
-    diagnosis: Diagnosis, folder: Path, *, formats: Sequence[str] = ("png",), processes: int = 1,
+    diagnosis: Diagnosis,
+    folder: Path,
+    *,
+    formats: Sequence[str] = ("png",),
+    processes: int = 1,
     progress: Progress | None = None,
-) -> list[Path]:  # fmt: skip
+) -> list[Path]:
     """Write what shows a diagnosis; figures that have nothing to show are left out. Returns the files.
 
     The residuals of all recordings share one PDF, a page each. processes, progress: as in `write_drawings`.

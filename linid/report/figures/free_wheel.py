@@ -123,14 +123,24 @@ def _panel(
         few = every(int(np.searchsorted(t, end)) + 1, _POINTS)
         top.plot(t, simulated * main.factor, color=MODEL, linewidth=0.9, zorder=2)
         top.plot(
-            t[few], measured[few] * main.factor, linestyle="none", color=MEASURED, zorder=3,
-            marker=_MARKERS[index % len(_MARKERS)], markeredgewidth=0.6,
-            markerfacecolor=MEASURED if index % 2 == 0 else "white", label=trace.recording,
-        )  # fmt: skip
+            t[few],
+            measured[few] * main.factor,
+            linestyle="none",
+            color=MEASURED,
+            zorder=3,
+            marker=_MARKERS[index % len(_MARKERS)],
+            markeredgewidth=0.6,
+            markerfacecolor=MEASURED if index % 2 == 0 else "white",
+            label=trace.recording,
+        )
         bottom.plot(
-            t, (simulated - measured) * error.factor, color=ERROR, linewidth=0.8, zorder=2,
+            t,
+            (simulated - measured) * error.factor,
+            color=ERROR,
+            linewidth=0.8,
+            zorder=2,
             linestyle=_DASHES[index % len(_DASHES)],
-        )  # fmt: skip
+        )
         if not np.isfinite(simulated).all():
             first = float(t[int(np.argmax(~np.isfinite(simulated)))])
             top.axvline(first, color=ERROR, linewidth=0.8, linestyle=":")
@@ -141,8 +151,12 @@ def _panel(
     if _legend_lines(group, columns):
         names = [shorten(trace.recording, 20) for trace in group]
         top.legend(
-            *(top.get_legend_handles_labels()[0], names), loc="upper right", markerscale=1.4, borderaxespad=0.1,
-            ncols=_legend_columns(columns), handletextpad=0.2,
-        )  # fmt: skip
+            *(top.get_legend_handles_labels()[0], names),
+            loc="upper right",
+            markerscale=1.4,
+            borderaxespad=0.1,
+            ncols=_legend_columns(columns),
+            handletextpad=0.2,
+        )
     else:
         top.text(0.99, 0.99, f"{len(group)} recordings", transform=top.transAxes, ha="right", va="top", fontsize=7.5)

@@ -47,9 +47,10 @@ def sample_parameters(result: FitResult, samples: int = _SAMPLES, seed: int = 0)
     status = {e.name: e.status for e in result.estimates}
     variance = np.diag(result.covariance) if result.covariance.size else np.zeros(len(result.fitted))
     chosen = [
-        i for i, name in enumerate(result.fitted)
+        i
+        for i, name in enumerate(result.fitted)
         if name in draws and status[name] != "not_identifiable" and np.isfinite(variance[i]) and variance[i] > 0
-    ]  # fmt: skip
+    ]
     if not chosen:
         return draws
     values = np.array([result.value(result.fitted[i]) for i in chosen])

@@ -70,9 +70,13 @@ def _panel(axes: Any, values: Array, floors: Array, held_out: list[bool]) -> Non
         axes.plot([end], [row], marker="o", markersize=4, color=MEASURED, markerfacecolor=face, zorder=4)
         right = max(end, float(floor)) if np.isfinite(floor) else end
         axes.annotate(
-            format_number(float(value)), (right, row), xytext=(5, 0), textcoords="offset points", va="center",
+            format_number(float(value)),
+            (right, row),
+            xytext=(5, 0),
+            textcoords="offset points",
+            va="center",
             fontsize=6.5,
-        )  # fmt: skip
+        )
     axes.grid(False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.minorticks_off()

@@ -118,13 +118,25 @@ def _position(axes: Any, trace: Trace, factor: float, columns: int) -> None:
     name = shorten(trace.recording, {1: 80, 2: 42, 3: 25}.get(columns, 19))
     colour = "#444444" if failure is None else ERROR
     axes.annotate(
-        name, (0, 1), xycoords="axes fraction", xytext=(0, 11), textcoords="offset points", fontsize=7.5,
-        fontweight="bold", annotation_clip=False,
-    )  # fmt: skip
-    axes.annotate(
-        note, (0, 1), xycoords="axes fraction", xytext=(0, 3), textcoords="offset points", fontsize=7, color=colour,
+        name,
+        (0, 1),
+        xycoords="axes fraction",
+        xytext=(0, 11),
+        textcoords="offset points",
+        fontsize=7.5,
+        fontweight="bold",
         annotation_clip=False,
-    )  # fmt: skip
+    )
+    axes.annotate(
+        note,
+        (0, 1),
+        xycoords="axes fraction",
+        xytext=(0, 3),
+        textcoords="offset points",
+        fontsize=7,
+        color=colour,
+        annotation_clip=False,
+    )
 
 
 def _compact(axes: Any, small: bool) -> None:

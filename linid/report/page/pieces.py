@@ -42,9 +42,14 @@ def wrapped(name: str, columns: int = 20) -> str:
 def line(x: Array, y: Array, name: str, colour: str, width: float = 1.6) -> dict[str, Any]:
     """A line; gaps (nan) stay gaps."""
     return {
-        "type": "scatter", "mode": "lines", "x": short(x, 6), "y": short(y, 4), "name": name,
-        "line": {"color": colour, "width": width, "simplify": False}, "connectgaps": False,
-    }  # fmt: skip
+        "type": "scatter",
+        "mode": "lines",
+        "x": short(x, 6),
+        "y": short(y, 4),
+        "name": name,
+        "line": {"color": colour, "width": width, "simplify": False},
+        "connectgaps": False,
+    }
 
 
 def band(x: Array, low: Array, high: Array, colour: str, name: str = "") -> dict[str, Any]:
@@ -52,31 +57,46 @@ def band(x: Array, low: Array, high: Array, colour: str, name: str = "") -> dict
     good = np.isfinite(low) & np.isfinite(high)
     x, low, high = x[good], low[good], high[good]
     return {
-        "type": "scatter", "mode": "lines", "x": short(np.concatenate([x, x[::-1]])),
-        "y": short(np.concatenate([high, low[::-1]]), 4), "fill": "toself", "hoverinfo": "skip", "line": {"width": 0},
-        "fillcolor": _transparent(colour), "name": name, "showlegend": bool(name),
-    }  # fmt: skip
+        "type": "scatter",
+        "mode": "lines",
+        "x": short(np.concatenate([x, x[::-1]])),
+        "y": short(np.concatenate([high, low[::-1]]), 4),
+        "fill": "toself",
+        "hoverinfo": "skip",
+        "line": {"width": 0},
+        "fillcolor": _transparent(colour),
+        "name": name,
+        "showlegend": bool(name),
+    }
 
 
 def dots(x: list[float], y: list[str], name: str, colour: str, symbol: str, size: int) -> dict[str, Any]:
     """Markers along categories."""
     return {
-        "type": "scatter", "mode": "markers", "x": short(x), "y": y, "name": name,
+        "type": "scatter",
+        "mode": "markers",
+        "x": short(x),
+        "y": y,
+        "name": name,
         "marker": {"color": colour, "symbol": symbol, "size": size, "line": {"width": 2, "color": colour}},
         "hovertemplate": "%{y}: %{x:.3g}<extra>" + name + "</extra>",
-    }  # fmt: skip
+    }
 
 
 def base_layout(x: str, y: str, height: int) -> dict[str, Any]:
     """The look that all figures share; x, y: titles of the axes."""
     axis = {"gridcolor": "#E6E6E6", "zeroline": False, "automargin": True, "ticks": "outside", "tickcolor": "#999999"}
     return {
-        "height": height, "autosize": True, "margin": {"l": 10, "r": 12, "t": 10, "b": 10},
+        "height": height,
+        "autosize": True,
+        "margin": {"l": 10, "r": 12, "t": 10, "b": 10},
         "font": {"family": "system-ui, -apple-system, Segoe UI, Roboto, sans-serif", "size": 12, "color": "#222222"},
-        "paper_bgcolor": "#FFFFFF", "plot_bgcolor": "#FFFFFF",
+        "paper_bgcolor": "#FFFFFF",
+        "plot_bgcolor": "#FFFFFF",
         "legend": {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
-        "xaxis": axis | {"title": {"text": x}}, "yaxis": axis | {"title": {"text": y}},
-    }  # fmt: skip
+        "xaxis": axis | {"title": {"text": x}},
+        "yaxis": axis | {"title": {"text": y}},
+    }
 
 
 def small_title(text: str) -> dict[str, Any]:
@@ -94,9 +114,7 @@ def log_axis(values: list[float]) -> dict[str, Any]:
     low, high = map(math.log10, log_limits(values))
     factors = (1, 2, 5) if high - low < 1 else (1, 3) if high - low < 2 else (1,)
     ticks = [factor * 10.0**decade for decade in range(math.floor(low), math.ceil(high)) for factor in factors]
-    return {
-        "type": "log", "range": [low, high], "tickvals": short(ticks), "ticktext": [f"{tick:g}" for tick in ticks],
-    }  # fmt: skip
+    return {"type": "log", "range": [low, high], "tickvals": short(ticks), "ticktext": [f"{tick:g}" for tick in ticks]}
 
 
 def percent_ticks(values: list[float]) -> list[int]:

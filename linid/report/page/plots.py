@@ -50,13 +50,17 @@ def shares_plot(diagnosis: Diagnosis) -> Plot:
     chance = [p_words(s.p_value).replace(" ", "\u00a0") for s in rows]
     data: list[dict[str, Any]] = [
         {
-            "type": "bar", "orientation": "h", "x": short(values),
+            "type": "bar",
+            "orientation": "h",
+            "x": short(values),
             "y": [wrapped(f"{s.label} ({p})" if p else s.label, 24) for s, p in zip(rows, chance, strict=True)],
             "marker": {"color": [MEASURED if s.p_value < SIGNIFICANT else _GREY for s in rows]},
-            "text": [share_words(s) for s in rows], "textposition": "outside", "cliponaxis": False,
+            "text": [share_words(s) for s in rows],
+            "textposition": "outside",
+            "cliponaxis": False,
             "hoverinfo": "skip",
         }
-    ]  # fmt: skip
+    ]
     layout = base_layout("share of variance (%)", "", 90 + 34 * len(rows))
     layout["xaxis"] |= {"range": [0, max(30.0, 1.2 * max(values, default=0.0))], "tickvals": percent_ticks(values)}
     layout["yaxis"] |= {"autorange": "reversed", "showgrid": False}
@@ -79,13 +83,18 @@ def map_plots(diagnosis: Diagnosis) -> list[Plot]:
     plots = []
     for (which, words, _), one in zip(states(diagnosis), maps, strict=True):
         data = {
-            "type": "heatmap", "x": short(one.y * position.factor), "y": short(one.v * velocity.factor),
-            "z": [short(row, 3) for row in one.mean * force.factor], "zmin": -limit, "zmax": limit,
-            "colorscale": DIVERGING, "hoverongaps": False,
+            "type": "heatmap",
+            "x": short(one.y * position.factor),
+            "y": short(one.v * velocity.factor),
+            "z": [short(row, 3) for row in one.mean * force.factor],
+            "zmin": -limit,
+            "zmax": limit,
+            "colorscale": DIVERGING,
+            "hoverongaps": False,
             "colorbar": {"thickness": 10, "title": {"text": force.unit, "side": "right"}, "outlinewidth": 0},
             "hovertemplate": f"%{{x:.4g}} {position.unit}, %{{y:.3g}} {velocity.unit}<br>"
             f"%{{z:.3g}} {force.unit}<extra></extra>",
-        }  # fmt: skip
+        }
         layout = base_layout(f"position ({position.unit})", f"velocity ({velocity.unit})", 330)
         layout |= {"plot_bgcolor": "#E4E4E4", "title": small_title(words)}
         layout["margin"] |= {"t": 34}

@@ -40,24 +40,39 @@ def waterfall_plot(diagnosis: Diagnosis) -> Plot:
     half = np.array([100.0 * (step.high - step.low) / 2 for step in steps])
     data: list[dict[str, Any]] = [
         {
-            "type": "bar", "orientation": "h", "y": names, "base": short([100 * min(s.start, s.end) for s in steps]),
-            "x": short([100 * abs(s.start - s.end) for s in steps]), "width": 0.6,
-            "marker": {"color": [colour(s) for s in steps]}, "customdata": [s.words for s in steps],
+            "type": "bar",
+            "orientation": "h",
+            "y": names,
+            "base": short([100 * min(s.start, s.end) for s in steps]),
+            "x": short([100 * abs(s.start - s.end) for s in steps]),
+            "width": 0.6,
+            "marker": {"color": [colour(s) for s in steps]},
+            "customdata": [s.words for s in steps],
             "hovertemplate": "%{customdata}<extra></extra>",
         },
         {
-            "type": "bar", "orientation": "h", "y": names, "base": [0.0] * len(steps), "width": 0.6,
-            "x": short([100 * s.reach for s in steps]), "hoverinfo": "skip",
+            "type": "bar",
+            "orientation": "h",
+            "y": names,
+            "base": [0.0] * len(steps),
+            "width": 0.6,
+            "x": short([100 * s.reach for s in steps]),
+            "hoverinfo": "skip",
             "marker": {
-                "color": "rgba(0,0,0,0)", "pattern": {"shape": "/", "fgcolor": "#FFFFFF", "bgcolor": "rgba(0,0,0,0)"},
+                "color": "rgba(0,0,0,0)",
+                "pattern": {"shape": "/", "fgcolor": "#FFFFFF", "bgcolor": "rgba(0,0,0,0)"},
             },
         },
         {
-            "type": "scatter", "mode": "markers", "y": names, "x": short(middle), "hoverinfo": "skip",
+            "type": "scatter",
+            "mode": "markers",
+            "y": names,
+            "x": short(middle),
+            "hoverinfo": "skip",
             "marker": {"size": 1, "color": "#111111"},
             "error_x": {"type": "data", "array": short(half), "color": "#111111", "thickness": 1.4, "width": 5},
         },
-    ]  # fmt: skip
+    ]
     layout = base_layout("share of the gap (%)", "", 80 + 52 * len(steps))
     layout |= {"barmode": "overlay", "showlegend": False}
     layout["margin"] |= {"t": 22}
@@ -70,17 +85,29 @@ def waterfall_plot(diagnosis: Diagnosis) -> Plot:
     ]
     for row, step in enumerate(steps[:-1]):
         place = 100 * (step.end if step.kind == "effect" else step.start)
-        shapes.append({
-            "type": "line", "x0": place, "x1": place, "y0": row + 0.3, "y1": row + 0.7,
-            "line": {"color": MUTED, "width": 1},
-        })  # fmt: skip
+        shapes.append(
+            {
+                "type": "line",
+                "x0": place,
+                "x1": place,
+                "y0": row + 0.3,
+                "y1": row + 0.7,
+                "line": {"color": MUTED, "width": 1},
+            }
+        )
     layout["shapes"] = shapes
     layout["annotations"] = [
         {
-            "x": 0, "y": 1, "yref": "paper", "text": "floor", "showarrow": False, "xanchor": "left",
-            "yanchor": "bottom", "font": {"color": MUTED},
+            "x": 0,
+            "y": 1,
+            "yref": "paper",
+            "text": "floor",
+            "showarrow": False,
+            "xanchor": "left",
+            "yanchor": "bottom",
+            "font": {"color": MUTED},
         }
-    ]  # fmt: skip
+    ]
     alt = f"Waterfall of the gap: {which_words(diagnosis)}; {steps[-1].words} unexplained."
     return Plot("waterfall", alt, data, layout)
 
@@ -111,9 +138,14 @@ def measure_plots(diagnosis: Diagnosis) -> list[Plot]:
             low, high = (np.array([getattr(c, end) for _, c in some]) * display.factor for end in ("low", "high"))
             now = np.array(columns["after"])
             after["error_x"] = {
-                "type": "data", "symmetric": False, "array": short(high - now), "arrayminus": short(now - low),
-                "thickness": 2, "width": 4, "color": MEASURED,
-            }  # fmt: skip
+                "type": "data",
+                "symmetric": False,
+                "array": short(high - now),
+                "arrayminus": short(now - low),
+                "thickness": 2,
+                "width": 4,
+                "color": MEASURED,
+            }
             data.append(after)
         shown = [getattr(c, end) * display.factor for _, c in some for end in _ENDS]
         layout = base_layout(f"{measure_labels(diagnosis.axis)[measure]}<br>({display.unit})", "", 130 + 30 * len(some))
@@ -134,12 +166,17 @@ def _pair(diagnosis: Diagnosis, pair: PairShare, place: int) -> Plot:
         y = coordinate_display(pair.y_edges, pair.y_unit, diagnosis.axis)
         limit, y_title = map_limit(pair) * force.factor, axis_title(pair.y_label, y.unit)
         data = {
-            "type": "heatmap", "x": short(pair.x_edges * x.factor), "y": short(pair.y_edges * y.factor),
-            "z": [short(row, 3) for row in pair.mean * force.factor], "zmin": -limit, "zmax": limit,
-            "colorscale": DIVERGING, "hoverongaps": False,
+            "type": "heatmap",
+            "x": short(pair.x_edges * x.factor),
+            "y": short(pair.y_edges * y.factor),
+            "z": [short(row, 3) for row in pair.mean * force.factor],
+            "zmin": -limit,
+            "zmax": limit,
+            "colorscale": DIVERGING,
+            "hoverongaps": False,
             "colorbar": {"thickness": 10, "title": {"text": force.unit, "side": "right"}, "outlinewidth": 0},
             "hovertemplate": f"%{{x:.4g}} {x.unit}, %{{y:.3g}} {y.unit}<br>%{{z:.3g}} {force.unit}<extra></extra>",
-        }  # fmt: skip
+        }
     layout = base_layout(axis_title(pair.x_label, x.unit), y_title, 330)
     layout |= {"showlegend": False, "title": small_title(pair_title(pair))}
     layout["margin"] |= {"t": 34}

@@ -22,9 +22,12 @@ class Picture:
 
 
 def page_html(
-    name: str, claims: Sequence[Claim], impossible: Sequence[Impossible], tables: Sequence[Table],
+    name: str,
+    claims: Sequence[Claim],
+    impossible: Sequence[Impossible],
+    tables: Sequence[Table],
     pictures: Sequence[Picture],
-) -> str:  # fmt: skip
+) -> str:
     """The whole page; it needs neither network nor scripts."""
     import jinja2
 

@@ -86,9 +86,13 @@ def table_latex(made: Table) -> str:
     for row in made.rows:
         e, printed = row.estimate, row.printed
         cells = (
-            latex_escape(e.name.replace("_", " ")), f"${symbol_math(printed.symbol)}$", latex_escape(row.as_printed),
-            f"${printed.si:.5g}$", "" if row.true is None else f"${row.true:.5g}$", estimate_math(rounded(e)),
+            latex_escape(e.name.replace("_", " ")),
+            f"${symbol_math(printed.symbol)}$",
+            latex_escape(row.as_printed),
+            f"${printed.si:.5g}$",
+            "" if row.true is None else f"${row.true:.5g}$",
+            estimate_math(rounded(e)),
             "--" if e.unit in ("", "1") else f"${unit_math(e.unit)}$",
-        )  # fmt: skip
+        )
         lines.append(" & ".join(cells) + r" \\")
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"]) + "\n"

@@ -54,16 +54,33 @@ class Results:
 def about(seeds: int, limit: float) -> dict[str, Any]:
     """Machine, versions and settings of a run."""
     versions = {}
-    for package in ("linid", "numpy", "scipy", "numba", "deap", "lmfit", "cma", "pints", "pypesto", "diffrax", "jax",
-                    "numbalsoda", "mujoco"):  # fmt: skip
+    for package in (
+        "linid",
+        "numpy",
+        "scipy",
+        "numba",
+        "deap",
+        "lmfit",
+        "cma",
+        "pints",
+        "pypesto",
+        "diffrax",
+        "jax",
+        "numbalsoda",
+        "mujoco",
+    ):
         try:
             versions[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             versions[package] = "not installed"
     return {
-        "date": datetime.date.today().isoformat(), "python": platform.python_version(), "machine": _processor(),
-        "versions": versions, "seeds": seeds, "limit_s": limit,
-    }  # fmt: skip
+        "date": datetime.date.today().isoformat(),
+        "python": platform.python_version(),
+        "machine": _processor(),
+        "versions": versions,
+        "seeds": seeds,
+        "limit_s": limit,
+    }
 
 
 def _processor() -> str:
@@ -105,9 +122,13 @@ def run_process(arguments: list[str], limit: float | None) -> tuple[list[dict[st
     """Lines of one process and the end of its error output; ended when `limit` s have passed since it was ready."""
     command = [sys.executable, "-m", "tests.benchmarks.peers.one", *arguments]
     process = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        command,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-    )  # fmt: skip
+    )
     lines: list[dict[str, Any]] = []
     errors: list[str] = []
     assert process.stdout is not None and process.stderr is not None

@@ -286,9 +286,13 @@ def cma_bipop(problem: Problem, simulation: Any, seed: int, watch: Watch) -> Non
     generator = np.random.default_rng(seed)
     options = {"bounds": [0.0, 1.0], "seed": seed + 1, "verbose": -9}
     cma.fmin2(
-        _cost(problem, simulation, watch), lambda: generator.random(problem.dimension), 0.25, options, restarts=9,
+        _cost(problem, simulation, watch),
+        lambda: generator.random(problem.dimension),
+        0.25,
+        options,
+        restarts=9,
         bipop=True,
-    )  # fmt: skip
+    )
 
 
 def pypesto_multistart(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
@@ -303,9 +307,12 @@ def pypesto_multistart(problem: Problem, simulation: Any, seed: int, watch: Watc
     objective = pypesto.FD(pypesto.Objective(fun=_cost(problem, simulation, watch)), grad=True, delta_fun=STEP)
     task = pypesto.Problem(objective, lb=np.zeros(problem.dimension), ub=np.ones(problem.dimension))
     pypesto.optimize.minimize(
-        task, pypesto.optimize.ScipyOptimizer(), n_starts=1000, progress_bar=False,
+        task,
+        pypesto.optimize.ScipyOptimizer(),
+        n_starts=1000,
+        progress_bar=False,
         options=OptimizeOptions(allow_failed_starts=False),
-    )  # fmt: skip
+    )
 
 
 def mujoco_sysid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
@@ -366,8 +373,12 @@ FITS = {
         Fit("pyPESTO multistart, solve_ivp", pypesto_multistart, "scipy LSODA", ("pypesto",)),
         Fit("pycma BIPOP, numbalsoda", cma_bipop, "numbalsoda LSODA", ("cma",)),
         Fit("scipy least_squares multistart, numbalsoda", scipy_multistart, "numbalsoda LSODA"),
-        Fit("diffrax, exact derivatives, least_squares multistart", diffrax_least_squares, "diffrax Kvaerno5",
-            limits=(("theta", _SLOW_FIELD),)),
+        Fit(
+            "diffrax, exact derivatives, least_squares multistart",
+            diffrax_least_squares,
+            "diffrax Kvaerno5",
+            limits=(("theta", _SLOW_FIELD),),
+        ),
         Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco",)),
     )
-}  # fmt: skip
+}

@@ -179,9 +179,14 @@ def _pieces(sources: tuple[Recording, ...], known: dict[str, float]) -> tuple[tu
             assert source.phase_currents is not None
             pieces.append(
                 replace(
-                    source, name=f"{source.name}_{begin}", t=source.t[part].copy(), y=source.y[part].copy(), v=None,
-                    phase_currents=source.phase_currents[:, part].copy(), drive_input=None,
+                    source,
+                    name=f"{source.name}_{begin}",
+                    t=source.t[part].copy(),
+                    y=source.y[part].copy(),
+                    v=None,
+                    phase_currents=source.phase_currents[:, part].copy(),
+                    drive_input=None,
                 )
-            )  # fmt: skip
+            )
             states.append([motion.y[begin], motion.v[begin], along.bristle[0, begin]])
     return tuple(pieces), np.array(states)

@@ -60,15 +60,19 @@ def _head(data: dict[str, Any]) -> list[str]:
     about = data["about"]
     versions = ", ".join(f"{k} {v}" for k, v in about.get("versions", {}).items())
     return [
-        "# Benchmarks", "",
-        "Written by `python -m tests.benchmarks.peers`; nothing here is typed by hand.", "",
+        "# Benchmarks",
+        "",
+        "Written by `python -m tests.benchmarks.peers`; nothing here is typed by hand.",
+        "",
         f"{about.get('date', '')}, {about.get('machine', '')}, one core for every run, Python "
-        f"{about.get('python', '')}; {versions}.", "",
+        f"{about.get('python', '')}; {versions}.",
+        "",
         "All peers get the same recordings of `data/stand`, the same start states, the same bounds (linid's, as a unit "
         "cube with its logarithmic scales), and one cost: the RMS of simulated minus measured position over all "
         f"samples. Friction: whole free wheels. Motors: one in {EVERY} pieces of 0.1 s of three driven recordings, "
-        "started from the measured state, friction known. `solve_ivp` is LSODA on linid's reference equations.", "",
-    ]  # fmt: skip
+        "started from the measured state, friction known. `solve_ivp` is LSODA on linid's reference equations.",
+        "",
+    ]
 
 
 def _milliseconds(s: float | None) -> str:
@@ -80,20 +84,26 @@ def _speed_tables(data: dict[str, Any]) -> list[str]:
     if not data["speed"]:
         return []
     lines += [
-        "![Error against time](figures/benchmark_speed.png)", "",
+        "![Error against time](figures/benchmark_speed.png)",
+        "",
         "Every setting of every simulator; the error is that against LSODA with a relative tolerance of 1e-11, whose "
-        "own is some 1e-5 to 1e-3 um.", "",
-    ]  # fmt: skip
+        "own is some 1e-5 to 1e-3 um.",
+        "",
+    ]
     for case, (kind, name) in CASES.items():
         own = data["speed"].get(f"{case}|linid", {})
         if "rows" not in own:
             continue
-        usual = next(row for row in own["rows"] if row["setting"] == min(
-            (r["setting"] for r in own["rows"]), key=lambda s: abs(s - own["usual"])))  # fmt: skip
+        usual = next(
+            row
+            for row in own["rows"]
+            if row["setting"] == min((r["setting"] for r in own["rows"]), key=lambda s: abs(s - own["usual"]))
+        )
         lines += [
             f"**{case.capitalize()}** ({name}, {kind}). Processor time at an RMS position error of at most "
-            f"{1e6 * usual['error']:.2g} um, which linid's usual step ({usual['setting']} per sample) has.", "",
-        ]  # fmt: skip
+            f"{1e6 * usual['error']:.2g} um, which linid's usual step ({usual['setting']} per sample) has.",
+            "",
+        ]
         rows = []
         for simulator in SIMULATORS:
             found = data["speed"].get(f"{case}|{simulator}")
@@ -107,23 +117,30 @@ def _speed_tables(data: dict[str, Any]) -> list[str]:
             if row is None:
                 rows.append([simulator, "not reached", "", "", _milliseconds(many)])
                 continue
-            rows.append([
-                simulator, f"{row['setting']:g}", _milliseconds(row["s"]), f"{row['s'] / usual['s']:.3g}",
-                _milliseconds(many),
-            ])  # fmt: skip
+            rows.append(
+                [
+                    simulator,
+                    f"{row['setting']:g}",
+                    _milliseconds(row["s"]),
+                    f"{row['s'] / usual['s']:.3g}",
+                    _milliseconds(many),
+                ]
+            )
         heads = ["simulator", "setting", "ms", "times linid's", f"ms each, {POPULATION} candidates in one call"]
         lines += _table(heads, rows)
     if data["box"]:
         lines += [
             f"**Over the search box**: {DRAWS} random candidates of the friction problem on one free wheel, at the "
             "setting used in the fits. A global search simulates these, not only the truth; usable: RMS error below "
-            "1 um.", "",
-        ]  # fmt: skip
+            "1 um.",
+            "",
+        ]
         rows = [
             [name, f"{row['usual']:g}", _milliseconds(row["s"]), f"{100 * row['usable']:.0f} %"]
-            if "s" in row else [name, row["reason"], "", ""]
+            if "s" in row
+            else [name, row["reason"], "", ""]
             for name, row in data["box"].items()
-        ]  # fmt: skip
+        ]
         lines += _table(["simulator", "setting", "ms, mean", "usable"], rows)
     return lines
 
@@ -143,8 +160,9 @@ def _fit_tables(data: dict[str, Any]) -> list[str]:
         lines += [
             f"**{_TITLES[name]}**. Best known cost {1e6 * best['cost']:.4g} um ({best['from']}); arrived: within 1 % "
             f"of it; at most {limit:g} s per run. Time and evaluations are medians over the runs that arrived; where "
-            "none did, the lowest cost reached is given.", "",
-        ]  # fmt: skip
+            "none did, the lowest cost reached is given.",
+            "",
+        ]
         rows = []
         for peer in FITS:
             runs = _runs_of(data, name, peer)
@@ -155,14 +173,19 @@ def _fit_tables(data: dict[str, Any]) -> list[str]:
                 continue
             arrivals = [step for run in good if (step := arrival(run, target)) is not None]
             reached = min((run["steps"][-1]["judged"] for run in good if run["steps"]), default=math.inf)
-            rows.append([
-                peer, f"{len(arrivals)} of {len(good)}",
-                f"{median(s['s'] for s in arrivals):.3g}" if arrivals else _not_arrived(good),
-                f"{median(s['evaluations'] for s in arrivals):.0f}" if arrivals
-                else f"({median(run['evaluations'] for run in good):.0f})",
-                f"{1e6 * reached:.4g}", f"{median(run['peak_mb'] for run in good):.0f}",
-                f"{median(run['first_simulation_s'] for run in good):.2g}",
-            ])  # fmt: skip
+            rows.append(
+                [
+                    peer,
+                    f"{len(arrivals)} of {len(good)}",
+                    f"{median(s['s'] for s in arrivals):.3g}" if arrivals else _not_arrived(good),
+                    f"{median(s['evaluations'] for s in arrivals):.0f}"
+                    if arrivals
+                    else f"({median(run['evaluations'] for run in good):.0f})",
+                    f"{1e6 * reached:.4g}",
+                    f"{median(run['peak_mb'] for run in good):.0f}",
+                    f"{median(run['first_simulation_s'] for run in good):.2g}",
+                ]
+            )
         heads = ["peer", "arrived", "s", "evaluations", "lowest cost, um", "peak MB", "first simulation, s"]
         lines += _table(heads, rows)
     return lines
@@ -176,7 +199,8 @@ def _not_arrived(runs: list[dict[str, Any]]) -> str:
 
 def _remarks(data: dict[str, Any]) -> list[str]:
     return [
-        "## How to read this", "",
+        "## How to read this",
+        "",
         "- The clock of a fit starts after the first simulation, which compiles (last column); linid's first guess "
         "and the making of its start candidates are within its time, the reading of files is in nobody's.",
         "- linid also gives intervals, identifiability and gaps, which the cost here leaves out; its own objective "
@@ -188,8 +212,9 @@ def _remarks(data: dict[str, Any]) -> list[str]:
         "- MuJoCo has LuGre friction, in its `dcmotor` actuator, but no three-phase field. Its explicit RK4 is "
         "unstable for the stiffest bristles of the box, its own Euler steps stay first order.",
         "- Peers are set up as their documentation advises (default settings unless `tests/benchmarks/peers/fits.py` "
-        "says why not); someone who knows one better may find a faster set-up.", "",
-    ]  # fmt: skip
+        "says why not); someone who knows one better may find a faster set-up.",
+        "",
+    ]
 
 
 def _speed_figure(data: dict[str, Any], path: Path) -> None:
@@ -206,9 +231,14 @@ def _speed_figure(data: dict[str, Any], path: Path) -> None:
                 continue
             good = [row for row in rows if row["error"] == row["error"] and row["error"] < 1e-2]
             axis.loglog(
-                [1e6 * row["error"] for row in good], [1e3 * row["s"] for row in good], "os^vDP"[number] + "-",
-                color="k" if name == "linid" else f"C{number}", lw=2.0 if name == "linid" else 1.0, ms=4, label=name,
-            )  # fmt: skip
+                [1e6 * row["error"] for row in good],
+                [1e3 * row["s"] for row in good],
+                "os^vDP"[number] + "-",
+                color="k" if name == "linid" else f"C{number}",
+                lw=2.0 if name == "linid" else 1.0,
+                ms=4,
+                label=name,
+            )
         axis.set_xlabel("RMS position error in µm")
         axis.set_title(case)
         axis.invert_xaxis()
@@ -241,9 +271,14 @@ def _fit_figure(data: dict[str, Any], path: Path) -> None:
                 times = [max(step["s"], 1e-3) for step in steps] + [max(run["s"], steps[-1]["s"], 1e-3)]
                 costs = [step["cost"] / best for step in steps] + [steps[-1]["cost"] / best]
                 (line,) = axis.step(
-                    times, costs, where="post", color="k" if peer == "linid" else f"C{number % 10}", alpha=0.8,
-                    lw=1.8 if peer == "linid" else 0.9, ls="-" if number < 10 else "--",
-                )  # fmt: skip
+                    times,
+                    costs,
+                    where="post",
+                    color="k" if peer == "linid" else f"C{number % 10}",
+                    alpha=0.8,
+                    lw=1.8 if peer == "linid" else 0.9,
+                    ls="-" if number < 10 else "--",
+                )
                 labelled.setdefault(peer, line)
                 if peer == "linid":  # it may arrive with its first guess
                     axis.plot(times[-1], costs[-1], "ko", ms=4, alpha=0.8, clip_on=False, zorder=5)

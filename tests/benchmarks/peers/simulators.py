@@ -186,12 +186,20 @@ SIMULATORS = {
         Simulator("numbalsoda LSODA", by_numbalsoda, tuple(10.0**-k for k in range(3, 12)), 1e-7, ("numbalsoda",)),
         Simulator("numba RK4", by_numba, (1, 2, 3, 4, 6, 8, 12, 16, 32, 64), 8),
         Simulator(
-            "diffrax Kvaerno5", by_diffrax, (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9), 1e-6, ("diffrax", "jax"),
+            "diffrax Kvaerno5",
+            by_diffrax,
+            (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9),
+            1e-6,
+            ("diffrax", "jax"),
             parallel=many_by_diffrax,
         ),
         Simulator(
-            "MuJoCo RK4", by_mujoco, (1, 2, 4, 8, 16, 32, 64), 2, ("mujoco",),
+            "MuJoCo RK4",
+            by_mujoco,
+            (1, 2, 4, 8, 16, 32, 64),
+            2,
+            ("mujoco",),
             (("sine", _NO_FIELD), ("theta", _NO_FIELD)),
         ),
     )
-}  # fmt: skip
+}

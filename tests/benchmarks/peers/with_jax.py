@@ -47,11 +47,19 @@ def solve(d: Any, start: Any, ts: Any, t_0: Any, dt: Any, spline: Any, rtol: Any
     """Positions (n,) of one recording; Kvaerno5 with a PID controller, as diffrax's documentation has it for stiff
     equations."""
     solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(_field), diffrax.Kvaerno5(), ts[0], ts[-1], None, start, args=(d, t_0, dt, spline),
-        saveat=diffrax.SaveAt(ts=ts), max_steps=100_000, throw=False,
+        diffrax.ODETerm(_field),
+        diffrax.Kvaerno5(),
+        ts[0],
+        ts[-1],
+        None,
+        start,
+        args=(d, t_0, dt, spline),
+        saveat=diffrax.SaveAt(ts=ts),
+        max_steps=100_000,
+        throw=False,
         stepsize_controller=diffrax.PIDController(rtol=rtol, atol=1e-4 * rtol, pcoeff=0.3, icoeff=0.4),
         adjoint=diffrax.RecursiveCheckpointAdjoint() if adjoint is None else adjoint,
-    )  # fmt: skip
+    )
     return jnp.where(solution.result == diffrax.RESULTS.successful, solution.ys[:, 0], jnp.nan)
 
 

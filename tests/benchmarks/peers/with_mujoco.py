@@ -39,8 +39,10 @@ def simulation(problem: Problem, substeps: int) -> Simulation:
             model.dof_damping[0] = values["viscous_friction"]
             model.actuator_dynprm[0, _SIGMA : _SIGMA + 2] = values["bristle_stiffness"], values["bristle_damping"]
             model.actuator_biasprm[0, _LEVELS : _LEVELS + 3] = (
-                values["coulomb_force"], values["static_force"], values["stribeck_velocity"],
-            )  # fmt: skip
+                values["coulomb_force"],
+                values["static_force"],
+                values["stribeck_velocity"],
+            )
             mujoco.mj_setConst(model, scratch)
             initial = np.zeros(size)
             initial[1:] = start  # after the time: position, speed, bristle

@@ -37,9 +37,11 @@ PITCH, PEAK, SIGMA_X = 0.01415, 0.44, 0.012
 WINDING = Winding(0.025, 0.0124, 110)
 SHEET = {
     "magnet": {"width_mm": 24, "length_mm": 10, "thickness_mm": 4, "remanence_t": 1.25},
-    "air_gap_mm": 6.5, "pole_pitch_mm": 14.15, "coil": {"width_mm": 30, "length_mm": 12.4, "turns": 110},
+    "air_gap_mm": 6.5,
+    "pole_pitch_mm": 14.15,
+    "coil": {"width_mm": 30, "length_mm": 12.4, "turns": 110},
     "phase_spacing_mm": 9.4333,
-}  # fmt: skip
+}
 
 
 @settings(deadline=None)

@@ -34,9 +34,7 @@ def matlab_73(path: Path) -> None:
 def mdf(path: Path) -> None:
     import asammdf
 
-    signals = [
-        asammdf.Signal(1e3 * Y, T, unit="mm", name="ActPos"), asammdf.Signal(IU, T, unit="A", name="Iq Actual"),
-    ]  # fmt: skip
+    signals = [asammdf.Signal(1e3 * Y, T, unit="mm", name="ActPos"), asammdf.Signal(IU, T, unit="A", name="Iq Actual")]
     file = asammdf.MDF()
     file.append(signals)
     file.save(path, overwrite=True)
@@ -167,19 +165,24 @@ def test_matlab_matrices_cells_and_structs(tmp_path: Path) -> None:
     cells = np.empty((2, 2), dtype=object)
     cells[0, 0], cells[0, 1], cells[1, 0], cells[1, 1] = T, 1e3 * Y, IU, "text"
     content = {
-        "data": np.stack([T, 1e3 * Y, IU]), "tall": np.stack([T, 1e3 * Y, IU], axis=1), "run": cells,
+        "data": np.stack([T, 1e3 * Y, IU]),
+        "tall": np.stack([T, 1e3 * Y, IU], axis=1),
+        "run": cells,
         "log": {"t": T, "axis": {"position": 1e3 * Y, "current": IU}, "gain": 2.5},
-    }  # fmt: skip
+    }
     path = tmp_path / "all.mat"
     scipy.io.savemat(path, content)
     for time, position, current in (
-        ("data[1]", "data[2]", "data[3]"), ("tall[1]", "tall[2]", "tall[3]"), ("run[1,1]", "run[1,2]", "run[2,1]"),
+        ("data[1]", "data[2]", "data[3]"),
+        ("tall[1]", "tall[2]", "tall[3]"),
+        ("run[1,1]", "run[1,2]", "run[2,1]"),
         ("log.t", "log.axis.position", "log.axis.current"),
-    ):  # fmt: skip
+    ):
         mapping = {
-            "time": {"column": time, "unit": "s"}, "position": {"column": position, "unit": "mm"},
+            "time": {"column": time, "unit": "s"},
+            "position": {"column": position, "unit": "mm"},
             "current_q": {"column": current, "unit": "A"},
-        }  # fmt: skip
+        }
         recording = read_recording(path, channels=ChannelMapping.model_validate(mapping))
         np.testing.assert_array_equal(recording.y, 1e3 * Y * 1e-3)
         np.testing.assert_array_equal(recording.drive_input, IU)

@@ -133,9 +133,10 @@ def test_a_heading_that_names_nothing_leaves_numbers_to_map(tmp_path: Path) -> N
     path = write(tmp_path, text)
     error_of(path, "no position column", "'column 2'")
     mapping = {
-        "time": {"column": "#1", "unit": "ms"}, "position": {"column": "#2", "unit": "mm"},
+        "time": {"column": "#1", "unit": "ms"},
+        "position": {"column": "#2", "unit": "mm"},
         "current_q": {"column": "#3", "unit": "A"},
-    }  # fmt: skip
+    }
     recording = read_recording(path, channels=ChannelMapping.model_validate(mapping))
     np.testing.assert_allclose(recording.y, Y, atol=1e-9)
     assert any("the columns go by number" in note for note in recording.notes)
