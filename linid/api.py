@@ -23,18 +23,18 @@ from linid.identification.result import Estimate, FitResult, ModelKind
 from linid.identification.settings import Hooks
 from linid.physics.motors import MOTORS
 from linid.recording.recording import Recording, in_order
-from linid.report.diagnosis_console import diagnosis_console
-from linid.report.diagnosis_files import diagnosis_data
+from linid.report.diagnosis.console import diagnosis_console
+from linid.report.diagnosis.files import diagnosis_data
 from linid.report.page.build import page_html
 from linid.report.tables import gap_table_console, identifiability_notes, parameter_table_console, table_text
-from linid.workflow.diagnose import base_kind
-from linid.workflow.fit_friction import checked_friction_task
-from linid.workflow.fit_motor import motor_tasks
-from linid.workflow.inputs import Inputs, read_inputs
-from linid.workflow.results import residual_recordings
-from linid.workflow.run_folder import write_text
-from linid.workflow.settings import make_settings
-from linid.workflow.stage import fitted
+from linid.workflow.commands.diagnose import base_kind
+from linid.workflow.commands.fit_friction import checked_friction_task
+from linid.workflow.commands.fit_motor import motor_tasks
+from linid.workflow.run.inputs import Inputs, read_inputs
+from linid.workflow.run.results import residual_recordings
+from linid.workflow.run.run_folder import write_text
+from linid.workflow.run.settings import make_settings
+from linid.workflow.run.stage import fitted
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 import pytest
 
-from linid.cli import cli
+from linid.cli.main import cli
 from tests.workflow.small import STAND, campaign, linid
 
 COMMANDS = sorted(cli.commands)
@@ -50,7 +50,7 @@ def test_every_option_is_explained(name: str) -> None:
 
 def test_help_loads_no_heavy_module() -> None:
     heavy = ("numpy", "scipy", "pandas", "numba", "pydantic", "rich")
-    code = f"import sys, linid.cli; print([m for m in {heavy} if m in sys.modules])"
+    code = f"import sys, linid.cli.main; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -141,7 +141,7 @@ def test_wrong_use_exits_with_2(arguments: tuple[object, ...]) -> None:
 
 
 def test_an_internal_error_exits_with_1_and_says_how_to_report(monkeypatch: pytest.MonkeyPatch) -> None:
-    import linid.workflow.effects as module
+    import linid.workflow.commands.effects as module
 
     def fail(name: str | None) -> None:
         raise ZeroDivisionError("broken on purpose")

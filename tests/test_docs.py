@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import linid
-from linid.cli import cli
+from linid.cli.main import cli
 
 ROOT = Path(__file__).resolve().parents[1]
 

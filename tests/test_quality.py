@@ -24,7 +24,7 @@ def test_ci_runs_the_test_command_of_the_readme() -> None:
 
 
 def test_the_readme_names_every_exit_code_and_command() -> None:
-    from linid.cli import cli
+    from linid.cli.main import cli
 
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [name for name in cli.commands if name not in text] == []

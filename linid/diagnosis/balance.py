@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.acceleration import Acceleration
-from linid.identification.motion import retaken, with_input_noise
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.signals.motion import retaken, with_input_noise
 from linid.physics.model import Model
 from linid.physics.motors import fundamental_force_constant
 from linid.recording.recording import Recording

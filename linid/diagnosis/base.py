@@ -11,12 +11,12 @@ import numpy as np
 from linid.diagnosis.balance import Balance, Memory
 from linid.diagnosis.joint import SETTLING, THOROUGH, Fitted
 from linid.diagnosis.judge import Judge, judge_of
-from linid.identification.first_values import first_values
-from linid.identification.motion import measure_motion
-from linid.identification.outlook import typical_acceleration
+from linid.identification.guess.first_values import first_values
+from linid.identification.guess.regression import force_guess
+from linid.identification.guess.scales import typical_acceleration
 from linid.identification.result import ModelKind
-from linid.identification.seed import force_guess
-from linid.identification.space import travel_between_reversals
+from linid.identification.signals.motion import measure_motion
+from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

@@ -22,6 +22,7 @@ from linid.diagnosis.locate import Coordinate, ceiling, coordinates, locate, rec
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.pairs import locate_pairs
+from linid.diagnosis.parallel_tasks import Workers, side_by_side
 from linid.diagnosis.report_data import (
     MEASURES,
     Budget,
@@ -35,15 +36,14 @@ from linid.diagnosis.report_data import (
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Selection, fit_effects, select
 from linid.diagnosis.shares import Shares, judged_rows, shares_of
-from linid.diagnosis.side_by_side import Workers, side_by_side
 from linid.diagnosis.verdict import SURE, TELLING, advice, decide
 from linid.errors import UsageError
-from linid.identification.estimates import plain_estimates
 from linid.identification.fit import refine
-from linid.identification.genetic import SearchSettings
 from linid.identification.model_file import model_from_text, model_to_text
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings
+from linid.identification.uncertainty.estimates import plain_estimates
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.recording.checks import checks_of

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.acceleration import Acceleration
+from linid.identification.objectives.acceleration import Acceleration
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

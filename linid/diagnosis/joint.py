@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from linid.diagnosis.balance import Balance, Noise, gain_of
 from linid.diagnosis.linear_problem import LinearProblem
 from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded, vectors_of
-from linid.identification.genes import SearchSpace
-from linid.identification.space import build_space
+from linid.identification.space.bounds import build_space
+from linid.identification.space.search_space import SearchSpace
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

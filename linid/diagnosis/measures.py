@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from linid.diagnosis.gap import AheadPieces, RecordingGap, Trace
 from linid.diagnosis.repeats import aligned, repeats_of
 from linid.errors import UsageError
-from linid.identification.acceleration import Acceleration
-from linid.identification.ahead import Ahead
-from linid.identification.free_run import FreeRun
-from linid.identification.motion import measure_motion, retaken, with_input_noise
-from linid.identification.objectives import check_recordings
-from linid.identification.polish import polish_starts
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.choose import check_recordings
+from linid.identification.objectives.free_run import FreeRun
+from linid.identification.optimise.least_squares import polish_starts
 from linid.identification.result import FitResult
+from linid.identification.signals.motion import measure_motion, retaken, with_input_noise
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

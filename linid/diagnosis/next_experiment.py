@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.experiments import Experiment
 from linid.diagnosis.joint import Fitted
-from linid.identification.acceleration import Acceleration
+from linid.identification.objectives.acceleration import Acceleration
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 

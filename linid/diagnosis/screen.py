@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.joint import Fitted, JointFit
-from linid.diagnosis.side_by_side import Workers
-from linid.identification.acceleration import Acceleration
-from linid.identification.effect_guess import EffectColumns, Trial, amplitude_sizes, best_trial
-from linid.identification.outlook import amplitude_range, look_out
+from linid.diagnosis.parallel_tasks import Workers
+from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
+from linid.identification.guess.scales import amplitude_range, look_out
+from linid.identification.objectives.acceleration import Acceleration
 from linid.physics.effects.effect import Effect, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED

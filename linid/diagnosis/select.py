@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from linid.diagnosis.base import Base
 from linid.diagnosis.joint import FAR, QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.diagnosis.parallel_tasks import side_by_side
 from linid.diagnosis.screen import Screened, Screening
-from linid.diagnosis.side_by_side import side_by_side
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 

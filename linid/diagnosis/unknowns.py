@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.balance import Balance
-from linid.identification.motion import measure_motion
-from linid.identification.outlook import amplitude_range, force_scale, look_out, typical_acceleration
-from linid.identification.space import travel_between_reversals
+from linid.identification.guess.scales import amplitude_range, force_scale, look_out, typical_acceleration
+from linid.identification.signals.motion import measure_motion
+from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.motors import fundamental_force_constant

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.gap import Trace
-from linid.identification.motion import measure_motion
 from linid.identification.result import FitResult
+from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs

@@ -8,27 +8,27 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification import field_phase
-from linid.identification.acceleration import Acceleration
-from linid.identification.estimates import make_estimates
-from linid.identification.first_values import first_values, guess_effects, mass_known, seed_candidates
-from linid.identification.free_run import FreeRun
-from linid.identification.genes import SearchSpace
-from linid.identification.genetic import PLAIN, SearchState, search
-from linid.identification.identifiability import inseparable_pairs, without_effect
-from linid.identification.meaning import derived_quantities
-from linid.identification.noise_bias import without_noise_bias
-from linid.identification.objectives import FULL, Look, check_recordings, make_parts, window_steps, without_rest
-from linid.identification.polish import PolishResult, polish
-from linid.identification.problem import Cost, Problem
-from linid.identification.profile import check_profile, profile_likelihood
+from linid.identification.derived_quantities import derived_quantities
+from linid.identification.guess.first_values import first_values, guess_effects, mass_known, seed_candidates
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.objectives.choose import FULL, Look, check_recordings, make_parts, window_steps, without_rest
+from linid.identification.objectives.free_run import FreeRun
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.genetic import PLAIN, SearchState, search
+from linid.identification.optimise.irls import polish_in_rounds
+from linid.identification.optimise.least_squares import PolishResult, polish
+from linid.identification.optimise.time_step import choose_substeps, step_halving_error
 from linid.identification.result import FitResult, Generation, ModelKind, Profile, Start
-from linid.identification.rounds import polish_in_rounds
 from linid.identification.settings import FitSettings, Hooks
-from linid.identification.space import build_space
-from linid.identification.steps import choose_substeps, step_halving_error
-from linid.identification.uncertainty import Uncertainty, estimate_uncertainty
-from linid.identification.voltage_noise import without_voltage_noise
+from linid.identification.space.bounds import build_space
+from linid.identification.space.search_space import SearchSpace
+from linid.identification.uncertainty import field_phase
+from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
+from linid.identification.uncertainty.estimates import make_estimates
+from linid.identification.uncertainty.identifiability import inseparable_pairs, without_effect
+from linid.identification.uncertainty.profile import check_profile, profile_likelihood
+from linid.identification.uncertainty.simex import without_noise_bias
+from linid.identification.uncertainty.voltage_noise import without_voltage_noise
 from linid.physics.effects.effect import Values
 from linid.physics.model import Model
 from linid.recording.recording import Recording

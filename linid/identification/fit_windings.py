@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from linid.errors import DataError, UsageError
 from linid.identification.fit import refine
-from linid.identification.motion import measure_motion
+from linid.identification.objectives.winding_currents import WindingCurrents, tells_windings
 from linid.identification.result import Estimate, FitResult
 from linid.identification.settings import FitSettings, Hooks
-from linid.identification.space import build_space
-from linid.identification.voltage_noise import tells_mutual_inductance
-from linid.identification.winding_currents import WindingCurrents, tells_windings
+from linid.identification.signals.motion import measure_motion
+from linid.identification.space.bounds import build_space
+from linid.identification.uncertainty.voltage_noise import tells_mutual_inductance
 from linid.physics.electrical import INDUCTANCE, MUTUAL, SEPARATE, STAR
 from linid.physics.model import Model
 from linid.recording.recording import Recording

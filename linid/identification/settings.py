@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
-from linid.identification.ahead import HORIZON
-from linid.identification.genetic import SearchSettings, SearchState
-from linid.identification.polish import POLISH_PRECISION, POLISH_STEPS
+from linid.identification.objectives.ahead import HORIZON
+from linid.identification.optimise.genetic import SearchSettings, SearchState
+from linid.identification.optimise.least_squares import POLISH_PRECISION, POLISH_STEPS
 
 Objective = Literal["auto", "free_run", "ahead", "acceleration"]
 Progress = Callable[[str, int, int, float], None]

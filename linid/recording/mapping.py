@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
 from linid.errors import ConfigError
 from linid.recording.units import find_unit
@@ -70,18 +70,6 @@ def _separator(value: Any) -> Any:
     return names.get(value, value) if isinstance(value, str) else value
 
 
-def _formats() -> list[str]:
-    from linid.recording.readers.registry import readers
-
-    return [reader.name for reader in readers()]
-
-
-def _known_format(value: str) -> str:
-    if value not in _formats():
-        raise ValueError(f"unknown format '{value}'; known: {', '.join(_formats())}")
-    return value
-
-
 Spec = Annotated[ChannelSpec | None, BeforeValidator(_spec)]
 
 
@@ -106,9 +94,7 @@ class ChannelMapping(BaseModel):
     current_q: Spec = None
     command: Spec = None
     period: Annotated[Quantity | None, BeforeValidator(_quantity)] = None
-    layout: Annotated[str, AfterValidator(_known_format)] | None = Field(
-        default=None, json_schema_extra=lambda schema: schema.update(examples=[*_formats()])
-    )
+    layout: str | None = None  # the name of a reader
     decimal: Literal[".", ","] | None = None
     separator: Annotated[Literal[";", "\t", ",", " ", ":", "|"] | None, BeforeValidator(_separator)] = None
     encoding: str | None = None

@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import os
 import re
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from linid.errors import UsageError
 
@@ -157,3 +159,8 @@ def file_stems(names: Iterable[str]) -> list[str]:
         taken.add(stem.lower())
         stems.append(stem)
     return stems
+
+
+def finite(value: Any) -> Any:
+    """None for what JSON cannot hold."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from linid.identification.steps import choose_substeps
+from linid.identification.optimise.time_step import choose_substeps
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
@@ -84,7 +84,7 @@ def simulation_times(repeats: int) -> dict[str, float]:
 def command(arguments: list[str]) -> dict[str, float]:
     """Wall time and peak memory of one command in its own process."""
     begin = time.perf_counter()
-    done = subprocess.run([sys.executable, "-m", "linid.cli", *arguments], capture_output=True, check=False)
+    done = subprocess.run([sys.executable, "-m", "linid.cli.main", *arguments], capture_output=True, check=False)
     seconds = time.perf_counter() - begin
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
     return {"s": seconds, "peak MB of the largest so far": peak, "exit code": float(done.returncode)}

@@ -138,7 +138,7 @@ def command_times(tree: Path, environment: dict[str, str]) -> dict[str, float]:
         ):
             begin = time.perf_counter()
             done = subprocess.run(
-                [sys.executable, "-m", "linid.cli", *arguments],
+                [sys.executable, "-m", "linid.cli.main", *arguments],
                 cwd=tree,
                 env=environment,
                 capture_output=True,

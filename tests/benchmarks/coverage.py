@@ -12,7 +12,7 @@ from collections import defaultdict
 import numpy as np
 
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.stand.description import SineMotor

@@ -39,9 +39,9 @@ def grown(recordings: Sequence[Recording], copies: int, every: int) -> list[Reco
 def one(campaign: Path, jobs: int, copies: int, every: int) -> dict[str, float | str]:
     """Time and memory of one diagnosis in this process."""
     from linid.diagnosis.diagnose import diagnose
-    from linid.workflow.diagnose import base_kind
-    from linid.workflow.inputs import read_inputs
-    from linid.workflow.settings import Settings
+    from linid.workflow.commands.diagnose import base_kind
+    from linid.workflow.run.inputs import read_inputs
+    from linid.workflow.run.settings import Settings
 
     inputs = read_inputs([campaign], Settings())
     recordings = grown(inputs.recordings, copies, every)

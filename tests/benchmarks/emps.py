@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.acceleration import Acceleration
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
-from linid.identification.motion import measure_motion
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
+from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs

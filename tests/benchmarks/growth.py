@@ -24,12 +24,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.first_values import guess_effects
-from linid.identification.objectives import make_parts
-from linid.identification.polish import Linearisation, rotated
-from linid.identification.problem import Cost, Problem
+from linid.identification.guess.first_values import guess_effects
+from linid.identification.objectives.choose import make_parts
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import Linearisation, rotated
 from linid.identification.settings import FitSettings
-from linid.identification.space import build_space
+from linid.identification.space.bounds import build_space
 from linid.physics.model import Model
 from linid.recording import Recording, read_recording
 from linid.recording.recording import in_order
@@ -187,7 +187,7 @@ def evaluate_point(size: int, folder: Path) -> dict[str, float]:
 
 
 def fit_point(size: int, folder: Path) -> dict[str, float]:
-    from linid.cli import cli
+    from linid.cli.main import cli
 
     with tempfile.TemporaryDirectory() as out, redirect_stdout(io.StringIO()):
         options = ["--known", f"force_constant={FIXED['force_constant']}", "--no-figures", "--quiet", "--overwrite"]

@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 from scipy.stats import spearmanr
 
-from linid.identification.steps import choose_substeps
+from linid.identification.optimise.time_step import choose_substeps
 from linid.physics.model import Model
 from linid.physics.motors import sine_cosine
 from linid.simulation.inputs import pack_inputs

@@ -25,9 +25,9 @@ def found(path: Path) -> dict[str, Any]:
     from linid.diagnosis.screen import Screening
     from linid.diagnosis.select import select
     from linid.diagnosis.shares import shares_of
-    from linid.workflow.diagnose import base_kind
-    from linid.workflow.inputs import read_inputs
-    from linid.workflow.settings import Settings
+    from linid.workflow.commands.diagnose import base_kind
+    from linid.workflow.run.inputs import read_inputs
+    from linid.workflow.run.settings import Settings
 
     def quiet(stage: str, done: int, total: int) -> None:
         del stage, done, total

@@ -24,7 +24,7 @@ from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.screen import Screening
 from linid.physics.effects.registry import EFFECTS, find_effect
-from linid.workflow.diagnose import base_kind
+from linid.workflow.commands.diagnose import base_kind
 
 # (kind, campaigns, seed); none of the seeds is that of a recorded run.
 SETS = (("crowd", 8, 901), ("single", 8, 902), ("none", 4, 903), ("unknown", 4, 904))
@@ -45,8 +45,8 @@ MATTERS = 0.05  # of the gap: true effects of less are counted apart
 
 def evidence(path: Path, truth: dict[str, float]) -> list[dict[str, Any]]:
     """Every effect that is proposed on a campaign, with its evidence; truth: share of the gap by effect."""
-    from linid.workflow.inputs import read_inputs
-    from linid.workflow.settings import Settings
+    from linid.workflow.run.inputs import read_inputs
+    from linid.workflow.run.settings import Settings
 
     recordings = numbered(read_inputs([path], Settings()).recordings)
     base = fit_base_model(recordings, base_kind(recordings), {}, 2, 1, [], lambda stage, done, total: None)

@@ -17,8 +17,8 @@ import pytest
 
 from linid.challenge.run import run_challenge
 from linid.errors import DataError, UsageError
-from linid.workflow.challenge import run
-from linid.workflow.reporter import Reporter
+from linid.workflow.commands.challenge import run
+from linid.workflow.run.reporter import Reporter
 from tests.workflow.small import ROOT, children, interruptible, linid
 
 

@@ -13,8 +13,8 @@ from linid.challenge.make import Plan, make_campaign
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.physics.model import Model
-from linid.workflow.inputs import read_inputs
-from linid.workflow.settings import Settings
+from linid.workflow.run.inputs import read_inputs
+from linid.workflow.run.settings import Settings
 
 
 @pytest.mark.parametrize("kind", AXES)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.diagnose import Found, diagnose
-from linid.workflow.inputs import read_inputs
-from linid.workflow.settings import Settings
+from linid.workflow.run.inputs import read_inputs
+from linid.workflow.run.settings import Settings
 from tests.identification.test_real_axes import DRIVE_GAIN, emps, force_error
 from tests.shared_data import shared
 

@@ -10,7 +10,7 @@ import pytest
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.screen import Screened
 from linid.diagnosis.select import CONTENDING, Part, contenders, look_alike, stands, structural_of
-from linid.identification.effect_guess import Trial
+from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
 
 NOTHING: Any = None  # the tests read figures, not models

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.balance import Balance
-from linid.diagnosis.side_by_side import side_by_side
+from linid.diagnosis.parallel_tasks import side_by_side
 from linid.physics.model import Model
 from tests.diagnosis.machine import Noise, recording
 

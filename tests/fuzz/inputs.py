@@ -150,8 +150,8 @@ def _saved(method: str) -> bytes:
     import tempfile
     from pathlib import Path
 
-    from linid.identification.genetic import SearchSettings, search
-    from linid.workflow.checkpoint import Checkpoint
+    from linid.identification.optimise.genetic import SearchSettings, search
+    from linid.workflow.run.checkpoint import Checkpoint
 
     with tempfile.TemporaryDirectory() as folder:
         kept = Checkpoint(Path(folder) / "checkpoint.json", "x")

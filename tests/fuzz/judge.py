@@ -47,8 +47,8 @@ def _used(one: Input, path: Path) -> str:
 
         load_model(path)
     elif one.kind == "checkpoints":
-        from linid.identification.genetic import SearchSettings, search
-        from linid.workflow.checkpoint import Checkpoint, Memory
+        from linid.identification.optimise.genetic import SearchSettings, search
+        from linid.workflow.run.checkpoint import Checkpoint, Memory
         from tests.fuzz.inputs import parabola
 
         try:
@@ -69,8 +69,8 @@ def _used(one: Input, path: Path) -> str:
 
 def _yaml(path: Path) -> str:
     from linid.recording import read_campaign
-    from linid.workflow.batch_file import read_batch
-    from linid.workflow.settings import make_settings, read_settings
+    from linid.workflow.batch.file import read_batch
+    from linid.workflow.run.settings import make_settings, read_settings
 
     for reads in (read_campaign, lambda p: make_settings(read_settings(p)), lambda p: read_batch(p, {}), _mapped):
         try:
@@ -84,7 +84,7 @@ def _yaml(path: Path) -> str:
 def _mapped(path: Path) -> None:
     """A mapping or settings on a good recording."""
     from linid.recording import ChannelMapping, checks_of, inspect_file, read_recording
-    from linid.workflow.settings import read_mapping
+    from linid.workflow.run.settings import read_mapping
     from tests.fuzz.inputs import good
 
     recording = path.with_name("good.csv")

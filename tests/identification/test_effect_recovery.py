@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from linid.errors import UsageError
-from linid.identification.effect_guess import Regression, Trial, amplitude_sizes, best_trial
-from linid.identification.first_values import first_values, guess_effects, seed_candidates
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
-from linid.identification.outlook import look_out
+from linid.identification.guess.effect_values import Regression, Trial, amplitude_sizes, best_trial
+from linid.identification.guess.first_values import first_values, guess_effects, seed_candidates
+from linid.identification.guess.scales import look_out
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
-from linid.identification.space import build_space
+from linid.identification.space.bounds import build_space
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from linid.identification.field_phase import profile_intervals, second_differences
+from linid.identification.uncertainty.field_phase import profile_intervals, second_differences
 
 
 def thrust_lost(d: float, e: float, x: np.ndarray) -> np.ndarray:

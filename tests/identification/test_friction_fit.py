@@ -10,7 +10,7 @@ from scipy.stats import binom
 
 from linid.errors import DataError, UsageError
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.recording.splines import trim

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from linid.identification.genetic import SearchSettings, SearchState, search
+from linid.identification.optimise.genetic import SearchSettings, SearchState, search
 
 
 def bowls(genes: np.ndarray) -> np.ndarray:

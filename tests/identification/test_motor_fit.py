@@ -10,7 +10,7 @@ import pytest
 
 from linid.errors import UsageError
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.physics.theta import Theta0

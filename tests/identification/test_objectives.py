@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from linid.identification.ahead import Ahead
-from linid.identification.free_run import FreeRun
-from linid.identification.objectives import FULL, Look, make_parts
+from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.choose import FULL, Look, make_parts
+from linid.identification.objectives.free_run import FreeRun
 from linid.identification.settings import FitSettings
 from linid.physics.model import Model
 from tests.identification.stand import stand

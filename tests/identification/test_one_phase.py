@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.physics.field.guideway import k_of

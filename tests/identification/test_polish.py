@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from linid.identification.field_vector import FieldVector, field_vector
-from linid.identification.genes import Gene, SearchSpace
-from linid.identification.motion import Motion
-from linid.identification.polish import polish
-from linid.identification.problem import Cost, Problem
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import polish
+from linid.identification.signals.motion import Motion
+from linid.identification.space.field_vector import FieldVector, field_vector
+from linid.identification.space.search_space import Gene, SearchSpace
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.identification.acceleration import Acceleration
-from linid.identification.reading_spectrum import _lengths, _sent_back, likely_periods
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.signals.reading_spectrum import _lengths, _sent_back, likely_periods
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from tests.identification.stand import stand

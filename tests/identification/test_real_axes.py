@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import butter, decimate, filtfilt
 
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings
 from linid.recording.mapping import ChannelMapping

@@ -12,8 +12,8 @@ from scipy.stats import binom
 
 from linid.identification.fit import fit
 from linid.identification.fit_windings import fit_windings
-from linid.identification.genetic import SearchSettings
 from linid.identification.model_file import model_from_text, model_to_text
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import Estimate, FitResult
 from linid.identification.settings import FitSettings
 from linid.physics.electrical import SEPARATE

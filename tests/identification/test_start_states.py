@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.measures import measure_gaps
-from linid.identification.ahead import Ahead
 from linid.identification.fit import fit
-from linid.identification.genetic import SearchSettings
+from linid.identification.objectives.ahead import Ahead
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.settings import FitSettings
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
-from linid.workflow.inputs import read_inputs
-from linid.workflow.settings import Settings
+from linid.workflow.run.inputs import read_inputs
+from linid.workflow.run.settings import Settings
 from tests.shared_data import shared
 
 MODEL = Model("force", ("flexible_load",))

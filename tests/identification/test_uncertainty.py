@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linid.identification.uncertainty import _LEAST_SHARE, _with_deviations, _without_spurious
+from linid.identification.uncertainty.covariance import _LEAST_SHARE, _with_deviations, _without_spurious
 
 
 def test_feigned_information_is_taken_off_in_every_direction() -> None:

@@ -13,12 +13,12 @@ from scipy.stats import binom
 from linid.errors import DataError
 from linid.identification.fit import fit
 from linid.identification.fit_windings import first_winding_values, fit_windings
-from linid.identification.genetic import SearchSettings
 from linid.identification.model_file import model_from_text, model_to_text
+from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
+from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings
-from linid.identification.voltage_noise import noise_gain, voltage_noise_level
-from linid.identification.winding_currents import CURRENT_AXES, WindingCurrents
+from linid.identification.uncertainty.voltage_noise import noise_gain, voltage_noise_level
 from linid.physics.electrical import STAR
 from linid.physics.model import Model
 from linid.recording.recording import Recording

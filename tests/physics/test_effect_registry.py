@@ -119,7 +119,7 @@ from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.reference import simulate_reference
 from linid.simulation.run import Simulator, whole_recordings
-from linid.workflow.effects import list_effects
+from linid.workflow.commands.effects import list_effects
 
 names = ("magnet_beside_track", "rubber_coupling")
 values = dict(coulomb_force=1.72, static_force=3.198, stribeck_velocity=2.993e-3, stribeck_exponent=2.0,

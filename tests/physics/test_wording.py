@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from linid.identification.identifiability import ADVICE, advice
+from linid.identification.uncertainty.identifiability import ADVICE, advice
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.wording import fitting_words, scaled_unit
 

@@ -296,7 +296,7 @@ def test_table_and_json_hold_all_recordings() -> None:
 
 
 def test_noise_level_is_where_it_was() -> None:
-    from linid.identification import motion
+    from linid.identification.signals import motion
 
     assert motion.noise_level is noise_level
 

@@ -10,7 +10,7 @@ import yaml
 
 from linid.recording import ChannelMapping, inspect_file, read_campaign, read_recording, starter_mapping, trim
 from linid.recording.names import candidates
-from linid.workflow.inputs import fingerprint
+from linid.workflow.run.inputs import fingerprint
 
 from .expectations import error_of
 from .exports import HEADER, IU, IV, IW, N, T, lines, rows, write

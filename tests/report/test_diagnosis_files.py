@@ -18,12 +18,12 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from linid.diagnosis.report_data import Budget, Change, Diagnosis, Verdict
-from linid.report.diagnosis_budget import budget_lines, waterfall
-from linid.report.diagnosis_console import diagnosis_console
-from linid.report.diagnosis_content import percent
-from linid.report.diagnosis_files import diagnosis_data, write_diagnosis
-from linid.report.diagnosis_markdown import diagnosis_markdown
-from linid.report.diagnosis_words import in_axis_words
+from linid.report.diagnosis.budget import budget_lines, waterfall
+from linid.report.diagnosis.console import diagnosis_console
+from linid.report.diagnosis.content import percent
+from linid.report.diagnosis.files import diagnosis_data, write_diagnosis
+from linid.report.diagnosis.markdown import diagnosis_markdown
+from linid.report.diagnosis.words import in_axis_words
 from linid.report.figures.diagnosis_traces import residual_trace_figure
 from linid.report.figures.diagnosis_waterfall import waterfall_figure
 from linid.report.style import ERROR, MEASURED
@@ -273,7 +273,7 @@ def test_a_linear_axis_of_unknown_mass_has_forces_per_kilogram() -> None:
 
 
 def test_heavy_packages_are_imported_late() -> None:
-    code = "import sys, linid.report.diagnosis_files, linid.report.diagnosis_console, linid.report.page.build; "
+    code = "import sys, linid.report.diagnosis.files, linid.report.diagnosis.console, linid.report.page.build; "
     code += "print([m for m in ('matplotlib', 'plotly', 'jinja2', 'scipy', 'rich', 'numba') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

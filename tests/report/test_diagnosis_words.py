@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from linid.diagnosis.report_data import Change, PairShare
 from linid.physics.effects.registry import find_effect
-from linid.report.diagnosis_content import pairs_left_out, shown_pairs, tried_in_order
-from linid.report.diagnosis_measures import AT_FLOOR, WORSE, measure_remarks, state
-from linid.report.diagnosis_words import in_axis_words, parameters_in_use
+from linid.report.diagnosis.content import pairs_left_out, shown_pairs, tried_in_order
+from linid.report.diagnosis.measures import AT_FLOOR, WORSE, measure_remarks, state
+from linid.report.diagnosis.words import in_axis_words, parameters_in_use
 from linid.report.residual_views import pair_slopes
 
 from .diagnosis_samples import COGGING, entry, explained, partly

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.report_data import Diagnosis
-from linid.report.diagnosis_budget import budget_lines
-from linid.report.diagnosis_content import STATUS_WORDS
-from linid.report.diagnosis_words import in_axis_words
+from linid.report.diagnosis.budget import budget_lines
+from linid.report.diagnosis.content import STATUS_WORDS
+from linid.report.diagnosis.words import in_axis_words
 from linid.report.page.build import page_html
 from linid.report.page.pieces import wrapped
 

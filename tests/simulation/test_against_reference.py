@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.identification.steps import choose_substeps
+from linid.identification.optimise.time_step import choose_substeps
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.recording.splines import trim

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.identification.acceleration import Acceleration
-from linid.identification.ahead import Ahead
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.objectives.ahead import Ahead
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import EFFECT_START, Model
 from linid.recording.recording import Recording

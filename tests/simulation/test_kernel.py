@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from linid.identification.ahead import Ahead
+from linid.identification.objectives.ahead import Ahead
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs

@@ -12,7 +12,7 @@ from typing import Any
 
 from click.testing import CliRunner, Result
 
-from linid.cli import cli
+from linid.cli.main import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 STAND = ROOT / "data" / "stand"
@@ -50,7 +50,7 @@ def summary(*arguments: object) -> dict[str, Any]:
 
 def command(*arguments: object) -> list[str]:
     """The same as a command of its own."""
-    return [sys.executable, "-m", "linid.cli", *(str(a) for a in arguments)]
+    return [sys.executable, "-m", "linid.cli.main", *(str(a) for a in arguments)]
 
 
 def start(*arguments: object, cwd: Path) -> subprocess.Popen[str]:

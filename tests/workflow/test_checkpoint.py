@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from linid.errors import ConfigError
-from linid.identification.genetic import SearchSettings, SearchState, search
-from linid.workflow.checkpoint import Checkpoint, Memory
+from linid.identification.optimise.genetic import SearchSettings, SearchState, search
+from linid.workflow.run.checkpoint import Checkpoint, Memory
 
 Change = Callable[[dict[str, Any]], None]
 METHODS = ("genetic", "cma", "plain")

@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from linid.errors import ConfigError, LinidError
-from linid.workflow import cluster as cluster_module
-from linid.workflow.cluster import connected
-from linid.workflow.cluster_worker import Terms, objection, own_versions
-from linid.workflow.reporter import Reporter
-from linid.workflow.request import Request
+from linid.workflow.cluster import connection as cluster_module
+from linid.workflow.cluster.connection import connected
+from linid.workflow.cluster.worker import Terms, objection, own_versions
+from linid.workflow.run.reporter import Reporter
+from linid.workflow.run.request import Request
 from tests.workflow.dask_processes import MINUTES, DaskProcesses, die, kill_worker, square
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 import yaml
 
-from linid.identification.against_dimensions import against_dimensions
-from linid.identification.from_dimensions import designed_model
-from linid.identification.meaning import derived_quantities
+from linid.design.comparison import against_dimensions
+from linid.design.model import designed_model
+from linid.identification.derived_quantities import derived_quantities
 from linid.identification.model_file import load_model, model_to_text
 from linid.identification.result import FitResult
 from linid.physics.field.geometry import MotorDesign, design, load_geometry

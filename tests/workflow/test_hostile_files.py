@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from linid.cli import cli
+from linid.cli.main import cli
 from linid.config import YamlFile, parse_yaml
 from linid.errors import ConfigError, LinidError
 from linid.identification.model_file import load_model
@@ -156,7 +156,7 @@ def test_json_that_is_none(tmp_path: Path, text: str) -> None:
     "text", ["", "[]", '{"identity": 1}', "{" * 100_000, '{"identity": "x", "schema": 1, "state": 3}']
 )
 def test_search_states(tmp_path: Path, text: str) -> None:
-    from linid.workflow.checkpoint import Checkpoint
+    from linid.workflow.run.checkpoint import Checkpoint
 
     path = tmp_path / "checkpoint.json"
     path.write_text(text, encoding="utf-8")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from linid.cli import cli
+from linid.cli.main import cli
 from linid.recording import read_campaign
 
 STAND = Path(__file__).parents[2] / "data" / "stand"

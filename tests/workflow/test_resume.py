@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from linid.workflow.checkpoint import Memory
+from linid.workflow.run.checkpoint import Memory
 from tests.workflow.small import TINY, campaign, linid, start
 
 # Long enough to be caught in mid-search: seconds, and the checkpoint is written every fifth of one.
@@ -138,7 +138,7 @@ def test_resuming_a_finished_run_shows_it_again(tmp_path: Path) -> None:
 
 
 def test_resume_alone_takes_the_newest_unfinished_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from linid.workflow.run_folder import open_run_folder
+    from linid.workflow.run.run_folder import open_run_folder
 
     monkeypatch.chdir(tmp_path)
     assert linid("fit-friction", campaign(tmp_path / "c"), "--resume").exit_code == 2

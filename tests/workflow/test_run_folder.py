@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from linid.cli import cli
+from linid.cli.main import cli
 from linid.errors import UsageError
 from linid.report.files import LIST_FILE, FileList, start_listing, stop_listing, write_atomic
-from linid.workflow.run_folder import RunFolder, clear_run, open_run_folder
+from linid.workflow.run.run_folder import RunFolder, clear_run, open_run_folder
 
 STAND = Path(__file__).parents[2] / "data" / "stand"
 QUICK = ("--no-figures", "--set", "generations=2", "--jobs", "1", "-q")
@@ -131,7 +131,7 @@ def test_two_processes_at_once_leave_one_result(fitted: Path) -> None:
     command = [
         sys.executable,
         "-m",
-        "linid.cli",
+        "linid.cli.main",
         "fit-friction",
         "freewheel_1.csv",
         "--out",
@@ -176,7 +176,7 @@ def test_what_was_listed_survives_a_kill_in_the_middle(tmp_path: Path) -> None:
 def killed_at(moment: float, folder: Path, arguments: list[str]) -> bool:
     """Start a command and kill it after so many seconds; whether it had ended before."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "linid.cli", *arguments],
+        [sys.executable, "-m", "linid.cli.main", *arguments],
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

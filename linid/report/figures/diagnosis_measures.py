@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linid.diagnosis.report_data import MEASURES
-from linid.report.diagnosis_content import after_words, before_words, changed, held_out
-from linid.report.diagnosis_measures import measure_display, measure_labels
+from linid.report.diagnosis.content import after_words, before_words, changed, held_out
+from linid.report.diagnosis.measures import measure_display, measure_labels
 from linid.report.display import log_limits
 from linid.report.figures.common import shorten
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, new_figure, style

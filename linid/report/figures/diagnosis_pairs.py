@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linid.report.diagnosis_content import (
+from linid.report.diagnosis.content import (
     coordinate_display,
     force_display,
     force_word,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linid.report.diagnosis_content import after_words, before_words, changed, force_display, force_word
+from linid.report.diagnosis.content import after_words, before_words, changed, force_display, force_word
 from linid.report.display import display_unit, envelope, peak, rms
 from linid.report.figures.common import TIME_LABEL, legend_above, shorten
 from linid.report.numbers import format_number

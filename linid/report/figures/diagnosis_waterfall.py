@@ -6,14 +6,14 @@ import math
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from linid.report.diagnosis_budget import waterfall, waterfall_words
+from linid.report.diagnosis.budget import waterfall, waterfall_words
 from linid.report.style import ACCENT, ERROR, MEASURED, MUTED, caption, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from linid.diagnosis.report_data import Diagnosis
-    from linid.report.diagnosis_budget import Step
+    from linid.report.diagnosis.budget import Step
 
 GAP, REST = "#BDBDBD", "#E69F00"
 _LINE = 34  # characters of a label

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linid.report.diagnosis_content import (
+from linid.report.diagnosis.content import (
     SIGNIFICANT,
     after_words,
     before_words,

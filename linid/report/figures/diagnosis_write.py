@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from linid.report.diagnosis_budget import waterfall
-from linid.report.diagnosis_content import shown_pairs, significant
+from linid.report.diagnosis.budget import waterfall
+from linid.report.diagnosis.content import shown_pairs, significant
 from linid.report.figures.diagnosis_measures import measures_figure
 from linid.report.figures.diagnosis_pairs import pairs_figure
 from linid.report.figures.diagnosis_traces import residual_trace_figure

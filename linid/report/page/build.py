@@ -7,7 +7,7 @@ from dataclasses import asdict
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from linid.report.diagnosis_budget import (
+from linid.report.diagnosis.budget import (
     budget_lines,
     closed_words,
     rest_words,
@@ -16,7 +16,7 @@ from linid.report.diagnosis_budget import (
     where_words,
     which_words,
 )
-from linid.report.diagnosis_content import (
+from linid.report.diagnosis.content import (
     STATUS_WORDS,
     TRIED_MEANING,
     after_words,
@@ -29,8 +29,8 @@ from linid.report.diagnosis_content import (
     scale_words,
     tried_rows,
 )
-from linid.report.diagnosis_measures import measure_lines, measure_meanings, measure_remarks, state_meaning
-from linid.report.diagnosis_words import in_axis_words
+from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
+from linid.report.diagnosis.words import in_axis_words
 from linid.report.figures.diagnosis_pairs import PAIRS_MEANING
 from linid.report.figures.diagnosis_where import map_words
 from linid.report.page.pieces import Plot

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.report.diagnosis_content import (
+from linid.report.diagnosis.content import (
     SIGNIFICANT,
     by_share,
     coordinate_display,

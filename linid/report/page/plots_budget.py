@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linid.diagnosis.report_data import MEASURES
-from linid.report.diagnosis_budget import waterfall, which_words
-from linid.report.diagnosis_content import (
+from linid.report.diagnosis.budget import waterfall, which_words
+from linid.report.diagnosis.content import (
     after_words,
     before_words,
     changed,
@@ -19,7 +19,7 @@ from linid.report.diagnosis_content import (
     share_words,
     shown_pairs,
 )
-from linid.report.diagnosis_measures import measure_display, measure_labels
+from linid.report.diagnosis.measures import measure_display, measure_labels
 from linid.report.figures.diagnosis_pairs import axis_title, map_limit, pair_title, slope_unit
 from linid.report.figures.diagnosis_waterfall import colour, limits
 from linid.report.page.pieces import DIVERGING, Plot, base_layout, dots, line, log_axis, short, small_title, wrapped

@@ -94,9 +94,9 @@ def _processor() -> str:
 
 def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
     """Lowest cost of long polishes: from the truth and from linid's search, by repeated least squares."""
-    from linid.identification.polish import polish
-    from linid.identification.problem import Cost
-    from linid.identification.problem import Problem as FitProblem
+    from linid.identification.objectives.problem import Cost
+    from linid.identification.objectives.problem import Problem as FitProblem
+    from linid.identification.optimise.least_squares import polish
 
     cost = judge(problem)
     lines: list[dict[str, Any]] = []

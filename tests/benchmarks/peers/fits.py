@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.first_values import seed_candidates
 from linid.identification.fit import ALIKE, APART, polish_starts_of_search
-from linid.identification.genetic import SearchSettings, search
-from linid.identification.motion import Motion, measure_motion
-from linid.identification.polish import polish
-from linid.identification.problem import Cost
-from linid.identification.problem import Problem as FitProblem
+from linid.identification.guess.first_values import seed_candidates
+from linid.identification.objectives.problem import Cost
+from linid.identification.objectives.problem import Problem as FitProblem
+from linid.identification.optimise.genetic import SearchSettings, search
+from linid.identification.optimise.least_squares import polish
 from linid.identification.settings import FitSettings
+from linid.identification.signals.motion import Motion, measure_motion
 from tests.benchmarks.peers.problems import LOST, Problem, linid_simulation, rms
 from tests.benchmarks.peers.simulators import SIMULATORS
 

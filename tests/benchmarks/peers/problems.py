@@ -16,12 +16,12 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from linid.identification.first_values import first_values
-from linid.identification.genes import SearchSpace
-from linid.identification.motion import measure_motion
+from linid.identification.guess.first_values import first_values
+from linid.identification.optimise.time_step import choose_substeps
 from linid.identification.settings import FitSettings
-from linid.identification.space import build_space
-from linid.identification.steps import choose_substeps
+from linid.identification.signals.motion import measure_motion
+from linid.identification.space.bounds import build_space
+from linid.identification.space.search_space import SearchSpace
 from linid.physics import friction
 from linid.physics.model import Model
 from linid.recording.campaign import read_campaign

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.motion import measure_motion
+from linid.identification.signals.motion import measure_motion
 from linid.simulation.reference import simulate_reference
 from tests.benchmarks.__main__ import as_sine
 from tests.benchmarks.peers.problems import Problem, make_problem, rms, truth

@@ -1,0 +1,183 @@
+"""`linid challenge`: make, run, oracle, score."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from linid.cli.options import debug_option, jobs_option, json_option, make_reporter, print_outcome, verbosity_options
+
+FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+JOBS = jobs_option("Campaigns at a time; never changes a result")
+KINDS = ("single", "pair", "none", "unknown")
+
+
+@click.group()
+def challenge() -> None:
+    """Prove the diagnosis on campaigns of an independent plant with withheld effects.
+
+    `make` writes campaigns and, in a file of its own, the keys; `run` diagnoses the campaigns without opening the
+    keys; `oracle` opens them and fits the true effects, for comparison; `score` compares.
+
+    \b
+    Example:
+      linid challenge make --count 40 --seed 1 --out proof
+      linid challenge run proof
+      linid challenge oracle proof
+      linid challenge score proof
+    """
+
+
+def _names(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (value or "").split(",") if name.strip())
+
+
+def _span(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    try:
+        low, high = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter(f"found {value!r}, expected two numbers such as 0.05,1") from None
+    return low, high
+
+
+def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in value.split(",") if part.strip())
+    except ValueError:
+        raise click.BadParameter(f"found {value!r}, expected numbers such as 500,1000") from None
+
+
+@challenge.command()
+@click.option("--count", type=click.IntRange(min=1), required=True, metavar="N", help="How many campaigns.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of everything random.")
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder [a fresh dated one].")
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="Where the keys go [DIR/keys.yaml].")
+@click.option(
+    "--effects",
+    callback=_names,
+    metavar="A,B",
+    help="Effects to hide, or `all` [crowds: all; else the first eighteen, as older seeds had].",
+)
+@click.option(
+    "--strength",
+    callback=_span,
+    default="0.05,1",
+    show_default=True,
+    metavar="LOW,HIGH",
+    help="Range of strength; at 1 the base model misses 10 % of the total force.",
+)
+@click.option(
+    "--kinds",
+    callback=_names,
+    default=",".join(KINDS),
+    show_default=True,
+    metavar="A,B",
+    help="Kinds of campaigns; also: crowd (three to six effects at once).",
+)
+@click.option(
+    "--laws",
+    callback=_names,
+    default="lugre",
+    show_default=True,
+    metavar="A,B",
+    help="Friction laws of the plants: lugre, maxwell, dahl.",
+)
+@click.option(
+    "--axes",
+    callback=_names,
+    default="phase",
+    show_default=True,
+    metavar="A,B",
+    help="Axes: phase (three phase currents), q_linear, q_rotary (q-current only).",
+)
+@click.option(
+    "--rates",
+    callback=_numbers,
+    default="1000",
+    show_default=True,
+    metavar="HZ,HZ",
+    help="Logging rates: 250, 500, 1000, 2000, 4000 Hz.",
+)
+@click.option(
+    "--encoders",
+    callback=_span,
+    metavar="LOW,HIGH",
+    help="Range of the encoders' resolution in um, such as 0.1,10 [all 0.1].",
+)
+@JOBS
+@json_option
+@verbosity_options
+@debug_option
+def make(out: Path | None, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Make campaigns that hide one effect, two, none, one outside the library, or a crowd of three to six.
+
+    \b
+    Example:
+      linid challenge make --count 20 --seed 7 --effects cogging,cable_force --kinds single,none --out proof
+    """
+    from linid.workflow.commands.challenge import make as work
+
+    print_outcome(work(out, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@FOLDER
+@JOBS
+@click.option("--resume", is_flag=True, help="Keep the results that are there, diagnose the rest.")
+@json_option
+@verbosity_options
+@debug_option
+def run(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Diagnose every campaign of a challenge, without its keys.
+
+    \b
+    Example:
+      linid challenge run proof
+    """
+    from linid.workflow.commands.challenge import run as work
+
+    print_outcome(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@FOLDER
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
+@JOBS
+@click.option("--resume", is_flag=True, help="Keep what is there, do the rest.")
+@json_option
+@verbosity_options
+@debug_option
+def oracle(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Fit the true effects to every campaign: how far a diagnosis that knew them would close the gap.
+
+    \b
+    Example:
+      linid challenge oracle proof
+    """
+    from linid.workflow.commands.challenge import oracle as work
+
+    print_outcome(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@FOLDER
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
+@click.option("--no-figures", is_flag=True, help="Write no figures.")
+@json_option
+@verbosity_options
+@debug_option
+def score(folder: Path, keys: Path | None, no_figures: bool, json_output: bool, quiet: bool, verbose: bool) -> None:
+    """Score the diagnoses of a challenge against its keys.
+
+    \b
+    Example:
+      linid challenge score proof
+    """
+    from linid.workflow.commands.challenge import score as work
+
+    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
+    print_outcome(work(folder, reporter, keys=keys, figures=not no_figures), json_output)

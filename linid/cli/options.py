@@ -1,0 +1,300 @@
+"""Options of the command line, each stated once, and the way from options to settings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from linid.workflow.run.reporter import Reporter
+    from linid.workflow.run.request import Request
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+FILES = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FILE...")
+
+
+def _remember(ctx: click.Context, parameter: click.Parameter, value: Any) -> Any:
+    # Seen by the error handling of the whole program.
+    ctx.meta[f"linid.{parameter.name}"] = value
+    return value
+
+
+def _apply(options: list[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+    def decorate(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+debug_option = click.option(
+    "--debug", is_flag=True, expose_value=False, callback=_remember, help="Show the traceback of an error."
+)
+json_option = click.option(
+    "--json", "json_output", is_flag=True, callback=_remember, help="Print a machine-readable summary on stdout."
+)
+verbosity_options = _apply(
+    [
+        click.option("-q", "--quiet", is_flag=True, help="No progress on stderr, warnings only."),
+        click.option("-v", "--verbose", is_flag=True, help="Also notes of the reader and the fit on stderr."),
+    ]
+)
+
+
+def usable_cores() -> int:
+    """Processor cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def jobs_option(text: str) -> Callable[[Command], Command]:
+    """`--jobs`, by default as many as there are cores; text: its help."""
+    return click.option(
+        "--jobs",
+        type=click.IntRange(min=1),
+        default=usable_cores,
+        show_default=False,
+        metavar="N",
+        help=f"{text} [all cores].",
+    )
+
+
+run_options = _apply(
+    [
+        click.option(
+            "--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results [a fresh dated one]."
+        ),
+        click.option("--overwrite", is_flag=True, help="Replace an earlier run in the --out folder."),
+        click.option(
+            "--resume",
+            is_flag=True,
+            help="Go on with the interrupted run in --out DIR, or in the newest unfinished folder here.",
+        ),
+        jobs_option("Threads (batch: jobs at a time); never changes a result"),
+        click.option("--dry-run", is_flag=True, help="Say what would be done and write nothing."),
+        json_option,
+        verbosity_options,
+        debug_option,
+    ]
+)
+scheduler_option = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Work on the dask cluster at this address, such as tcp://host:8786; `local`: with --jobs worker processes "
+    'here. Needs the extra: pip install "linid[cluster]".',
+)
+settings_options = _apply(
+    [
+        click.option(
+            "--config",
+            type=click.Path(path_type=Path),
+            metavar="FILE",
+            help="Settings as YAML, such as config.yaml of an earlier run.",
+        ),
+        click.option(
+            "--set",
+            "assignments",
+            multiple=True,
+            metavar="KEY=VALUE",
+            help="Set a key of the settings (those of config.yaml in a run folder); repeatable.",
+        ),
+        click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of everything random [1]."),
+        click.option(
+            "--axis",
+            type=click.Choice(["linear", "rotary"]),
+            help="Kind of axis, for recordings given without a campaign [linear].",
+        ),
+        click.option(
+            "--channels",
+            type=click.Path(path_type=Path),
+            metavar="YAML",
+            help="Column mapping, for recordings given without a campaign (see `linid inspect`).",
+        ),
+        click.option("--window", metavar="T0:T1", help="Part to use in s, for recordings given without a campaign."),
+        click.option("--period", type=float, metavar="SECONDS", help="Sampling period where no time column exists."),
+        click.option(
+            "--added-mass",
+            multiple=True,
+            metavar="[FILE=]KG",
+            help="Known added mass, without a campaign: 0.5 for all, or run_4.csv=0.5 for one; repeatable.",
+        ),
+        click.option("--no-figures", is_flag=True, help="Write no figures."),
+    ]
+)
+_MODEL = [
+    click.option("--mass", type=float, metavar="KG", help="Known moving mass (rotary: kg m^2)."),
+    click.option(
+        "--known", multiple=True, metavar="NAME=VALUE", help="Parameter held at this value, in SI; repeatable."
+    ),
+    click.option("--effect", multiple=True, metavar="NAME", help="Effect to identify too (see `linid effects`)."),
+]
+model_options = _apply(_MODEL)
+fit_options = _apply(
+    [
+        *_MODEL,
+        click.option(
+            "--bound",
+            multiple=True,
+            metavar="NAME=LO:HI",
+            help="Search range of a parameter, in SI, e.g. mass=1:5; repeatable.",
+        ),
+        click.option(
+            "--objective",
+            type=click.Choice(["auto", "free_run", "ahead", "acceleration"]),
+            help="What is fitted: position of the whole run, position 0.1 s ahead, or acceleration "
+            "[auto: free_run for free wheels, ahead for driven runs].",
+        ),
+        click.option("--method", type=click.Choice(["genetic", "cma", "plain"]), help="Global search [genetic]."),
+        click.option("--population", type=int, metavar="N", help="Candidates per generation [64]."),
+        click.option("--generations", type=int, metavar="N", help="Largest number of generations [120]."),
+        click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),
+        click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
+        click.option("--substeps", type=int, metavar="N", help="Internal steps per sample [from the data]."),
+        click.option("--profile", multiple=True, metavar="NAME", help="Profile likelihood of a parameter; repeatable."),
+    ]
+)
+
+SETTINGS_NAMES = (
+    "config",
+    "assignments",
+    "seed",
+    "axis",
+    "channels",
+    "window",
+    "period",
+    "added_mass",
+    "no_figures",
+    "mass",
+    "known",
+    "bound",
+    "effect",
+    "objective",
+    "method",
+    "population",
+    "generations",
+    "free_exponent",
+    "no_stribeck",
+    "substeps",
+    "profile",
+)
+RUN_NAMES = ("out", "overwrite", "resume", "jobs", "scheduler", "dry_run", "json_output", "quiet", "verbose")
+
+
+def overrides(options: dict[str, Any]) -> dict[str, Any]:
+    """The options that were given, as raw settings keys."""
+    from linid.workflow.run.settings import parse_assignment, read_mapping
+
+    raw: dict[str, Any] = {}
+    for name in ("seed", "axis", "period", "mass", "objective", "method", "population", "generations", "substeps"):
+        if options.get(name) is not None:
+            raw[name] = options[name]
+    if options.get("channels") is not None:
+        raw["channels"] = read_mapping(options["channels"])
+    if options.get("window"):
+        raw["window"] = _range("--window", options["window"])
+    if options.get("effect"):
+        raw["effects"] = list(options["effect"])
+    if options.get("profile"):
+        raw["profiles"] = list(options["profile"])
+    if options.get("free_exponent"):
+        raw["free_exponent"] = True
+    if options.get("no_stribeck"):
+        raw["stribeck"] = False
+    if options.get("no_figures"):
+        raw["figures"] = False
+    if options.get("known"):
+        raw["known"] = dict(_pair("--known", text) for text in options["known"])
+    if options.get("bound"):
+        raw["bounds"] = {
+            name: _range("--bound", span) for name, span in (_split("--bound", text) for text in options["bound"])
+        }
+    if options.get("added_mass"):
+        raw["added_mass"] = dict(_mass(text) for text in options["added_mass"])
+    for text in options.get("assignments", ()):
+        for key, value in parse_assignment(text).items():
+            below = raw.get(key)
+            raw[key] = {**below, **value} if isinstance(below, dict) and isinstance(value, dict) else value
+    return raw
+
+
+def make_request(files: tuple[Path, ...], options: dict[str, Any]) -> Request:
+    """The request that a command hands to the workflow; takes its names out of `options`."""
+    from linid.workflow.run.request import Request
+    from linid.workflow.run.settings import make_settings, read_settings
+
+    chosen = {name: options.pop(name) for name in SETTINGS_NAMES if name in options}
+    run = {name: options.pop(name) for name in RUN_NAMES if name in options}
+    below = read_settings(chosen["config"]) if chosen.get("config") is not None else {}
+    return Request(
+        files=files,
+        settings=make_settings(below, overrides(chosen)),
+        out=run.get("out"),
+        overwrite=run.get("overwrite", False),
+        resume=run.get("resume", False),
+        jobs=run.get("jobs", 1),
+        scheduler=run.get("scheduler"),
+        dry_run=run.get("dry_run", False),
+        line=command_line(),
+    )
+
+
+def make_reporter(options: dict[str, Any]) -> Reporter:
+    """Progress as loud as asked for."""
+    from linid.workflow.run.reporter import Reporter
+
+    return Reporter(-1 if options.get("quiet") else int(bool(options.get("verbose"))))
+
+
+def print_outcome(outcome: Any, json_output: bool) -> None:
+    """Tables (or the summary as JSON) on stdout; exit with the outcome's code."""
+    from linid.workflow.run.show import show
+
+    show(outcome, json_output)
+    if outcome.exit_code:
+        click.get_current_context().exit(outcome.exit_code)
+
+
+def command_line() -> str:
+    """The command as typed, for the record."""
+    import shlex
+    import sys
+
+    return shlex.join(["linid", *sys.argv[1:]])
+
+
+def _split(option: str, text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name or not value:
+        raise click.BadParameter(f"found {text!r}, expected NAME=VALUE", param_hint=option)
+    return name.strip(), value.strip()
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise click.BadParameter(f"found {text!r}, expected a number such as 0.5", param_hint=option) from None
+
+
+def _pair(option: str, text: str) -> tuple[str, float]:
+    name, value = _split(option, text)
+    return name, _number(option, value)
+
+
+def _mass(text: str) -> tuple[str, float]:
+    name, _, value = text.rpartition("=")
+    return name or "*", _number("--added-mass", value)
+
+
+def _range(option: str, text: str) -> tuple[float, float]:
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise click.BadParameter(f"found {text!r}, expected two numbers such as 0.2:1.5", param_hint=option)
+    return _number(option, low), _number(option, high)

@@ -1,0 +1,138 @@
+"""Where the search starts: first guesses of all parameters and the candidates made of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.guess import regression as guess
+from linid.identification.guess.effect_values import effect_guess, scaled_to_masses
+from linid.identification.guess.field_shape import field_shapes
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import polish
+from linid.identification.result import FitResult
+from linid.identification.settings import FitSettings
+from linid.identification.space.bounds import build_space
+from linid.identification.space.search_space import SearchSpace
+from linid.physics.effects.effect import Values
+from linid.physics.model import Model
+from linid.physics.motors import MOTORS, fundamental_force_constant
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+def first_values(
+    model: Model, recordings: Sequence[Recording], known: dict[str, float], start: FitResult | None
+) -> tuple[dict[str, float], tuple[float, ...]]:
+    """First guesses of all parameters, from the friction result where there is one, else by regression."""
+    free = [r for r in recordings if r.kind == "free_wheel"]
+    driven = [r for r in recordings if r.kind != "free_wheel"]
+    values: dict[str, float] = {}
+    densities: tuple[float, ...] = ()
+    mass = known.get("mass")
+    if start is not None:
+        values = {e.name: e.value for e in start.estimates}
+        mass = mass if mass is not None else values.get("mass")
+    if free and start is None:
+        values.update(guess.free_wheel_guess(free, mass))
+        mass = values["mass"]
+    if driven and model.kind == "force":
+        values = {**guess.force_guess(driven, known.get("force_constant"), mass), **values}
+    elif driven and model.phases:
+        given = known.get("guideway_density")
+        motor, densities = guess.phase_guess(
+            driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * model.turns
+        )
+        if model.kind == "theta":
+            motor = _as_theta(motor, known)
+        densities = tuple(d / model.turns for d in densities)
+        values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "shift")}}
+    return {**values, **known}, densities
+
+
+def guess_effects(
+    model: Model,
+    recordings: Sequence[Recording],
+    first: dict[str, float],
+    fixed: dict[str, float],
+    densities: tuple[float, ...],
+    settings: FitSettings,
+) -> tuple[tuple[Values, ...], Values]:
+    """Rival first values of all parameters, and those of effects that are structural; see `effect_guess`."""
+    base = Model(model.kind)
+    own = {p.name for p in base.parameters}
+    space = build_space(
+        base,
+        recordings,
+        first,
+        {name: value for name, value in fixed.items() if name in own},
+        {name: pair for name, pair in settings.bounds.items() if name in own},
+        settings.free_exponent,
+        densities,
+        settings.stribeck,
+    )
+    return effect_guess(space, model.effects, recordings, first, fixed, settings.jobs)
+
+
+def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, float]:
+    nome, length = known.get("nome", 0.5), known.get("winding_length", 0.25 * math.pi)
+    out = dict(sine)
+    for name in ("guideway_density", "winding_displacement", "shift"):
+        out[name] = 0.5 * sine[name]
+    out["force_constant"] = sine["force_constant"] / fundamental_force_constant(1.0, length, nome)
+    out["nome"], out["winding_length"] = nome, length
+    return out
+
+
+def mass_known(recordings: Sequence[Recording], known: dict[str, float], model: Model) -> tuple[bool, bool]:
+    """Whether the mass is given, and whether it can be found from the data."""
+    masses = {r.added_mass for r in recordings}
+    free = {r.added_mass for r in recordings if r.kind == "free_wheel"}
+    by_force = model.kind == "force" and "force_constant" in known
+    return "mass" in known, len(free) > 1 or by_force or (len(masses) > 1 and model.kind != "friction")
+
+
+def seed_candidates(
+    space: SearchSpace,
+    model: Model,
+    recordings: Sequence[Recording],
+    first: dict[str, float],
+    densities: tuple[float, ...],
+    settings: FitSettings,
+    rivals: Sequence[Values] = (),
+) -> tuple[Array, Array]:
+    """First candidates (S, p) that lie in valleys of their own and are worth a polish, and more (T, p) as they are.
+
+    The regression's guess after a polish of the force balance, and with other shapes of the field; first values of
+    `rivals`; the guess itself and with rival densities.
+    """
+    guess_row = space.encode(first)
+    rows: list[Array] = []
+    others = [guess_row]
+    driven = tuple(r for r in recordings if r.kind != "free_wheel")
+    if driven:
+        # Accelerations at one mass say nothing about it: all forces would shrink with it.
+        held = {} if len({r.added_mass for r in driven}) > 1 or "mass" not in first else {"mass": first["mass"]}
+        part = Acceleration(model, driven, settings.jobs, stride=10)
+        balance = Problem(space.holding(held), (part,))
+        # Straight steps: a force balance is biased, and the bottom of its valley is no better a start than its side.
+        refined = polish(
+            balance, Cost(balance), balance.space.encode(first), steps=12, precision=0.3, final=False, bend=False
+        )
+        vector = balance.space.vectors(refined.genes)[0]
+        values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
+        for shaped in field_shapes(balance.space, part, values):
+            motor = {p.name: shaped[p.name] for p in MOTORS[model.kind].parameters}
+            rows.append(space.encode({**shaped, **first, **motor}))  # the free wheels tell friction far better
+        if held and model.effects:
+            values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
+        rows.insert(0, space.encode(values))
+    rows = (rows or [guess_row]) + [space.encode(values) for values in rivals]
+    for density in densities[1:]:
+        others.append(space.encode({**first, "guideway_density": density}))
+    return np.array(rows), np.array(others)

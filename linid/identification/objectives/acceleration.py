@@ -1,0 +1,176 @@
+"""The objective `acceleration`: force balance along the measured motion, in weak form."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.signals.motion import input_jumps, measure_motion
+from linid.physics.model import Model
+from linid.recording.noise import noise_profile, quantum
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+BUMP_HALF_WIDTHS = (0.007, 0.014, 0.028, 0.056)  # s, half-widths of the weak form's kernel
+_BUMP_NOISE = 0.2  # widen until noise is below this share of the acceleration
+_GROUP = 0.05  # s, residuals are grouped in bins of this length
+_RINGING = 8  # samples beside a jump of an input, over which its spline rings
+_MOST_MASKED = 0.8  # of a recording; with more jumps than that its input is not made of jumps
+
+
+def bump(half_width: int) -> Array:
+    """Smooth kernel (2 half_width + 1,) of the weak form, sum 1: (1 - x^2)^4 on (-1, 1)."""
+    x = np.arange(-half_width, half_width + 1) / (half_width + 1)
+    kernel = (1.0 - x * x) ** 4
+    return np.asarray(kernel / kernel.sum())
+
+
+def _smooth_acceleration(y: Array, dt: float, half_width: int) -> Array:
+    """Second difference of y over dt^2, smoothed by the bump, (n,) in m/s^2."""
+    second = np.zeros(y.size)
+    second[1:-1] = np.diff(y, 2) / dt**2
+    return np.convolve(second, bump(half_width), mode="same")
+
+
+def _bump_half_width(y: Array, dt: float, noise: float) -> int:
+    """Narrowest kernel (samples) that leaves little noise in the acceleration; wide ones blur ripple."""
+    half = 2
+    for width in BUMP_HALF_WIDTHS:
+        half = max(2, min(round(width / dt), y.size // 8))
+        gain = float(np.sqrt(np.sum(np.diff(bump(half), 2, prepend=[0, 0], append=[0, 0]) ** 2))) / dt**2
+        signal = float(np.sqrt(np.mean(_smooth_acceleration(y, dt, half) ** 2)))
+        if gain * noise < _BUMP_NOISE * signal:
+            break
+    return half
+
+
+def _clear_of_jumps(recording: Recording, half_width: int) -> NDArray[np.bool_]:
+    """Samples (n,) whose bump touches no jump of an input: no spline knows when within its interval an input jumped."""
+    reach = half_width + _RINGING
+    touched = np.zeros(recording.y.size, dtype=np.bool_)
+    for jump in np.flatnonzero(input_jumps(recording)):
+        touched[max(0, jump - reach) : jump + reach + 2] = True
+    return ~touched if np.mean(touched) < _MOST_MASKED else np.ones_like(touched)
+
+
+@dataclass
+class Acceleration:
+    """Force balance along the measured motion divided by the mass, in m/s^2, in weak form.
+
+    The model's acceleration and the second difference of raw position are smoothed by the same bump.
+    The second difference is a triangle-weighted mean of acceleration; so is what the simulation gives. Rows beside
+    jumps of an input are left out, for whoever fits, screens or judges alike.
+    half_widths: of the bump in samples per recording (empty: chosen by the noise).
+    """
+
+    model: Model
+    recordings: tuple[Recording, ...]
+    jobs: int
+    stride: int = 0
+    half_widths: tuple[int, ...] = ()
+    name: str = "acceleration"
+    nuisances: int = 0
+    robust: bool = True
+
+    def __post_init__(self) -> None:
+        self.simulator = Simulator(self.model, pack_inputs(self.recordings), 1, self.jobs)
+        self.motion = measure_motion(self.recordings)
+        inputs = self.simulator.inputs
+        centres: list[Array] = []
+        groups: list[Integers] = []
+        owner: list[int] = []
+        owners: list[Integers] = []
+        widths: list[int] = []
+        self.measured_acceleration = np.zeros(self.motion.measured.size)
+        self.kernels: list[Array] = []
+        for index, recording in enumerate(self.recordings):
+            a, b = inputs.sample_offsets[index], inputs.sample_offsets[index + 1]
+            dt = inputs.dts[index]
+            if self.half_widths:
+                half = self.half_widths[index]
+            else:
+                noise = float(self.motion.position_noise[index])
+                if quantum(recording.y) > noise:  # coarse steps, which are noisier where the axis moves
+                    noise = float(np.sqrt(np.mean(noise_profile(recording.y) ** 2)))
+                half = _bump_half_width(recording.y, dt, noise)
+            widths.append(half)
+            self.kernels.append(bump(half))
+            self.measured_acceleration[a:b] = _smooth_acceleration(recording.y, dt, half)
+            stride = self.stride or max(1, half // 2)
+            rows = np.arange(half + 3, int(b - a) - half - 3, stride)
+            rows = rows[_clear_of_jumps(recording, half)[rows]]
+            bins = rows // max(1, round(_GROUP / dt))
+            base = (groups[-1][-1] + 1) if groups else 0
+            groups.append(np.unique(bins, return_inverse=True)[1] + base)
+            owner += [index] * (int(groups[-1][-1]) + 1 - base)
+            centres.append(rows + a)
+            owners.append(np.full(rows.size, index, dtype=np.int64))
+        self.half_widths = tuple(widths)
+        self.rows = np.concatenate(centres)
+        self.groups = np.concatenate(groups).astype(np.int64)
+        self.group_recording = np.array(owner, dtype=np.int64)
+        self.classes = np.concatenate(owners)
+        self.target = self.measured_acceleration[self.rows]
+        self.signal = self.target
+        self.floor = 1e-9
+
+    def with_model(self, model: Model) -> Acceleration:
+        """The same rows under another model of the same motor's inputs; all that hangs on the recordings is shared."""
+        other = copy(self)
+        other.model = model
+        other.simulator = replace(self.simulator, model=model)
+        return other
+
+    def at_rows_of(self, other: Acceleration) -> Acceleration:
+        """The same at the rows of an objective on recordings of the same lengths."""
+        out = copy(self)
+        out.rows, out.classes, out.groups = other.rows, other.classes, other.groups
+        out.group_recording = other.group_recording
+        out.target = out.signal = self.measured_acceleration[out.rows]
+        return out
+
+    def model_acceleration(self, params: Array) -> Array:
+        """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2."""
+        from scipy.ndimage import convolve1d
+
+        motion = self.motion
+        start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
+        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
+        a = along.acceleration
+        inputs = self.simulator.inputs
+        offsets = inputs.sample_offsets
+        for index, kernel in enumerate(self.kernels):
+            part = slice(offsets[index], offsets[index + 1])
+            a[:, part] = convolve1d(a[:, part], kernel, axis=1)
+        if along.reading_error is not None:
+            a += self._seen(along.reading_error)
+        return np.asarray(a[:, self.rows])
+
+    def _seen(self, reading_error: Array) -> Array:
+        """What a reading error (C, samples) in m adds to the measured acceleration: its second difference, smoothed."""
+        from scipy.ndimage import convolve1d
+
+        out = np.zeros_like(reading_error)
+        inputs = self.simulator.inputs
+        offsets = inputs.sample_offsets
+        for index, half in enumerate(self.half_widths):
+            part = slice(offsets[index], offsets[index + 1])
+            second = np.diff(reading_error[:, part], 2, axis=1) / inputs.dts[index] ** 2
+            out[:, part] = convolve1d(np.pad(second, ((0, 0), (1, 1))), bump(half), axis=1)
+        return out
+
+    def reading_acceleration(self, params: Array) -> Array:
+        """What the model's reading error alone adds to the measured acceleration at the rows, (C, N) m/s^2."""
+        readings = self.simulator.readings(params, self.motion.y, self.motion.v)
+        return np.asarray(self._seen(readings)[:, self.rows])
+
+    def residuals(self, params: Array, offsets: Array) -> Array:
+        """(C, N) acceleration errors in m/s^2."""
+        return np.asarray(self.model_acceleration(params) - self.target)

@@ -1,0 +1,120 @@
+"""The objective `ahead`: prediction over a short horizon, restarted from the measured state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.objectives.objective import TRAVEL_CLASSES, travel_class
+from linid.identification.objectives.start_states import predicted_from_before
+from linid.identification.signals.motion import input_jumps, measure_motion
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Segments, Simulator
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+HORIZON = 0.1  # s, how far `ahead` looks
+
+
+@dataclass
+class Ahead:
+    """Prediction over a short horizon from the measured state, restarted every half horizon, in m.
+
+    The start state's error adds a straight line to a window; that line is projected out.
+    Hidden states at the start are estimated from the samples before, see `predicted_from_before`.
+    thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
+    an input jumps between two samples, since nobody knows when it did. guided: the motor's field is read at the
+    measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
+    true one, because it holds back what the noise of the currents does.
+    """
+
+    model: Model
+    recordings: tuple[Recording, ...]
+    substeps: int
+    jobs: int
+    horizon: float = HORIZON
+    thin: int = 1
+    project: bool = True
+    skip_jumps: bool = True
+    guided: bool = True
+    name: str = "ahead"
+    nuisances: int = 0
+    robust: bool = True
+
+    def __post_init__(self) -> None:
+        self.simulator = Simulator(self.model, pack_inputs(self.recordings), self.substeps, self.jobs)
+        self.motion = measure_motion(self.recordings)
+        inputs = self.simulator.inputs
+        recording, first, count = [], [], []
+        for index, samples in enumerate(inputs.counts):
+            length = min(max(8, round(self.horizon / inputs.dts[index])), int(samples) - 1)
+            begins = np.arange(0, int(samples) - length, max(1, length // 2) * self.thin)
+            for k in self._smooth_windows(index, begins, length):
+                recording.append(index)
+                first.append(int(k))
+                count.append(length + 1)
+        self.segments = Segments(*(np.array(x, dtype=np.int64) for x in (recording, first, count)))
+        self.flat_first = inputs.sample_offsets[self.segments.recording] + self.segments.first
+        self.begins = np.zeros(self.motion.y.size, dtype=np.bool_)
+        self.begins[self.flat_first] = True
+        flat = [np.arange(a, a + n) for a, n in zip(self.flat_first, self.segments.count, strict=True)]
+        self.flat = np.concatenate(flat)
+        self.measured = self.motion.measured[self.flat]
+        self.bases = {int(n): _line_basis(int(n)) for n in np.unique(self.segments.count)}
+        spans = np.array([np.ptp(self.motion.y[rows]) for rows in flat])
+        full = np.array([np.ptp(r.y) for r in self.recordings])[self.segments.recording]
+        sizes = self.segments.count
+        kinds = len(TRAVEL_CLASSES) + 1
+        travelled = travel_class(spans / np.maximum(full, 1e-300), 1.0)
+        self.classes = np.repeat(self.segments.recording * kinds + travelled, sizes)
+        self.groups = np.repeat(np.arange(sizes.size, dtype=np.int64), sizes)
+        self.group_recording = self.segments.recording
+        means = np.bincount(self.groups, self.measured) / np.bincount(self.groups)
+        self.signal = self.measured - means[self.groups]
+        self.floor = float(np.median(np.maximum(self.motion.position_noise, 1e-12)))
+
+    def _smooth_windows(self, index: int, begins: Integers, length: int) -> Integers:
+        """The windows without a jump of the input (all, where hardly any is without)."""
+        if not self.skip_jumps:
+            return begins
+        before = np.concatenate([[0], np.cumsum(input_jumps(self.recordings[index]))])
+        smooth = begins[before[begins + length] == before[begins]]
+        return smooth if smooth.size >= max(4, begins.size // 10) else begins
+
+    def simulate(self, params: Array) -> Array:
+        """Predicted positions of all windows, (C, N) m."""
+        motion = self.motion
+        if self.model.states:
+            return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
+        start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
+        along = self.simulator.along(
+            params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=self.begins
+        )
+        dts = self.simulator.inputs.dts[self.segments.recording]
+        starts = along.starts(self.flat_first, motion.y, motion.v, dts)
+        return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])
+
+    def residuals(self, params: Array, offsets: Array) -> Array:
+        """(C, N) prediction errors in m, each window without its straight line."""
+        errors = self.simulate(params)
+        errors -= self.measured
+        if not self.project:
+            return errors
+        offsets_out = self.segments.out_offsets
+        for length, basis in self.bases.items():
+            windows = np.flatnonzero(self.segments.count == length)
+            rows = (offsets_out[windows][:, None] + np.arange(length)).ravel()
+            for row in errors:  # one at a time: of long recordings, a copy of all takes hundreds of MB
+                block = row[rows].reshape(windows.size, length)
+                row[rows] = (block - (block @ basis) @ basis.T).ravel()
+        return errors
+
+
+def _line_basis(length: int) -> Array:
+    line = np.column_stack([np.ones(length), np.arange(length, dtype=np.float64)])
+    return np.asarray(np.linalg.qr(line)[0])

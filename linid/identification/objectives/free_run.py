@@ -1,0 +1,84 @@
+"""The objective `free_run`: displacement over the whole run, as in the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.signals.motion import measure_motion
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator, whole_recordings
+
+Array = NDArray[np.float64]
+
+_GROUP = 0.02  # s, residuals of free runs are grouped in bins of this length
+
+
+@dataclass
+class FreeRun:
+    """Displacement over the whole run (the paper's objective), in m; start position and speed are nuisances.
+
+    project: take them out linearly instead of fitting them (for the search). A change of start speed moves a
+    coast-down along its own trajectory, so that its shape is the measured speed.
+    """
+
+    model: Model
+    recordings: tuple[Recording, ...]
+    substeps: int
+    jobs: int
+    project: bool = False
+    name: str = "free_run"
+    robust: bool = False
+
+    def __post_init__(self) -> None:
+        self.simulator = Simulator(self.model, pack_inputs(self.recordings), self.substeps, self.jobs)
+        self.segments = whole_recordings(self.simulator.inputs)
+        self.motion = measure_motion(self.recordings)
+        first = self.simulator.inputs.sample_offsets[:-1]
+        self.start = np.column_stack([self.motion.y[first], self.motion.v[first]])
+        self.moving = self.start[:, 1] != 0.0
+        noise = np.maximum(self.motion.position_noise, 1e-12)
+        # Offsets are searched in units of their own uncertainty, so that all Jacobian columns have like size.
+        self.scale = np.column_stack([noise, np.maximum(self.motion.speed_noise, 1e-9)])
+        self.nuisances = 2 * len(self.recordings)
+        counts = self.simulator.inputs.counts
+        self.classes = np.repeat(np.arange(counts.size, dtype=np.int64), counts)
+        groups, owner, base = [], [], 0
+        for index, recording in enumerate(self.recordings):
+            bins = np.arange(recording.t.size) // max(1, round(_GROUP / recording.period))
+            groups.append(bins + base)
+            base += int(bins[-1]) + 1
+            owner += [index] * (int(bins[-1]) + 1)
+        self.groups = np.concatenate(groups).astype(np.int64)
+        self.group_recording = np.array(owner, dtype=np.int64)
+        self.signal = np.concatenate([r.y - np.mean(r.y) for r in self.recordings])
+        self.floor = float(np.median(noise))
+
+    def starts(self, offsets: Array) -> Array:
+        """Start states (C, R, 3) for offsets (C, 2 R); the bristle follows from the model (nan)."""
+        shape = (offsets.shape[0], len(self.recordings), 2)
+        state = np.full((*shape[:2], 3), np.nan)
+        state[:, :, :2] = self.start + offsets.reshape(shape) * self.scale
+        state[:, ~self.moving, 1] = 0.0
+        return state
+
+    def simulate(self, params: Array, offsets: Array, *, velocity: bool = False) -> tuple[Array, Array, int]:
+        """Free-run positions (C, N) m and velocities."""
+        return self.simulator.run(params, self.segments, self.starts(offsets), velocity=velocity)
+
+    def residuals(self, params: Array, offsets: Array) -> Array:
+        """(C, N) position errors in m."""
+        errors = self.simulate(params, offsets)[0] - self.motion.measured
+        if self.project:
+            edges = self.simulator.inputs.sample_offsets
+            for index, recording in enumerate(self.recordings):
+                if recording.kind != "free_wheel":
+                    continue
+                a, b = edges[index], edges[index + 1]
+                basis = np.linalg.qr(np.column_stack([np.ones(b - a), self.motion.v[a:b]]))[0]
+                errors[:, a:b] -= (errors[:, a:b] @ basis) @ basis.T
+        return errors

@@ -1,0 +1,44 @@
+"""What an objective is: residuals of some recordings, in classes and groups.
+
+Each part holds some recordings and gives, for every candidate, residuals with a class each. Residuals of a
+class share one unknown noise level; groups keep the order in time for the uncertainty.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.signals.motion import Motion
+from linid.recording.recording import Recording
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+TRAVEL_CLASSES = (1e-4, 1e-2)  # of the recording's range: resting, creeping, moving
+
+
+class Part(Protocol):
+    """Residuals of some recordings under one objective."""
+
+    name: str
+    recordings: tuple[Recording, ...]
+    motion: Motion
+    classes: Integers  # (N,)
+    groups: Integers  # (N,), consecutive along time
+    group_recording: Integers  # (groups,)
+    signal: Array  # (N,) the residuals of an axis that does nothing, as a scale
+    nuisances: int  # start-state offsets per candidate
+    floor: float
+    robust: bool  # whether single groups may be outliers (bursts, unstable breakaways)
+
+    def residuals(self, params: Array, offsets: Array) -> Array:
+        """(C, N) residuals in the part's unit; offsets: (C, nuisances)."""
+        ...
+
+
+def travel_class(span: Array, full: float) -> Integers:
+    limits = np.array(TRAVEL_CLASSES) * full
+    return np.asarray(np.searchsorted(limits, span), dtype=np.int64)

@@ -1,0 +1,108 @@
+"""A fitting problem: search space, objectives and one cost over all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.objectives.objective import Part
+from linid.identification.space.search_space import SearchSpace
+
+Array = NDArray[np.float64]
+_CHUNK_FLOATS = 8_000_000  # residuals held at once during a population run, 64 MB
+LOST = 1e6  # cost of a candidate whose simulation failed
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Genes (p,) and start offsets -> residuals of all parts.
+
+    The noise of each class of residuals is unknown; eliminating it from the Gaussian likelihood leaves
+    sum over classes of n log(RMS). The cost is exp of its mean with the RMS taken relative to the measured
+    signal's own: a geometric mean of relative errors, dimensionless.
+    """
+
+    space: SearchSpace
+    parts: tuple[Part, ...]
+
+    @property
+    def nuisances(self) -> int:
+        """Number of start-state offsets of all parts."""
+        return sum(part.nuisances for part in self.parts)
+
+    def residuals(self, genes: Array, offsets: Array) -> list[Array]:
+        """Residuals (C, N) of each part for genes (C, p) and offsets (C, nuisances)."""
+        params = self.space.vectors(genes)
+        out, at = [], 0
+        for part in self.parts:
+            out.append(part.residuals(params, offsets[:, at : at + part.nuisances]))
+            at += part.nuisances
+        return out
+
+    def class_counts(self) -> list[Array]:
+        """Per part: number of independent groups in each class of residuals."""
+        counts = []
+        for part in self.parts:
+            pairs = np.unique(np.column_stack([part.classes, part.groups]), axis=0)
+            counts.append(np.bincount(pairs[:, 0], minlength=int(part.classes.max()) + 1).astype(float))
+        return counts
+
+    def reference(self) -> list[Array]:
+        """Per part and class: RMS of the residuals if nothing moved, the scale of the relative errors."""
+        still = []
+        for part in self.parts:
+            still.append(_class_rms(part.signal[None, :], part.classes, part.floor)[0])
+        return still
+
+
+def _class_rms(residuals: Array, classes: NDArray[np.int64], floor: float) -> Array:
+    """RMS per candidate and class (C, classes), never below the floor; nan where a simulation failed."""
+    sizes = np.bincount(classes)
+    out = np.ones((residuals.shape[0], sizes.size))
+    filled = sizes > 0
+    for row in range(residuals.shape[0]):
+        sums = np.bincount(classes, residuals[row] ** 2)
+        out[row, filled] = np.sqrt(sums[filled] / sizes[filled] + floor**2)
+    return out
+
+
+class Cost:
+    """The cost of whole populations; start offsets stay at their measured values."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.counts = problem.class_counts()
+        self.references = problem.reference()
+        self.size = sum(part.classes.size for part in problem.parts)
+        self.evaluations = 0
+
+    def __call__(self, population: Array) -> Array:
+        """Costs (C,) of genes (C, p); a failed simulation costs LOST."""
+        population = np.atleast_2d(population)
+        chunk = max(1, _CHUNK_FLOATS // max(self.size, 1))
+        pieces = [population[a : a + chunk] for a in range(0, population.shape[0], chunk)]
+        self.evaluations += population.shape[0]
+        return np.concatenate([self._chunk(piece) for piece in pieces])
+
+    def _chunk(self, population: Array) -> Array:
+        offsets = np.zeros((population.shape[0], self.problem.nuisances))
+        rows = self.problem.residuals(population, offsets)
+        return self.of_residuals(rows)
+
+    def class_rms(self, rows: list[Array]) -> list[Array]:
+        """RMS (C, classes) per part."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            return [
+                _class_rms(row, part.classes, part.floor) for row, part in zip(rows, self.problem.parts, strict=True)
+            ]
+
+    def of_residuals(self, rows: list[Array]) -> Array:
+        """Costs (C,) of residuals per part."""
+        total, weight = np.zeros(rows[0].shape[0]), 0.0
+        for rms, counts, reference in zip(self.class_rms(rows), self.counts, self.references, strict=True):
+            total += np.log(rms / np.maximum(reference, 1e-300)) @ counts
+            weight += float(counts.sum())
+        cost = np.exp(total / weight)
+        return np.where(np.isfinite(cost), np.minimum(cost, LOST), LOST)

@@ -1,0 +1,328 @@
+"""The local polish: damped least squares on genes and start offsets, with the class noise re-estimated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.objectives.free_run import FreeRun
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.result import Generation
+from linid.identification.space.field_vector import FieldVector, field_vector
+
+Array = NDArray[np.float64]
+_GENE_STEP = 1e-5
+_OFFSET_STEP = 0.3
+_OFFSET_LIMIT = 1e4
+POLISH_STEPS = 60
+POLISH_PRECISION = 1e-4  # 1 % of a standard deviation; at 10 % all fits end on the same side, which shows in coverage
+_DAMPING = 1e-4  # at first, relative to each parameter's own curvature
+_UNDAMPED = 1e-12
+_DAMPING_AGAIN = 1e-8  # at least, once a step has failed
+_REACH = 0.3  # of the search box at most in a step: genes that hardly matter here may matter there
+_LEAST_KEPT = 1e-3  # of the promised gain
+_CREEPING_STEPS = 4
+# A step is bent by the second derivative of the residuals along it, probed at a tenth of the step; if the bend is too
+# long beside the step, the curve is not known well enough (Transtrum and Sethna 2012).
+_CURVE_PROBE = 0.1
+_LARGEST_BEND = 0.375
+_WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
+_OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
+
+
+@dataclass(frozen=True)
+class PolishResult:
+    """genes (p,), offsets (k,), cost, whether it converged and why, history, and the final linearisation.
+
+    residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; sigma: class RMS per part.
+    """
+
+    genes: Array
+    offsets: Array
+    cost: float
+    converged: bool
+    reason: str
+    history: tuple[Generation, ...]
+    evaluations: int
+    residuals: Array
+    jacobian: Array
+
+
+class Linearisation:
+    """Weighted residuals and their Jacobian, each by one batch of simulations."""
+
+    def __init__(self, problem: Problem, cost: Cost) -> None:
+        self.problem = problem
+        self.cost = cost
+        self.p = len(problem.space.genes)
+        self.k = problem.nuisances
+        self.weights = [np.ones(part.classes.size) for part in problem.parts]
+        self._latest: tuple[Array, list[Array]] | None = None
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Least and greatest genes and offsets, (p + k,) each."""
+        offsets = np.full(self.k, _OFFSET_LIMIT)
+        return np.concatenate([np.zeros(self.p), -offsets]), np.concatenate([np.ones(self.p), offsets])
+
+    def reweight(self, x: Array) -> float:
+        """Set the weights from the class RMS at x; returns the cost there."""
+        rows = self._rows(x)
+        for index, rms in enumerate(self.cost.class_rms(rows)):
+            part = self.problem.parts[index]
+            sizes = np.maximum(np.bincount(part.classes, minlength=rms.shape[1]), 1)
+            scale = np.sqrt(self.cost.counts[index] / sizes) / rms[0]
+            self.weights[index] = scale[part.classes]
+            if part.robust:
+                self.weights[index] *= _group_weights(rows[index][0] / rms[0][part.classes], part.groups)
+        return float(self.cost.of_residuals(rows)[0])
+
+    def _rows(self, x: Array) -> list[Array]:
+        if self._latest is None or not np.array_equal(self._latest[0], x):
+            self.cost.evaluations += 1
+            self._latest = x.copy(), self.problem.residuals(x[None, : self.p], x[None, self.p :])
+        return self._latest[1]
+
+    def residuals(self, x: Array) -> Array:
+        """Weighted residuals (N,) at x = genes and offsets; a failed simulation gives large ones."""
+        rows = self._rows(x)
+        joined = np.concatenate([row[0] * weight for row, weight in zip(rows, self.weights, strict=True)])
+        return np.asarray(np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3))
+
+    def length(self, x: Array) -> Array:
+        """The weighted residuals (p + k + 1,) in axes whose first one points along them: their length, then zeros."""
+        out = np.zeros(self.p + self.k + 1)
+        out[0] = np.linalg.norm(self.residuals(x))
+        return out
+
+    def rotated_jacobian(self, x: Array) -> Array:
+        """(p + k + 1, p + k) in the axes of `length`."""
+        residual, jacobian = rotated(*self.differences(x))
+        return jacobian * (1.0 if residual[0] >= 0.0 else -1.0)
+
+    def jacobian(self, x: Array, *, central: bool = False) -> Array:
+        """(N, p + k) of the weighted residuals."""
+        return self.differences(x, central=central)[1]
+
+    def differences(self, x: Array, *, central: bool = False) -> tuple[Array, Array]:
+        """Weighted residuals (N,) and their Jacobian by finite differences in one batch.
+
+        Offsets of all recordings are shifted together.
+        """
+        p, k = self.p, self.k
+        steps = np.full(p, _GENE_STEP)
+        if not central:
+            steps[x[:p] + _GENE_STEP > 1.0] *= -1.0
+        kinds = 2 if k else 0
+        rows = [x]
+        rows += [x + np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
+        for kind in range(kinds):
+            shift = np.zeros(p + k)
+            shift[p + kind :: 2] = _OFFSET_STEP
+            rows.append(x + shift)
+        if central:
+            rows += [x - np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
+        batch = np.array(rows)
+        values = self.batch(batch)
+        base = values[0]
+        out = np.zeros((base.size, p + k))
+        if central:
+            for column in range(p):
+                out[:, column] = (values[1 + column] - values[1 + p + kinds + column]) / (2.0 * steps[column])
+        else:
+            for column in range(p):
+                out[:, column] = (values[1 + column] - base) / steps[column]
+        owner = self._nuisance_owner()
+        for kind in range(kinds):
+            change = (values[1 + p + kind] - base) / _OFFSET_STEP
+            for recording in range(k // 2):
+                mask = owner == recording
+                out[mask, p + 2 * recording + kind] = change[mask]
+        base = np.nan_to_num(base, nan=1e3, posinf=1e3, neginf=-1e3)
+        return base, np.nan_to_num(out, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def batch(self, batch: Array) -> Array:
+        """Weighted residuals (C, N) of rows (C, p + k) of genes and offsets."""
+        self.cost.evaluations += batch.shape[0]
+        parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
+        weighted = [part * weight for part, weight in zip(parts, self.weights, strict=True)]
+        return weighted[0] if len(weighted) == 1 else np.concatenate(weighted, axis=1)
+
+    def _nuisance_owner(self) -> NDArray[np.int64]:
+        """Per residual: index of the recording whose start offsets act on it, -1 if none."""
+        owners, base = [], 0
+        for part in self.problem.parts:
+            if part.nuisances:
+                owners.append(part.group_recording[part.groups] + base)
+                base += part.nuisances // 2
+            else:
+                owners.append(np.full(part.classes.size, -1, dtype=np.int64))
+        return np.concatenate(owners)
+
+
+def rotated(base: Array, slopes: Array) -> tuple[Array, Array]:
+    """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals: all that least squares
+    needs to know of the long ones."""
+    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, slopes]), mode="r"))
+    return triangle[:, 0], triangle[:, 1:]
+
+
+def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
+    """Weights of residuals (N,) by Huber's rule on whole groups: 1 up to `_OUTLIER` times the median power.
+
+    relative: residuals over their class RMS. One step of the usual iteratively reweighted least squares.
+    """
+    power = np.bincount(groups, np.nan_to_num(relative, nan=1e3) ** 2) / np.maximum(np.bincount(groups), 1)
+    limit = _OUTLIER * max(float(np.median(power)), 1e-300)
+    return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(power, 1e-300)))[groups])
+
+
+def polish(
+    problem: Problem,
+    cost: Cost,
+    genes: Array,
+    offsets: Array | None = None,
+    *,
+    steps: int = POLISH_STEPS,
+    precision: float = POLISH_PRECISION,
+    creep: float = 0.0,
+    final: bool = True,
+    bend: bool = True,
+    watch: Callable[[int, float], None] | None = None,
+) -> PolishResult:
+    """Refine genes (p,) by Levenberg and Marquardt's method within the box, the noise re-estimated at each step.
+
+    offsets: start offsets (k,) to begin with; steps: at most; precision: the polish ends when no step promises to
+    lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1), or when
+    `_CREEPING_STEPS` steps have gained less than `creep`, as along a valley in which the data hardly tell the
+    parameters; final: also return the linearisation at the end; bend: follow curved valleys, field and residuals being
+    taken to second order; watch: called after each step with its number and the cost.
+    Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares; steps
+    bent by geodesic acceleration.
+    """
+    line = Linearisation(problem, cost)
+    field = field_vector(problem.space) if bend else None
+    p, k = line.p, line.k
+    x = np.concatenate([np.clip(genes, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
+    lower, upper = line.bounds
+    best = line.reweight(x)
+    history = []
+    gains: list[float] = []
+    converged, reason = False, f"polish: {steps} steps used"
+    damping = _DAMPING
+    reach = np.concatenate([np.full(p, _REACH), np.full(k, np.inf)])
+    for number in range(1, steps + 1):
+        base, slopes = line.differences(x)
+        residual, jacobian = rotated(base, slopes)
+        before = float(residual @ residual)
+        if all(_damped_step(residual, jacobian, d, lower - x, upper - x)[1] < precision for d in (_UNDAMPED, damping)):
+            converged = True
+            reason = f"polish: no step promises to gain {precision:g} (one standard deviation weighs 1)"
+            break
+        while True:
+            room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
+            move, promised = _damped_step(residual, jacobian, damping, *room)
+            if bend and promised > _WORTH_BENDING:
+                probed = line.residuals(_moved(field, x, _CURVE_PROBE * move, lower, upper))
+                move = _bent(move, probed, base, slopes, jacobian, damping)
+            trial = _moved(field, x, move, lower, upper)
+            gain = before - float(np.sum(line.residuals(trial) ** 2))
+            kept = gain / promised
+            if kept > _LEAST_KEPT or promised < _LEAST_KEPT * precision:
+                break
+            damping = max(10.0 * damping, _DAMPING_AGAIN)
+        del base, slopes  # before the next ones take their memory
+        if kept <= _LEAST_KEPT:
+            converged = True
+            reason = (
+                f"polish: no step gains anything (the next promises {promised:.1g}, one standard deviation weighs 1)"
+            )
+            break
+        damping *= 0.1 if kept > 0.75 else 1.0 if kept > 0.25 else 4.0
+        x = trial
+        current = line.reweight(x)
+        history.append(Generation("polish", number, cost.evaluations, min(current, best), current))
+        if watch is not None:
+            watch(number, current)
+        best = min(best, current)
+        gains.append(gain)
+        if len(gains) >= _CREEPING_STEPS and sum(gains[-_CREEPING_STEPS:]) < creep:
+            converged = True
+            gained = sum(gains[-_CREEPING_STEPS:])
+            reason = f"polish: {_CREEPING_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
+            break
+    central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
+    return PolishResult(
+        x[:p],
+        x[p:],
+        best,
+        converged,
+        reason,
+        tuple(history),
+        cost.evaluations,
+        line.residuals(x),
+        line.jacobian(x, central=central) if final else np.zeros((0, 0)),
+    )
+
+
+def _moved(field: FieldVector | None, x: Array, move: Array, lower: Array, upper: Array) -> Array:
+    """x + move within the bounds, the field's vector in a straight line."""
+    return np.clip(x + move if field is None else field.moved(x, move), lower, upper)
+
+
+def _bent(move: Array, probed: Array, base: Array, slopes: Array, jacobian: Array, damping: float) -> Array:
+    """The step (n,) bent along the valley that it follows: with half the geodesic acceleration added.
+
+    probed: residuals (N,) at `_CURVE_PROBE` of the step; base, slopes: residuals and Jacobian (N, n) at its start;
+    jacobian: that in rotated axes. The step as it is, where the acceleration is not small beside it.
+    Source: Transtrum and Sethna 2012, arXiv:1201.5885.
+    """
+    free = move != 0.0
+    second = 2.0 / _CURVE_PROBE * ((probed - base) / _CURVE_PROBE - slopes @ move)
+    norms = np.linalg.norm(jacobian[:, free], axis=0)
+    norms[norms == 0.0] = 1.0
+    scaled = jacobian[:, free] / norms
+    normal = scaled.T @ scaled + damping * np.eye(norms.size)
+    bend = -0.5 * np.linalg.lstsq(normal, (slopes[:, free].T @ second) / norms, rcond=None)[0]
+    if not np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(move[free] * norms):
+        return move
+    out = move.copy()
+    out[free] += bend / norms
+    return out
+
+
+def _damped_step(residual: Array, jacobian: Array, damping: float, lower: Array, upper: Array) -> tuple[Array, float]:
+    """The damped Gauss-Newton step (n,) between lower <= 0 and upper >= 0, and the decrease that it promises of the sum
+    of squares. residual: (m,); jacobian: (m, n)."""
+    norms = np.linalg.norm(jacobian, axis=0)
+    norms[norms == 0.0] = 1.0
+    stacked = np.vstack([jacobian / norms, np.sqrt(damping) * np.eye(norms.size)])
+    aim = np.concatenate([-residual, np.zeros(norms.size)])
+    move = np.linalg.lstsq(stacked, aim, rcond=None)[0] / norms
+    if np.any((move < lower) | (move > upper)):
+        from scipy.optimize import lsq_linear
+
+        move = lsq_linear(stacked, aim, (lower * norms, upper * norms), method="bvls").x / norms
+    change = jacobian @ move
+    return move, -float(2.0 * residual @ change + change @ change)
+
+
+def polish_starts(part: FreeRun, vector: Array, rounds: int = 3) -> Array:
+    """Start offsets (1, 2 R) that bring free runs with given parameters (1, VECTOR_SIZE) nearest to the data."""
+    offsets = np.zeros((1, part.nuisances))
+    edges = part.simulator.inputs.sample_offsets
+    for _ in range(rounds):
+        shifted = np.repeat(offsets, 3, axis=0)
+        shifted[1, 0::2] += _OFFSET_STEP
+        shifted[2, 1::2] += _OFFSET_STEP
+        rows = part.residuals(np.repeat(vector, 3, axis=0), shifted)
+        if not np.all(np.isfinite(rows)):
+            break
+        for index in range(len(part.recordings)):
+            a, b = edges[index], edges[index + 1]
+            columns = (rows[1:, a:b] - rows[0, a:b]).T / _OFFSET_STEP
+            offsets[0, 2 * index : 2 * index + 2] -= np.linalg.lstsq(columns, rows[0, a:b], rcond=None)[0]
+    return offsets

@@ -1,0 +1,81 @@
+"""The periodogram of a residual over position: which periods of a reading error could explain it.
+
+An error e(y) of the reading shows as its second difference in time, smoothed like the measured acceleration. Its
+moment with a residual is that of e itself with the residual sent back through the same steps, so that one fast
+Fourier transform over position gives the moments of all periods at once (a periodogram by least squares: Lomb 1976,
+Astrophys. Space Sci. 39, 447).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.objectives.acceleration import Acceleration, bump
+
+Array = NDArray[np.float64]
+_PER_PERIOD = 12  # bins of position per shortest period
+_MOST_BINS = 1 << 22
+_SPEEDS = 64  # classes of speed in which the columns' lengths are summed
+_LENGTHS = 400  # wavenumbers at which they are
+
+
+def likely_periods(
+    part: Acceleration, rest: Array, weights: Array, longest: float, shortest: float, count: int
+) -> tuple[float, ...]:
+    """The `count` periods in m (rotary: rad) whose sines in the reading explain most, the likeliest first.
+
+    part: the rows of the balance; rest, weights: (N,) weighted residual and the weights in it; longest, shortest: of
+    the periods, m.
+    """
+    y = part.motion.y
+    low, stroke = float(np.min(y)), max(float(np.ptp(y)), 1e-12)
+    width = max(shortest / _PER_PERIOD, 4.0 * stroke / _MOST_BINS)
+    bins = ((y - low) / width).astype(np.int64)
+    size = 1 << int(np.ceil(np.log2(4.0 * (int(bins.max()) + 1))))  # four points per peak
+    spectrum = np.abs(np.fft.rfft(np.bincount(bins, _sent_back(part, rest * weights)), size)) ** 2
+    wavenumbers = 2.0 * np.pi * np.arange(spectrum.size) / (size * width)
+    wanted = (wavenumbers >= 2.0 * np.pi / longest) & (wavenumbers <= 2.0 * np.pi / shortest)
+    wavenumbers, spectrum = wavenumbers[wanted], spectrum[wanted]
+    if wavenumbers.size < 3:
+        return ()
+    coarse = np.geomspace(wavenumbers[0], wavenumbers[-1], _LENGTHS)
+    lengths = np.exp(np.interp(np.log(wavenumbers), np.log(coarse), np.log(_lengths(part, weights, coarse))))
+    power = spectrum / lengths
+    peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
+    best = peaks[np.argsort(-power[peaks])][:count]
+    return tuple((2.0 * np.pi / wavenumbers[best]).tolist())
+
+
+def _sent_back(part: Acceleration, weighted: Array) -> Array:
+    """The residual (N,) at the rows sent back to all readings: the adjoint of smoothed second differences."""
+    out = np.zeros(part.motion.y.size)
+    out[part.rows] = weighted
+    inputs = part.simulator.inputs
+    for index, half in enumerate(part.half_widths):
+        mine = slice(inputs.sample_offsets[index], inputs.sample_offsets[index + 1])
+        smooth = np.convolve(out[mine], bump(half), mode="same")
+        smooth[[0, -1]] = 0.0
+        out[mine] = np.convolve(smooth, (1.0, -2.0, 1.0), mode="same") / inputs.dts[index] ** 2
+    return out
+
+
+def _lengths(part: Acceleration, weights: Array, wavenumbers: Array) -> Array:
+    """Squared lengths (k,) of the columns of unit sines, as if the axis ran evenly within each kernel."""
+    speed = np.abs(part.motion.v[part.rows])
+    acceleration = part.target**2
+    out = np.full(wavenumbers.size, 1e-300)
+    for index, half in enumerate(part.half_widths):
+        mine = part.classes == index
+        dt = float(part.simulator.inputs.dts[index])
+        edges = np.linspace(0.0, float(np.max(speed[mine], initial=1e-9)) * (1.0 + 1e-9), _SPEEDS + 1)
+        place = np.digitize(speed[mine], edges) - 1
+        squares = weights[mine] ** 2
+        count = np.bincount(place, squares, _SPEEDS)[:_SPEEDS]
+        turning = np.bincount(place, squares * acceleration[mine], _SPEEDS)[:_SPEEDS]
+        phase = wavenumbers[:, None] * (0.5 * (edges[1:] + edges[:-1]) * dt)
+        kernel = bump(half)
+        gain = kernel[half] + 2.0 * sum(kernel[half + n] * np.cos(n * phase) for n in range(1, half + 1))
+        bend = (2.0 - 2.0 * np.cos(phase)) / dt**2
+        out += 0.5 * np.sum(gain**2 * (bend**2 * count + wavenumbers[:, None] ** 2 * turning), axis=1)
+    return out

@@ -1,0 +1,51 @@
+"""Force constant and field phase as length and direction of one vector, in which the thrust is linear."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.space.search_space import SearchSpace
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FieldVector:
+    """The genes of force constant and shift, and what a unit of each turns or stretches the vector by.
+
+    Thrust is K cos(phase) A(t) + K sin(phase) B(t) (theta: of its first harmonic), so that a valley of equal
+    cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase.
+    """
+
+    constant: int
+    shift: int
+    stretch: float  # of log K per gene
+    turn: float  # rad per gene
+
+    def moved(self, x: Array, move: Array) -> Array:
+        """Genes x (n,) moved by `move`, the field's vector in a straight line; also with other unknowns behind."""
+        out = np.asarray(x + move)
+        along = 1.0 + self.stretch * float(move[self.constant])
+        across = self.turn * float(move[self.shift])
+        if along > 0.0:
+            out[self.constant] = x[self.constant] + math.log(math.hypot(along, across)) / self.stretch
+            out[self.shift] = x[self.shift] + math.atan2(across, along) / self.turn
+        return out
+
+
+def field_vector(space: SearchSpace) -> FieldVector | None:
+    """The field's vector among the genes; None unless force constant (by its logarithm) and shift are searched."""
+    places = {gene.name: place for place, gene in enumerate(space.genes)}
+    if "force_constant" not in places or "shift" not in places or not space.genes[places["force_constant"]].log:
+        return None
+    constant, shift = (space.genes[places[name]] for name in ("force_constant", "shift"))
+    return FieldVector(
+        places["force_constant"],
+        places["shift"],
+        math.log(constant.upper / constant.lower),
+        space.model.turns * (shift.upper - shift.lower),
+    )

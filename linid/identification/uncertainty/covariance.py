@@ -1,0 +1,234 @@
+"""Covariance of the estimates, corrected for residuals that are correlated along time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.objectives.objective import Part
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import Linearisation, PolishResult
+from linid.identification.signals.motion import with_input_noise
+from linid.identification.space.search_space import BOX_STD
+from linid.identification.uncertainty import field_phase
+from linid.identification.uncertainty.voltage_noise import noise_curvature
+
+Array = NDArray[np.float64]
+
+_MINIMUM_LAGS = 4
+_NORMAL = 1.959964
+_NOISE_DRAWS = 3
+# Least share of J'J that is taken for information; the draws cannot tell less from none.
+_LEAST_SHARE = 0.02
+# Share of a phase's first-order information, beyond what the second order tells, that noise must feign to be left out.
+_FEIGNED = 0.5
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """gene_covariance: (p, p) robust covariance in gene units; condition_number: of the scaled information
+    matrix; conditional_std: (p,) gene standard deviation if all other parameters were known; intervals: 95 %
+    intervals in gene units of those genes that the covariance cannot describe; aligned: the currents keep with the
+    field, so that its phase shows to second order only."""
+
+    gene_covariance: Array
+    condition_number: float
+    conditional_std: Array
+    intervals: dict[int, tuple[float, float]] = field(default_factory=dict)
+    aligned: bool = False
+
+
+def _blocks(problem: Problem, residuals: Array, jacobian: Array) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
+    """Per recording of each part: the part, weighted residuals (n,), Jacobian (n, k) and groups (n,)."""
+    out, at = [], 0
+    for part in problem.parts:
+        rows = slice(at, at + part.groups.size)
+        at += part.groups.size
+        owner = part.group_recording[part.groups]
+        for recording in range(len(part.recordings)):
+            mine = owner == recording
+            out.append((part, residuals[rows][mine], jacobian[rows][mine], part.groups[mine]))
+    return out
+
+
+def _ar1_lags(rho: float, size: int) -> int:
+    """Lags of the Bartlett kernel for an AR(1) series by Andrews (1991)."""
+    rho = min(max(rho, -0.97), 0.97)
+    alpha = 4.0 * rho**2 / ((1.0 - rho) ** 2 * (1.0 + rho) ** 2)
+    return int(min(np.ceil(1.1447 * (alpha * size) ** (1.0 / 3.0)), size // 3))
+
+
+def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
+    """J' V J with V from the residuals' autocovariance: for free runs, where few samples carry a parameter.
+
+    Products of single residuals and Jacobian rows would underrate those samples, because the fit follows them.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n = residuals.size
+    power = float(residuals @ residuals)
+    rho = float(residuals[1:] @ residuals[:-1]) / max(power, 1e-300)
+    lags = _ar1_lags(rho, n)
+    correlation = np.array([float(residuals[k:] @ residuals[: n - k]) for k in range(lags + 1)]) / n
+    taper = correlation * (1.0 - np.arange(lags + 1) / (lags + 1.0))
+    kernel = np.concatenate([taper[:0:-1], taper])
+    size = next_fast_len(n + 2 * lags, real=True)
+    spectrum = rfft(jacobian, size, axis=0) * rfft(kernel, size)[:, None]
+    smoothed = irfft(spectrum, size, axis=0)[lags : lags + n]
+    return np.asarray(jacobian.T @ smoothed)
+
+
+def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64]) -> Array:
+    """Newey-West sum of score products over groups (windows) in order of time."""
+    starts = np.flatnonzero(np.diff(groups, prepend=groups[0] - 1))
+    scores = np.add.reduceat(jacobian * residuals[:, None], starts, axis=0)
+    power = np.einsum("ij,ij->j", scores, scores)
+    lag_one = np.einsum("ij,ij->j", scores[1:], scores[:-1])
+    rho = float(np.median(lag_one[power > 0.0] / power[power > 0.0])) if np.any(power > 0.0) else 0.0
+    lags = min(max(_ar1_lags(rho, scores.shape[0]), _MINIMUM_LAGS), max(scores.shape[0] - 1, 0))
+    meat = scores.T @ scores
+    for lag in range(1, lags + 1):
+        cross = scores[lag:].T @ scores[:-lag]
+        meat += (1.0 - lag / (lags + 1.0)) * (cross + cross.T)
+    return np.asarray(meat)
+
+
+def _spurious_information(problem: Problem, fit: PolishResult, seed: int) -> Array:
+    """What the noise of the logged inputs adds to J'J, from Jacobians with that noise added once more.
+
+    Where a commutated motion itself says little (field phase, pole pitch), noise in the currents makes up
+    most of the Jacobian; counted as information it would make the intervals far too narrow.
+    """
+    generator = np.random.default_rng(seed)
+    x = np.concatenate([fit.genes, fit.offsets])
+    clean = Linearisation(problem, Cost(problem))
+    clean.reweight(x)
+    base = clean.jacobian(x)
+    added = np.zeros((x.size, x.size))
+    for _ in range(_NOISE_DRAWS):
+        parts = tuple(
+            replace(part, recordings=tuple(with_input_noise(r, generator) for r in part.recordings))  # type: ignore[type-var]
+            for part in problem.parts
+        )
+        if any(one.classes.size != two.classes.size for one, two in zip(parts, problem.parts, strict=True)):
+            continue
+        noisy = Linearisation(Problem(problem.space, parts), clean.cost)
+        noisy.weights = clean.weights
+        change = noisy.jacobian(x) - base
+        added += change.T @ change / _NOISE_DRAWS
+        del parts, noisy, change  # before the next ones, as large, are made
+    return added
+
+
+def _without_spurious(information: Array, spurious: Array) -> Array:
+    """information - spurious, in every direction at least `_LEAST_SHARE` of the information."""
+    dark = np.diag(information) <= 0.0  # nothing to take off, whatever the noise feigned there
+    unit = np.where(dark, 1.0, np.sqrt(np.abs(np.diag(information))))
+    spurious = np.where(dark[:, None] | dark, 0.0, spurious)
+    scaled = information / np.outer(unit, unit) + 1e-12 * np.eye(unit.size)
+    root = np.linalg.cholesky(scaled)
+    inner = np.linalg.solve(root, np.linalg.solve(root, spurious / np.outer(unit, unit)).T)
+    values, vectors = np.linalg.eigh(0.5 * (inner + inner.T))
+    kept = (vectors * np.clip(1.0 - values, _LEAST_SHARE, 1.0)) @ vectors.T
+    return np.asarray((root @ kept @ root.T) * np.outer(unit, unit))
+
+
+def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int) -> Array:
+    """Covariance of the scores jacobian' residuals, with their correlation along time."""
+    meat = np.zeros((jacobian.shape[1], jacobian.shape[1]))
+    groups = 0
+    for part, rest, slopes, group in _blocks(problem, residuals, jacobian):
+        groups += int(np.unique(group).size)
+        if part.robust:
+            meat += _group_meat(rest, slopes, group)
+        else:
+            meat += _stationary_meat(rest, slopes)
+    return meat * (groups / max(groups - parameters, 1))
+
+
+def _with_deviations(covariance: Array, pair: list[int], factors: Array) -> Array:
+    """A covariance (p, p) with the deviations of two parameters times factors (2,); the others follow as far as they
+    hang on these."""
+    inner = covariance[np.ix_(pair, pair)]
+    slopes = np.linalg.solve(inner, covariance[pair]).T
+    changed = inner * np.outer(factors, factors) - inner
+    return np.asarray(covariance + slopes @ changed @ slopes.T)
+
+
+def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) -> Uncertainty:
+    """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
+
+    Information that only the noise of the inputs feigns is taken off. Directions that the data do not see keep
+    the spread of the search box. seed: of the noise draws.
+    """
+    p = len(problem.space.genes)
+    told = np.any(fit.jacobian != 0.0, axis=0)
+    told[:p] = True  # a start that moves nothing, such as the speed of an axis at rest, has no share in the rest
+    jacobian = fit.jacobian[:, told]
+    n = jacobian.shape[1]
+    # The back-EMF tells the field's phase at first order: no flat valley where voltages are known.
+    pair = None if problem.space.model.winding else field_phase.columns(problem.space)
+    spurious = np.zeros((n, n))
+    if problem.space.model.phases:
+        spurious = _spurious_information(problem, fit, seed)[np.ix_(told, told)]
+    spurious[:p, :p] += noise_curvature(problem, fit)
+    aligned = False
+    if pair is not None:
+        jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])
+        first, second = fit.jacobian[:, pair], jacobian[:, n:]
+        by_phase = second @ np.linalg.lstsq(second, first, rcond=1e-10)[0]
+        beyond = np.einsum("ij,ij->j", first - by_phase, first - by_phase)
+        aligned = bool(np.all(np.diag(spurious)[list(pair)] > _FEIGNED * beyond))
+        if aligned:  # beyond what second order tells of the estimate's own phase error there is only noise
+            jacobian[:, pair] = by_phase
+            spurious[list(pair)] = 0.0
+            spurious[:, list(pair)] = 0.0
+    meat = _meat(problem, fit.residuals, jacobian, p)
+    full = jacobian.T @ jacobian
+    information = full[:n, :n]
+    # The residuals have unit variance per group after weighting; the prior carries weight in the same unit.
+    noise = float(np.trace(np.linalg.pinv(information) @ meat[:n, :n])) / max(n, 1)
+    prior = np.zeros(n)
+    prior[:p] = max(noise, 1e-12) / BOX_STD**2
+    information = _without_spurious(information, spurious)
+    regular = information + np.diag(prior)
+    inverse = np.linalg.inv(regular)
+    scores = meat.copy()
+    scores[:n, :n] += np.diag(prior * max(noise, 1e-12))
+    covariance = inverse @ scores[:n, :n] @ inverse
+    block = covariance[:p, :p]
+    intervals = {}
+    if pair is not None:
+        full[:n, :n] = regular
+        room = np.array([[-fit.genes[column], 1.0 - fit.genes[column]] for column in pair])
+        ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
+        deviations = np.sqrt(np.maximum(np.diag(block)[list(pair)], 1e-300))
+        widths = np.array([high - low for low, high in ends]) / (2.0 * _NORMAL)
+        intervals = {
+            column: (float(fit.genes[column]) + low, float(fit.genes[column]) + high)
+            for column, (low, high) in zip(pair, ends, strict=True)
+        }
+        block = _with_deviations(block, list(pair), widths / deviations)
+    diagonal = np.sqrt(np.maximum(np.diag(information)[:p], 1e-300))
+    scaled = information[:p, :p] / np.outer(diagonal, diagonal)
+    values = np.linalg.eigvalsh(scaled)
+    condition = float(values[-1] / max(values[0], 1e-16))
+    conditional = np.sqrt(max(noise, 1e-12) / np.diag(regular)[:p])
+    return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals, aligned)
+
+
+def _second_order(problem: Problem, fit: PolishResult, pair: tuple[int, int]) -> Array:
+    """Second derivatives (N, 3) of the weighted residuals along guideway density and shift."""
+    line = Linearisation(problem, Cost(problem))
+    line.reweight(np.concatenate([fit.genes, fit.offsets]))
+    driven = [r for part in problem.parts for r in part.recordings if r.kind != "free_wheel"]
+    reach = max(float(np.ptp(r.y)) for r in driven)
+    step = np.array(field_phase.steps(problem.space, fit.genes, reach))
+    return field_phase.second_differences(
+        lambda genes: line.batch(np.column_stack([genes, np.repeat(fit.offsets[None], genes.shape[0], axis=0)])),
+        fit.genes,
+        pair,
+        step,
+    )

@@ -1,0 +1,105 @@
+"""Intervals of pole pitch and field phase, which commutated currents hide to first order.
+
+A drive keeps its currents aligned with the field, where the thrust is at its maximum: a phase error phi costs
+only phi^2/2 of the force. The first derivative of the residuals then vanishes at the truth, and intervals from it
+mean nothing. Here the residuals are expanded to second order in guideway density and shift.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.space.search_space import SearchSpace
+from linid.statistics import CHI_SQUARED_95
+
+Array = NDArray[np.float64]
+
+NAMES = ("guideway_density", "shift")
+PHASE_STEP = 0.02  # rad, by which the field phase is moved for the second differences
+_POINTS = 400  # of the scan for the ends of an interval, per side
+
+
+def columns(space: SearchSpace) -> tuple[int, int] | None:
+    """Genes of guideway density and shift; None unless both are searched."""
+    names = space.names
+    if any(name not in names for name in NAMES):
+        return None
+    return names.index(NAMES[0]), names.index(NAMES[1])
+
+
+def steps(space: SearchSpace, genes: Array, reach: float) -> tuple[float, float]:
+    """Gene steps that move the field phase by `PHASE_STEP` at `reach` (m) from position zero."""
+    density, shift = columns(space) or (0, 0)
+    slopes = np.diag(space.natural_jacobian(np.clip(genes, 1e-5, 1.0 - 1e-5)))
+    return PHASE_STEP / (slopes[density] * max(reach, 1e-12)), PHASE_STEP / slopes[shift]
+
+
+def second_differences(residuals: Callable[[Array], Array], genes: Array, pair: tuple[int, int], step: Array) -> Array:
+    """(N, 3) second derivatives of residuals (C, p) -> (C, N): density twice, mixed, shift twice."""
+    a, b = np.zeros((2, genes.size))
+    a[pair[0]], b[pair[1]] = step
+    rows = np.array([genes, genes + a, genes - a, genes + b, genes - b, genes + a + b, genes - a - b])
+    at, up_a, down_a, up_b, down_b, up, down = residuals(rows)
+    twice_a = (up_a + down_a - 2.0 * at) / step[0] ** 2
+    twice_b = (up_b + down_b - 2.0 * at) / step[1] ** 2
+    mixed = (up + down - up_a - down_a - up_b - down_b + 2.0 * at) / (2.0 * step[0] * step[1])
+    return np.column_stack([twice_a, mixed, twice_b])
+
+
+def profile_intervals(
+    scores: Array, information: Array, meat: Array, pair: tuple[int, int], room: Array
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """95 % intervals of the two genes as offsets from the estimate, all others profiled out.
+
+    The scores s(x) = scores + information x with x = (offsets of all parameters, and the second-order terms
+    d^2/2, d e, e^2/2 of the pair d, e) have mean zero and covariance `meat` at the truth; the interval holds
+    where the least s' meat^-1 s exceeds its minimum by less than the 95 % quantile of chi squared
+    (Newey and West 1987, Int. Econ. Rev. 28: tests in the generalised method of moments).
+    scores: (n + 3,), information and meat: (n + 3, n + 3) with the second-order terms last; room: (2, 2) offsets
+    at which the search box ends.
+    """
+    n = scores.size - 3
+    unit = np.sqrt(np.maximum(np.diag(meat), 1e-300))
+    values, vectors = np.linalg.eigh(meat / np.outer(unit, unit))
+    white = (vectors / np.sqrt(np.maximum(values, 1e-10 * values[-1]))).T / unit
+    others = [column for column in range(n) if column not in pair]
+    basis = np.linalg.svd(white @ information[:, others], full_matrices=False)[0]
+    chosen = white @ np.column_stack([scores, information[:, [*pair, n, n + 1, n + 2]]])
+    chosen -= basis @ (basis.T @ chosen)
+    gram = chosen.T @ chosen
+    turned = gram[np.ix_([0, 2, 1, 5, 4, 3], [0, 2, 1, 5, 4, 3])]
+    return _ends(gram, room[0]), _ends(turned, room[1])
+
+
+def _profile(gram: Array, d: float) -> float:
+    """Least value over e of z' gram z with z = (1, d, e, d^2/2, d e, e^2/2)."""
+    constant = np.array([1.0, d, 0.0, 0.5 * d * d, 0.0, 0.0])
+    linear = np.array([0.0, 0.0, 1.0, 0.0, d, 0.0])
+    square = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.5])
+    quartic = np.array(
+        [
+            square @ gram @ square,
+            2.0 * linear @ gram @ square,
+            linear @ gram @ linear + 2.0 * constant @ gram @ square,
+            2.0 * constant @ gram @ linear,
+            constant @ gram @ constant,
+        ]
+    )
+    turning = np.roots(np.polyder(quartic))
+    real = turning[np.abs(turning.imag) < 1e-6 * (1.0 + np.abs(turning.real))].real
+    return float(np.min(np.polyval(quartic, real))) if real.size else float(quartic[-1])
+
+
+def _ends(gram: Array, room: Array) -> tuple[float, float]:
+    """First and last offset within the box at which the profile stays under the limit."""
+    outwards = np.geomspace(1e-6, 1.0, _POINTS)
+    offsets = np.concatenate([room[0] * outwards[::-1], [0.0], room[1] * outwards])
+    profile = np.array([_profile(gram, float(d)) for d in offsets])
+    inside = np.flatnonzero(profile <= float(np.min(profile)) + CHI_SQUARED_95)
+    low = offsets[max(int(inside[0]) - 1, 0)]
+    high = offsets[min(int(inside[-1]) + 1, offsets.size - 1)]
+    return (float(low), float(high)) if math.isfinite(low + high) else (float(room[0]), float(room[1]))

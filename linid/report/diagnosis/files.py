@@ -1,0 +1,227 @@
+"""The files of a diagnosis: `diagnosis.json` for programs, `diagnosis.md` and `report.html` for people, figures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.report.diagnosis.markdown import diagnosis_markdown
+from linid.report.diagnosis.words import in_axis_words
+from linid.report.files import write_atomic
+
+if TYPE_CHECKING:
+    from linid.diagnosis.report_data import Budget, Change, Diagnosis, Entry, PairShare, Share
+    from linid.identification.result import Estimate
+    from linid.report.figures.write import Progress
+
+SCHEMA = 2
+
+
+def write_diagnosis(
+    diagnosis: Diagnosis,
+    folder: Path,
+    *,
+    formats: Sequence[str] = ("png",),
+    figures: bool = True,
+    processes: int = 1,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Write `diagnosis.json`, `diagnosis.md`, `report.html` and, if wanted, `figures/` into `folder`.
+
+    formats: of the figures, `png`, `pdf`, `svg`; processes, progress: as in `write_drawings`. Returns the written
+    files.
+    """
+    from linid.report.figures.diagnosis_write import write_diagnosis_figures
+    from linid.report.page.build import page_html
+
+    folder, diagnosis = Path(folder), in_axis_words(diagnosis)
+    drawn: list[Path] = []
+    if figures:
+        drawn = write_diagnosis_figures(
+            diagnosis, folder / "figures", formats=formats, processes=processes, progress=progress
+        )
+    pictures = [path.relative_to(folder) for path in drawn if path.suffix == ".png"]
+    texts = {
+        "diagnosis.json": json.dumps(diagnosis_data(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "diagnosis.md": diagnosis_markdown(diagnosis, pictures),
+        "report.html": page_html(diagnosis),
+    }
+    return [write_atomic(folder / name, text.encode("utf-8")) for name, text in texts.items()] + drawn
+
+
+def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The content of `diagnosis.json`, SI units, shares from 0 to 1; None where a number is not finite."""
+    from linid.recording.checks import checks_data
+
+    diagnosis = in_axis_words(diagnosis)
+    verdict = diagnosis.verdict
+    data = {
+        "schema": SCHEMA,
+        "kind": "linid diagnosis",
+        "name": diagnosis.name,
+        "axis": diagnosis.axis,
+        "model": diagnosis.model,
+        "base_effects": diagnosis.base_effects,
+        "force_scale": diagnosis.force_scale,
+        "verdict": {
+            "status": verdict.status,
+            "effects": verdict.effects,
+            "equivalent": verdict.equivalent,
+            "sentence": verdict.sentence,
+            "next_experiment": verdict.next_experiment,
+        },
+        "budget": _budget(diagnosis.budget),
+        "tried": [
+            {
+                "effect": one.effect,
+                "explained": one.explained,
+                "outcome": one.outcome,
+                "certainty": one.certainty,
+                "closed": one.closed,
+            }
+            for one in diagnosis.tried
+        ],
+        # What readers of schema 1 look for.
+        "ranking": [
+            {
+                "effect": entry.effect,
+                "held_out": _changes(entry.measures),
+                "closure": entry.share,
+                "interval": _interval(entry.low, entry.high),
+            }
+            for entry in diagnosis.budget.entries
+        ],
+        "where": [_share(share) for share in diagnosis.where],
+        "pairs": [_pair(pair) for pair in diagnosis.pairs],
+        "measures": _changes(diagnosis.measures),
+        "recordings": [
+            {"recording": one.recording, "kind": one.kind, "split": one.split, "measures": _changes(one.changes)}
+            for one in diagnosis.recordings
+        ],
+        "checks": checks_data(diagnosis.checks),
+        "assumptions": diagnosis.assumptions,
+        "warnings": diagnosis.warnings,
+        "combinations": diagnosis.combinations,
+        "field_wavenumber": diagnosis.field_wavenumber,
+        "seed": diagnosis.seed,
+    }
+    cleaned = finite(data)
+    assert isinstance(cleaned, dict)
+    return cleaned
+
+
+def finite(value: Any) -> Any:
+    """The same value with None for every number that JSON cannot hold, and lists for tuples."""
+    if isinstance(value, Mapping):
+        return {key: finite(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(one) for one in value]
+    if isinstance(value, float):  # also numpy's double
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def _budget(budget: Budget) -> dict[str, Any]:
+    return {
+        "gap": budget.excess_before,
+        "before": budget.before,
+        "after": budget.after,
+        "floor": budget.floor,
+        "excess_before": budget.excess_before,
+        "excess_after": budget.excess_after,
+        "closed": budget.closed,
+        "closed_interval": _interval(budget.closed_low, budget.closed_high),
+        "unexplained": {
+            "share": budget.unexplained,
+            "low": budget.unexplained_low,
+            "high": budget.unexplained_high,
+            "ceiling": budget.ceiling,
+            "depends_on": budget.depends_on,
+        },
+        "entries": [_entry(entry) for entry in budget.entries],
+    }
+
+
+def _told(share: float) -> float | None:
+    return share if math.isfinite(share) else None
+
+
+def _entry(entry: Entry) -> dict[str, Any]:
+    return {
+        "effect": entry.effect,
+        "rivals": entry.rivals,
+        "share": entry.share,
+        "low": entry.low,
+        "high": entry.high,
+        "first_in": _told(entry.first_in),
+        "last_in": _told(entry.last_in),
+        "certainty": entry.certainty,
+        "parameters": [_estimate(one) for one in entry.parameters],
+        "combinations": entry.combinations,
+        "measures": {
+            name: {"before": change.before, "after": change.after, "floor": change.floor}
+            for name, change in entry.measures.items()
+        },
+        "worsens": entry.worsens,
+        "note": entry.note,
+    }
+
+
+def _changes(changes: Mapping[str, Change]) -> dict[str, Any]:
+    return {
+        name: {
+            "before": change.before,
+            "after": change.after,
+            "floor": change.floor,
+            "interval": _interval(change.low, change.high),
+        }
+        for name, change in changes.items()
+    }
+
+
+def _interval(low: float, high: float) -> list[float] | None:
+    return [low, high] if math.isfinite(low) and math.isfinite(high) else None
+
+
+def _share(share: Share) -> dict[str, Any]:
+    return {
+        "coordinate": share.coordinate,
+        "share": share.share,
+        "p_value": share.p_value,
+        "label": share.label,
+        "unit": share.unit,
+        "x": share.x.tolist(),
+        "mean": share.mean.tolist(),
+        "spread": share.spread.tolist(),
+    }
+
+
+def _pair(pair: PairShare) -> dict[str, Any]:
+    return {
+        "coordinates": [pair.x_coordinate, pair.y_coordinate],
+        "labels": [pair.x_label, pair.y_label],
+        "units": [pair.x_unit, pair.y_unit],
+        "form": pair.form,
+        "share": pair.share,
+        "p_value": pair.p_value,
+        "x_edges": pair.x_edges.tolist(),
+        "y_edges": pair.y_edges.tolist(),
+        "mean": pair.mean.tolist(),
+        "rows": pair.rows.tolist(),
+    }
+
+
+def _estimate(estimate: Estimate) -> dict[str, Any]:
+    return {
+        "name": estimate.name,
+        "symbol": estimate.symbol,
+        "unit": estimate.unit,
+        "value": estimate.value,
+        "std": estimate.std,
+        "interval": [estimate.low, estimate.high],
+        "status": estimate.status,
+        "note": estimate.note,
+    }

@@ -1,0 +1,184 @@
+"""diagnose: where the simulation differs from the machine, which effect is missing, how far the gap shrinks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.errors import UsageError
+from linid.workflow.cluster.connection import Cluster, connected
+from linid.workflow.run.checkpoint import Memory
+from linid.workflow.run.fit_run import announce, begin
+from linid.workflow.run.inputs import fingerprint, read_inputs
+from linid.workflow.run.outcome import DONE, Outcome
+from linid.workflow.run.request import Request
+from linid.workflow.run.run_folder import CHECKPOINT_FILE, identity_of, recorded, write_text
+from linid.workflow.run.stage import decisive
+
+if TYPE_CHECKING:
+    from linid.diagnosis.diagnose import Found
+    from linid.diagnosis.report_data import Diagnosis
+    from linid.identification.result import ModelKind
+    from linid.recording import Recording
+    from linid.workflow.run.inputs import Inputs
+    from linid.workflow.run.reporter import Reporter
+
+COMMAND = "diagnose"
+BEFORE_FILE, AFTER_FILE = "model_before.json", "model_after.json"
+
+
+def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = None) -> Outcome:
+    """Diagnose the gap of a campaign; see the command's help. model: of the base (None: what the recordings allow).
+
+    Raises LinidError for what the user can mend.
+    """
+    inputs = read_inputs(request.files, request.settings)
+    announce(inputs, reporter)
+    kind = model or base_kind(inputs.recordings)
+    known = request.settings.known_values(inputs.known)
+    name = inputs.name
+    if request.dry_run:
+        plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in inputs.recordings]}
+        return Outcome(COMMAND, None, DONE, "", (), plan)
+    identity = identity_of(COMMAND, kind, fingerprint(inputs.recordings), decisive(request.settings), known)
+    with connected(request, reporter) as workers:
+        return _run(request, reporter, inputs, kind, known, name, identity, workers)
+
+
+def _run(
+    request: Request,
+    reporter: Reporter,
+    inputs: Inputs,
+    kind: ModelKind,
+    known: dict[str, float],
+    name: str,
+    identity: str,
+    workers: Cluster | None,
+) -> Outcome:
+    from linid.diagnosis.diagnose import diagnose as find
+
+    folder = begin(request, COMMAND, inputs, identity)
+    if folder.finished_before:
+        reporter.say(f"{folder.path}: already finished, nothing to resume")
+        return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
+    memory = Memory(folder.path / CHECKPOINT_FILE, identity)
+    if request.resume:
+        memory.load()
+    with recorded(folder), reporter:
+        found = find(
+            name,
+            inputs.recordings,
+            kind,
+            effects=request.settings.effects,
+            known=known,
+            jobs=request.jobs,
+            workers=workers,
+            seed=request.settings.seed,
+            memory=memory,
+            progress=lambda stage, done, total: reporter.step(stage, done, total),
+        )
+        _write(found.diagnosis, folder.path, request, reporter)
+        _write_models(found, folder.path)
+        _write_predictions(found, folder.path)
+        outcome = _outcome(found.diagnosis, folder.path)
+        folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
+    return outcome
+
+
+def diagnose_campaign(path: Path, out: Path, jobs: int) -> Diagnosis:
+    """Diagnose a campaign file into a folder, without figures or a word: for many campaigns at once."""
+    import json
+
+    from linid.diagnosis.diagnose import diagnose as find
+    from linid.report.diagnosis.files import diagnosis_data
+    from linid.workflow.run.settings import Settings
+
+    inputs = read_inputs([path], Settings())
+    found = find(path.parent.name, inputs.recordings, base_kind(inputs.recordings), known=inputs.known, jobs=jobs)
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "diagnosis.json", json.dumps(diagnosis_data(found.diagnosis), indent=1, allow_nan=False) + "\n")
+    _write_models(found, out)
+    return found.diagnosis
+
+
+def base_kind(recordings: tuple[Recording, ...]) -> ModelKind:
+    """The motor model that the recordings allow: sine with three phase currents, force with one input."""
+    if any(r.phase_currents is not None and r.kind != "free_wheel" for r in recordings):
+        return "sine"
+    if any(r.drive_input is not None for r in recordings):
+        return "force"
+    if any(r.kind == "free_wheel" for r in recordings):
+        return "friction"
+    raise UsageError("FILE", "holds no free wheel and no driven recording with an input", "Map the inputs (channels:)")
+
+
+def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Reporter) -> None:
+    from linid.report.diagnosis.files import write_diagnosis
+
+    settings = request.settings
+    write_diagnosis(
+        diagnosis,
+        folder,
+        formats=settings.figure_formats,
+        figures=settings.figures,
+        processes=request.jobs,
+        progress=lambda done, total, stem: reporter.step("figures", done, total),
+    )
+
+
+def _write_models(found: Found, folder: Path) -> None:
+    from linid.identification.model_file import model_to_text
+
+    write_text(folder / BEFORE_FILE, model_to_text(found.before))
+    write_text(folder / AFTER_FILE, model_to_text(found.after))
+
+
+def _write_predictions(found: Found, folder: Path) -> None:
+    """predictions/RECORDING.csv: time, measured position, and what both models say, so that anyone can check."""
+    import numpy as np
+
+    from linid.report.files import file_stems
+
+    stems = file_stems(t.recording for t in found.traces_before)
+    for before, after, stem in zip(found.traces_before, found.traces_after, stems, strict=True):
+        columns = [before.t, before.y_measured, before.y_simulated, after.y_simulated]
+        names = ["t", "measured", "free_run_before", "free_run_after"]
+        for trace, name in ((before, "ahead_before"), (after, "ahead_after")):
+            if trace.ahead is not None:
+                columns.append(_on_grid(trace.ahead.t, trace.ahead.y, before.t))
+                names.append(name)
+        rows = [",".join(names)]
+        for row in np.column_stack(columns):
+            rows.append(",".join("" if x != x else f"{x:.9g}" for x in row))
+        write_text(folder / "predictions" / f"{stem}.csv", "\n".join(rows) + "\n")
+
+
+def _on_grid(t: Any, y: Any, grid: Any) -> Any:
+    """Stitched predictions on the recording's own samples: the piece that began first has the say at a seam."""
+    import numpy as np
+
+    out = np.full(grid.size, np.nan)
+    known = np.isfinite(t) & np.isfinite(y)
+    period = (grid[-1] - grid[0]) / (grid.size - 1)
+    place = np.rint((t[known] - grid[0]) / period).astype(int)
+    out[place[::-1]] = y[known][::-1]
+    return out
+
+
+def _outcome(diagnosis: Diagnosis, folder: Path) -> Outcome:
+    from linid.report.diagnosis.console import diagnosis_console
+
+    verdict = diagnosis.verdict
+    summary = {
+        "command": COMMAND,
+        "folder": str(folder),
+        "model": diagnosis.model,
+        "status": verdict.status,
+        "effects": list(verdict.effects),
+        "equivalent": list(verdict.equivalent),
+        "sentence": verdict.sentence,
+        "next_experiment": verdict.next_experiment,
+        "exit_code": DONE,
+    }
+    figure = f"{verdict.status}: {', '.join(verdict.effects) or '-'}"
+    return Outcome(COMMAND, folder, DONE, figure, (diagnosis_console(diagnosis),), summary)

@@ -1,0 +1,284 @@
+"""reproduce: counterparts of the paper's tables and figures, and its claims beside what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.errors import DataError
+from linid.workflow.run.outcome import DONE, Outcome
+from linid.workflow.run.run_folder import file_record, identity_of, open_run_folder, recorded, write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from linid.diagnosis.gap import Trace
+    from linid.identification.result import FitResult
+    from linid.physics.field.geometry import MotorDesign
+    from linid.recording import Recording
+    from linid.report.reproduction.page import Picture
+    from linid.reproduction.evidence import Fitted
+    from linid.workflow.run.reporter import Reporter
+    from linid.workflow.run.request import Request
+
+COMMAND = "reproduce"
+# The four cases of motor operation that the paper shows, by the names of the stand's scope modes.
+CASES = ("sine_current", "square_current", "sine_position", "moves")
+
+
+def reproduce(
+    request: Request, reporter: Reporter, *, models: Mapping[str, Path], narrow: Sequence[Path], geometry: Path
+) -> Outcome:
+    """Write tables 1 to 3, figures 3 and 5 to 17 and the page of claims from fits of two stands.
+
+    models: MODELs friction, sine, theta, narrow_sine, narrow_theta; narrow: recordings of the stand whose field a sine
+    cannot follow; geometry: dimensions of the motor. Raises ConfigError or DataError.
+    """
+    from linid.identification.model_file import load_model
+    from linid.physics.field.geometry import design, load_geometry
+    from linid.workflow.run.inputs import read_inputs
+
+    results = {name: load_model(path) for name, path in models.items()}
+    made = design(load_geometry(geometry))
+    stand = read_inputs(request.files, request.settings)
+    other = read_inputs(tuple(narrow), request.settings)
+    _check(stand.recordings, request.files)
+    folder = open_run_folder(COMMAND, request.out, overwrite=True)
+    inputs = [*stand.files, *other.files, *(file_record(path) for path in (*models.values(), geometry))]
+    folder.begin(
+        identity=identity_of(COMMAND, inputs),
+        config="# linid batch, command reproduce\n",
+        inputs=inputs,
+        seed=request.settings.seed,
+        jobs=request.jobs,
+    )
+    with recorded(folder), reporter:
+        traces = _Traces(reporter, request.jobs, request.settings.seed)
+        narrow_cases = [r for r in other.recordings if r.name.startswith(CASES)]
+        fitted = {
+            name: traces.fitted(name, result, narrow_cases if name.startswith("narrow") else stand.recordings)
+            for name, result in results.items()
+        }
+        evidence = _evidence(fitted, stand.recordings, request.settings.seed)
+        tables = _tables(results, _truth(request.files))
+        drawn = _figures(made, traces.of, stand.recordings)
+        pictures = _save(drawn, folder.path, request.settings.figure_formats, reporter)
+        _write(folder.path, evidence, tables, pictures, _name(request.files))
+        folder.end("done", DONE)
+    from linid.reproduction.claims import claims
+
+    verdicts = [{"claim": c.claim, "verdict": c.verdict, "found": c.found} for c in claims(evidence)]
+    summary = {"command": COMMAND, "folder": str(folder.path), "claims": verdicts, "exit_code": DONE}
+    holding = sum(row["verdict"] == "holds" for row in verdicts)
+    return Outcome(COMMAND, folder.path, DONE, f"{holding} of {len(verdicts)} claims hold", (), summary)
+
+
+def _check(recordings: Sequence[Recording], files: Sequence[Path]) -> None:
+    """Refuse a campaign that lacks what the figures show."""
+    for case in CASES:
+        for split in ("fit", "held_out"):
+            if not any(r.name.startswith(case) and r.split == split for r in recordings):
+                raise DataError(
+                    ", ".join(str(path) for path in files),
+                    f"holds no {split} recording called {case}_...",
+                    "Take the campaign of a stand such as configs/stand_axis.yaml.",
+                )
+    if len({r.added_mass for r in recordings if r.kind == "free_wheel"}) < 3:
+        raise DataError(
+            ", ".join(str(path) for path in files),
+            "holds free wheels with fewer than three added masses",
+            "Take the campaign of a stand such as configs/stand_axis.yaml.",
+        )
+
+
+def _name(files: Sequence[Path]) -> str:
+    return f"the generated stand ({', '.join(path.parent.name for path in files)})"
+
+
+class _Traces:
+    """Gaps and traces of models on recordings; the traces are kept for the figures."""
+
+    def __init__(self, reporter: Reporter, jobs: int, seed: int) -> None:
+        self.reporter = reporter
+        self.jobs = jobs
+        self.seed = seed
+        self.of: dict[str, dict[str, Trace]] = {}
+
+    def fitted(self, name: str, result: FitResult, recordings: Sequence[Recording]) -> Fitted:
+        """A fit and what it makes of recordings; its traces are kept under the name."""
+        from linid.reproduction.evidence import Fitted, measured_of
+        from linid.workflow.run.fit_run import measure
+        from linid.workflow.run.results import residual_recordings
+
+        chosen = residual_recordings(recordings, result)
+        gaps, traces = measure(result, chosen, self.reporter, jobs=self.jobs, seed=self.seed, strict=True)
+        self.of[name] = {trace.recording: trace for trace in traces}
+        return Fitted(result, measured_of(gaps, traces))
+
+
+def _evidence(fitted: Mapping[str, Fitted], recordings: Sequence[Recording], seed: int) -> Any:
+    from linid.reproduction.claims import Evidence
+    from linid.reproduction.evidence import search_of, signs_of, simulation_times, table_2_thrust
+
+    sine, theta = fitted["sine"].result, fitted["theta"].result
+    timed = next(r for r in recordings if r.name.startswith("sine_position"))
+    return Evidence(
+        **fitted,
+        times=simulation_times(sine, theta, timed),
+        searches={"sine": search_of(sine), "theta": search_of(theta)},
+        signs=signs_of({e.name: e.value for e in sine.estimates}, seed),
+        table_2_thrust=table_2_thrust(),
+    )
+
+
+def _truth(files: Sequence[Path]) -> dict[str, dict[str, float]]:
+    """The stand's true parameters by model kind, from truth.yaml beside its campaign; empty where there is none."""
+    import yaml
+
+    from linid.physics.motors import fundamental_force_constant
+
+    path = files[0].parent / "truth.yaml"
+    if not path.exists():
+        return {"friction": {}, "sine": {}, "theta": {}}
+    data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    values = {name: float(value) for name, value in data["parameters"].items()}
+    if data["motor"] != "theta":
+        return {"friction": values, "sine": values, "theta": {}}
+    doubled = {name: 2.0 * values[name] for name in ("guideway_density", "winding_displacement", "shift")}
+    first = fundamental_force_constant(values["force_constant"], values["winding_length"], values["nome"])
+    return {"friction": values, "theta": values, "sine": {**values, **doubled, "force_constant": first}}
+
+
+def _tables(results: Mapping[str, FitResult], truth: Mapping[str, dict[str, float]]) -> dict[str, Any]:
+    from linid.report.reproduction.tables import table
+    from linid.reproduction.printed import TABLE_1, TABLE_2, TABLE_3
+
+    named = {
+        "friction": ("Table 1. Resistive force model", TABLE_1),
+        "sine": ("Table 2. Sine model", TABLE_2),
+        "theta": ("Table 3. Elliptic theta model", TABLE_3),
+    }
+    return {
+        f"table_{number}_{kind}": table(title, printed, results[kind], truth[kind])
+        for number, (kind, (title, printed)) in enumerate(named.items(), 1)
+    }
+
+
+def _figures(
+    made: MotorDesign, traces: Mapping[str, Mapping[str, Trace]], recordings: Sequence[Recording]
+) -> dict[str, tuple[str, Callable[[], Figure]]]:
+    """File stem -> title and how to draw it."""
+    from scipy.interpolate import CubicSpline
+
+    from linid.report.figures import free_wheel, magnet_field, sine_scope
+    from linid.report.figures.currents import currents_figure
+    from linid.report.figures.overview import overview_figure
+    from linid.reproduction.claims import SQUARE
+
+    wheels = [r for r in recordings if r.kind == "free_wheel"]
+    three = [
+        traces["friction"][next(r.name for r in wheels if r.added_mass == mass)]
+        for mass in sorted({r.added_mass for r in wheels})[:3]
+    ]
+    driven = next(r for r in recordings if r.name.startswith("sine_current") and r.split == "fit")
+    currents = driven.phase_currents
+    assert currents is not None
+    spline = CubicSpline(driven.t, currents, axis=1)
+    friction = [traces["friction"][r.name] for r in wheels]
+
+    def cases(kind: str, split: str, *, ahead: bool) -> list[Trace]:
+        """The first recording of each case, with the prediction 0.1 s ahead or the free run."""
+        names = [next(r.name for r in recordings if r.name.startswith(c) and r.split == split) for c in CASES]
+        return [traces[kind][name] if ahead else replace(traces[kind][name], ahead=None) for name in names]
+
+    drawn: dict[str, tuple[str, Callable[[], Figure]]] = {
+        "figure_03_magnet_pair": (
+            "Fig. 3: field of a pair of magnets and its Gaussian",
+            lambda: magnet_field.pair_figure(made),
+        ),
+        "figure_05_guideway": ("Fig. 5: field of the guideway over k", magnet_field.guideway_figure),
+        "figure_06_sine_scope": ("Fig. 6: Delta(k, N) and its zeros", sine_scope.scope_figure),
+        "figure_07_theta3": ("Fig. 7: theta function for real z and q", magnet_field.theta3_figure),
+        "figure_08_field_shapes": (
+            "Fig. 8: shape of the field for some k",
+            lambda: magnet_field.shapes_figure(own=made.k),
+        ),
+        "figure_09_free_wheel_velocity": (
+            "Fig. 9: velocity of free wheels with three added masses, differentiated from the position",
+            lambda: free_wheel.free_wheel_velocity_figure(three),
+        ),
+        "figure_10_free_wheel_displacement": (
+            "Fig. 10: displacement of free wheels with three added masses",
+            lambda: free_wheel.free_wheel_displacement_figure(three),
+        ),
+        "figure_11_friction_model": (
+            "Fig. 11: resistive force model against the free wheels",
+            lambda: overview_figure(friction, "Free wheels: measured (blue) and simulated (black) position"),
+        ),
+        "figure_12_measured_currents": (
+            "Fig. 12: measured currents",
+            lambda: currents_figure(driven.name, driven.t, currents),
+        ),
+        "figure_13_interpolated_currents": (
+            "Fig. 13: interpolated currents",
+            lambda: currents_figure(driven.name, driven.t, currents, spline),
+        ),
+    }
+    pages = (
+        (14, "sine", "fit", "identification"),
+        (15, "sine", "held_out", "validation"),
+        (16, "theta", "fit", "identification"),
+        (17, "theta", "held_out", "validation"),
+    )
+    for number, kind, split, purpose in pages:
+        for ahead, stem, what in ((False, "", "free run"), (True, "_ahead", "0.1 s ahead")):
+            drawn[f"figure_{number}_{kind}_{purpose}{stem}"] = (
+                f"Fig. {number}: {kind} model over four cases of operation, {purpose}; {what}",
+                partial(
+                    overview_figure,
+                    cases(kind, split, ahead=ahead),
+                    f"{kind.capitalize()} model, {purpose}: measured (blue) and {what} (black)",
+                ),
+            )
+    squares = [
+        replace(trace, recording=f"{name.removeprefix('narrow_')}: {trace.recording}")
+        for name in ("narrow_sine", "narrow_theta")
+        for trace in traces[name].values()
+        if trace.recording.startswith(SQUARE)
+    ]
+    drawn["figure_narrow_square_waves"] = (
+        "Not in the paper: square-wave currents where the magnets are narrow, 0.1 s ahead",
+        partial(overview_figure, squares, "Narrow magnets: measured (blue) and 0.1 s ahead (black)"),
+    )
+    return drawn
+
+
+def _save(
+    drawn: Mapping[str, tuple[str, Callable[[], Figure]]], folder: Path, formats: Sequence[str], reporter: Reporter
+) -> list[Picture]:
+    from linid.report.reproduction.page import Picture
+    from linid.report.style import save
+
+    pictures = []
+    for number, (stem, (title, draw)) in enumerate(drawn.items(), 1):
+        paths = save(draw(), folder / "figures" / stem, tuple(dict.fromkeys(["png", *formats])))
+        png = next(path for path in paths if path.suffix == ".png")
+        pictures.append(Picture(title, stem, png.read_bytes()))
+        reporter.step("figures", number, len(drawn))
+    return pictures
+
+
+def _write(folder: Path, evidence: Any, tables: Mapping[str, Any], pictures: Sequence[Picture], name: str) -> None:
+    from linid.report.reproduction.page import page_html, page_markdown
+    from linid.report.reproduction.tables import table_csv, table_latex
+    from linid.reproduction.claims import claims, impossible
+
+    for stem, made in tables.items():
+        write_text(folder / f"{stem}.csv", table_csv(made))
+        write_text(folder / f"{stem}.tex", table_latex(made))
+    said, cannot = claims(evidence), impossible(evidence.table_2_thrust)
+    write_text(folder / "paper.md", page_markdown(name, said, cannot))
+    write_text(folder / "paper.html", page_html(name, said, cannot, list(tables.values()), pictures))

@@ -1,0 +1,161 @@
+"""Writing what a fit or a validation found: MODEL, tables, convergence, gaps and figures."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import logging
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linid.report.files import finite
+from linid.workflow.run.run_folder import write_text
+
+if TYPE_CHECKING:
+    from linid.diagnosis.gap import RecordingGap, Trace
+    from linid.identification.result import FitResult
+    from linid.recording import Recording
+    from linid.workflow.run.inputs import FoundCoastDown
+    from linid.workflow.run.reporter import Reporter
+    from linid.workflow.run.settings import Settings
+
+# The library that cuts fonts for PDF figures warns about their dates.
+logging.getLogger("fontTools").setLevel(logging.ERROR)
+
+MODEL_FILE = "parameters.json"
+GAP_FILE = "gaps.json"
+
+
+def write_fit(result: FitResult, folder: Path) -> None:
+    """parameters.json (the MODEL), .csv, .tex and convergence.csv."""
+    from linid.identification.model_file import model_to_text
+    from linid.report.latex import parameter_latex
+    from linid.report.tables import write_parameter_csv
+
+    write_parameter_csv(result, folder / "parameters.csv")
+    write_text(folder / "parameters.tex", parameter_latex(result))
+    write_text(folder / "convergence.csv", convergence_text(result))
+    if result.profiles:
+        write_text(folder / "profiles.csv", profiles_text(result))
+    write_text(folder / MODEL_FILE, model_to_text(result))
+
+
+def convergence_text(result: FitResult) -> str:
+    """The convergence history as CSV."""
+    from linid.identification.result import Generation
+
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    names = [f.name for f in fields(Generation)]
+    writer.writerow(names)
+    writer.writerows([getattr(line, name) for name in names] for line in result.history)
+    return stream.getvalue()
+
+
+def profiles_text(result: FitResult) -> str:
+    """The profile likelihoods as CSV in SI units."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["parameter", "value", "likelihood_ratio"])
+    for profile in result.profiles:
+        writer.writerows([profile.name, *point] for point in zip(profile.values, profile.statistic, strict=True))
+    return stream.getvalue()
+
+
+def write_gaps(gaps: Sequence[RecordingGap], folder: Path, axis: str) -> None:
+    """gaps.csv, gaps.tex and gaps.json (full precision)."""
+    from linid.report.latex import gap_latex
+    from linid.report.tables import write_gap_csv
+
+    write_gap_csv(gaps, folder / "gaps.csv", axis)
+    write_text(folder / "gaps.tex", gap_latex(gaps, axis))
+    write_text(folder / GAP_FILE, json.dumps({"axis": axis, "gaps": gap_rows(gaps)}, indent=1) + "\n")
+
+
+def gap_rows(gaps: Sequence[RecordingGap]) -> list[dict[str, Any]]:
+    """Gap measures as JSON-able rows in SI units; what is not a number becomes null."""
+    return [{name: finite(value) for name, value in asdict(gap).items()} for gap in gaps]
+
+
+def read_gaps(folder: Path) -> tuple[RecordingGap, ...]:
+    """The gaps that an earlier run wrote."""
+    from linid.diagnosis.gap import RecordingGap
+
+    rows: list[dict[str, Any]] = json.loads((folder / GAP_FILE).read_text(encoding="utf-8"))["gaps"]
+    return tuple(RecordingGap(**_numbers(row)) for row in rows)
+
+
+def _numbers(row: dict[str, Any]) -> dict[str, Any]:
+    return {name: math.nan if value is None else value for name, value in row.items()}
+
+
+def parameter_rows(result: FitResult) -> list[dict[str, Any]]:
+    """Parameters as JSON-able rows in SI units."""
+    return [
+        {name: finite(value) for name, value in asdict(estimate).items()}
+        for estimate in (*result.estimates, *result.derived)
+    ]
+
+
+def write_fit_pictures(
+    result: FitResult,
+    gaps: Sequence[RecordingGap],
+    traces: Sequence[Trace],
+    folder: Path,
+    settings: Settings,
+    reporter: Reporter,
+    jobs: int,
+) -> None:
+    """figures/: the fitted recordings; figures/held_out/: those that were not fitted."""
+    from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
+
+    fitted = [t for t in traces if t.split == "fit"]
+    held_out = [t for t in traces if t.split == "held_out"]
+    drawings = fit_drawings(result, fitted, _splines(fitted))
+    if held_out:
+        drawings += inside("held_out", validation_drawings([g for g in gaps if g.split == "held_out"], held_out))
+    write_drawings(
+        drawings,
+        folder / "figures",
+        formats=settings.figure_formats,
+        processes=jobs,
+        progress=lambda done, total, stem: reporter.step("figures", done, total),
+    )
+
+
+def write_coast_downs(found: Sequence[FoundCoastDown], folder: Path, settings: Settings) -> None:
+    """figures/coast_down_NAME: where each free wheel was cut."""
+    from linid.report.figures.coast_down import coast_down_figure
+    from linid.report.files import file_stems
+    from linid.report.style import save
+
+    stems = file_stems(f.recording.name for f in found)
+    for item, stem in zip(found, stems, strict=True):
+        coast = item.coast_down
+        figure = coast_down_figure(item.recording, coast.t_start, coast.t_end, coast.candidates)
+        save(figure, folder / "figures" / f"coast_down_{stem}", settings.figure_formats)
+
+
+def _splines(traces: Sequence[Trace]) -> Mapping[str, Any]:
+    """The cubic splines that excite the model, for the currents figures."""
+    from scipy.interpolate import CubicSpline
+
+    splines = {}
+    for trace in traces:
+        inputs = trace.phase_currents if trace.phase_currents is not None else trace.drive_input
+        if inputs is not None and trace.kind != "free_wheel":
+            splines[trace.recording] = CubicSpline(trace.t, inputs.reshape(-1, trace.t.size), axis=1)
+    return splines
+
+
+def residual_recordings(recordings: Sequence[Recording], result: FitResult) -> tuple[Recording, ...]:
+    """The recordings whose gap the model can be asked for: a friction model knows no motor."""
+    if result.model == "friction":
+        return tuple(r for r in recordings if r.kind == "free_wheel")
+    if result.model == "force":
+        return tuple(r for r in recordings if r.kind == "free_wheel" or r.drive_input is not None)
+    return tuple(r for r in recordings if r.kind == "free_wheel" or r.phase_currents is not None)
