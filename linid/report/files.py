@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import hashlib
+import io
 import json
 import math
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -164,3 +166,29 @@ def file_stems(names: Iterable[str]) -> list[str]:
 def finite(value: Any) -> Any:
     """None for what JSON cannot hold."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def spreadsheet_safe(cell: object) -> object:
+    """A cell as a spreadsheet takes it for what it is: text that would begin a formula gets an apostrophe in front
+    (OWASP, CSV injection); numbers stay numbers."""
+    if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Iterable[Any]], digits: int = 17) -> str:
+    """A CSV file; digits: of numbers, all of them by default; what is None or no number becomes an empty cell."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_cell(value, digits) for value in row] for row in rows)
+    return stream.getvalue()
+
+
+def _cell(value: Any, digits: int) -> Any:
+    value = spreadsheet_safe(finite(value))
+    return f"{value:.{digits}g}" if isinstance(value, float) and digits < 17 else value

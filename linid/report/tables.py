@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from linid.report.files import write_atomic
+from linid.report.files import csv_text, write_atomic
 from linid.report.latex import floor_note, gap_latex, parameter_latex
 from linid.report.numbers import Rounded, estimate_text, format_number, interval_text, round_estimate
 
@@ -258,21 +257,5 @@ def _exact(number: float) -> str:
     return "" if math.isnan(number) else repr(float(number))
 
 
-def spreadsheet_safe(cell: Any) -> Any:
-    """A cell as a spreadsheet takes it for what it is: text that would begin a formula gets an apostrophe in front
-    (OWASP, CSV injection); numbers stay numbers."""
-    if not isinstance(cell, str) or not cell.startswith(("=", "+", "-", "@", "\t", "\r")):
-        return cell
-    try:
-        float(cell)
-    except ValueError:
-        return f"'{cell}"
-    return cell
-
-
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([spreadsheet_safe(cell) for cell in row] for row in rows)
-    return write_atomic(Path(path), stream.getvalue().encode("utf-8"))
+    return write_atomic(Path(path), csv_text(header, rows).encode("utf-8"))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from linid.identification.result import Estimate, FitResult
+from linid.report.files import csv_text
 from linid.report.latex import estimate_math
 from linid.report.numbers import estimate_text, interval_text
 from linid.report.symbols import latex_escape, symbol_math, unit_label, unit_math
@@ -61,17 +60,26 @@ def table(title: str, printed: Sequence[Printed], result: FitResult, truth: Mapp
 
 def table_csv(made: Table) -> str:
     """Every number exact, SI but for the printed one."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(
-        ["name", "symbol", "printed", "printed_unit", "meant", "stand", "found", "std", "low", "high", "unit", "status"]
-    )
+    header = [
+        "name",
+        "symbol",
+        "printed",
+        "printed_unit",
+        "meant",
+        "stand",
+        "found",
+        "std",
+        "low",
+        "high",
+        "unit",
+        "status",
+    ]
+    rows = []
     for row in made.rows:
         e = row.estimate
-        true = "" if row.true is None else row.true
         paper = (row.printed.symbol, row.printed.value, row.printed.unit, row.printed.si)
-        writer.writerow([e.name, *paper, true, e.value, e.std, e.low, e.high, e.unit, e.status])
-    return stream.getvalue()
+        rows.append((e.name, *paper, row.true, e.value, e.std, e.low, e.high, e.unit, e.status))
+    return csv_text(header, rows)
 
 
 def table_latex(made: Table) -> str:

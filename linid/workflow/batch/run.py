@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 from pathlib import Path
 from typing import Any, Protocol
 
-from linid.report.tables import BatchRow, batch_table_console, spreadsheet_safe
+from linid.report.tables import BatchRow, batch_table_console
 from linid.stop_signals import exit_code_of
 from linid.workflow.batch.file import JobSpec, read_batch
 from linid.workflow.batch.job import JobReport
@@ -210,12 +210,6 @@ def _outcome(folder: Path, reports: Sequence[JobReport]) -> Outcome:
 
 
 def _write_summary(folder: Path, reports: Sequence[JobReport]) -> None:
-    import csv
-    import io
-
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["job", "status", "exit_code", "seconds", "key_figure"])
     rows = ([r.label, r.status, r.exit_code, f"{r.seconds:.2f}", r.key_figure] for r in reports)
-    writer.writerows([spreadsheet_safe(cell) for cell in row] for row in rows)
-    write_text(folder / "summary.csv", stream.getvalue())
+    header = ("job", "status", "exit_code", "seconds", "key_figure")
+    write_text(folder / "summary.csv", csv_text(header, rows))

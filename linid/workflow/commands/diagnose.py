@@ -137,7 +137,7 @@ def _write_predictions(found: Found, folder: Path) -> None:
     """predictions/RECORDING.csv: time, measured position, and what both models say, so that anyone can check."""
     import numpy as np
 
-    from linid.report.files import file_stems
+    from linid.report.files import csv_text, file_stems
 
     stems = file_stems(t.recording for t in found.traces_before)
     for before, after, stem in zip(found.traces_before, found.traces_after, stems, strict=True):
@@ -147,10 +147,8 @@ def _write_predictions(found: Found, folder: Path) -> None:
             if trace.ahead is not None:
                 columns.append(_on_grid(trace.ahead.t, trace.ahead.y, before.t))
                 names.append(name)
-        rows = [",".join(names)]
-        for row in np.column_stack(columns):
-            rows.append(",".join("" if x != x else f"{x:.9g}" for x in row))
-        write_text(folder / "predictions" / f"{stem}.csv", "\n".join(rows) + "\n")
+        rows = np.column_stack(columns).tolist()
+        write_text(folder / "predictions" / f"{stem}.csv", csv_text(names, rows, 9))
 
 
 def _on_grid(t: Any, y: Any, grid: Any) -> Any:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from linid.errors import UsageError
+from linid.report.files import csv_text
 from linid.workflow.run.outcome import DONE, Outcome
 from linid.workflow.run.run_folder import file_record, identity_of, open_run_folder, recorded, write_text
 
@@ -17,13 +16,11 @@ if TYPE_CHECKING:
     from linid.design.comparison import Comparison
     from linid.identification.result import FitResult
     from linid.physics.field.geometry import MotorDesign, MotorGeometry
-    from linid.physics.field.sine_scope import SineCost
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
 COMMAND = "field"
 SCHEMA = 1
-_NUMBERS = (1, 2, 5, 10, 20, 50, 100, 1000, 10_000)
 _KINDS: tuple[Literal["sine"], Literal["theta"]] = ("sine", "theta")
 
 
@@ -42,9 +39,11 @@ def field(
     the geometry's or model's; model: a fitted sine or theta MODEL to be laid beside the dimensions; friction: MODEL
     whose friction and mass complete the designed model. Raises UsageError, ConfigError.
     """
+    from linid.design import curves
     from linid.design.comparison import against_dimensions
     from linid.identification.model_file import load_model, model_to_text
     from linid.physics.field.geometry import design
+    from linid.report.design import design_tables
 
     identified = None if model is None else _motor_model(model)
     if identified is not None and geometry is None and identified.model != "theta" and k is None:
@@ -67,12 +66,17 @@ def field(
         reporter.step("field", 1, 3)
         data = _data(made, own, compared)
         write_text(folder.path / "field.json", json.dumps(data, indent=1, allow_nan=False) + "\n")
-        write_text(folder.path / "best_k.csv", _csv(("N", "k_N"), _best_k()))
+        write_text(folder.path / "best_k.csv", csv_text(("N", "k_N"), curves.best_k_rows()))
         models = []
         if made is not None:
-            write_text(folder.path / "parameters.csv", _csv(("model", "name", "value", "unit"), _parameters(made)))
-            write_text(folder.path / "guideway_field.csv", _csv(_GUIDEWAY, _guideway(made)))
-            write_text(folder.path / "thrust.csv", _csv(_THRUST, _thrust(made)))
+            write_text(
+                folder.path / "parameters.csv",
+                csv_text(("model", "name", "value", "unit"), curves.parameter_rows(made)),
+            )
+            write_text(
+                folder.path / "guideway_field.csv", csv_text(curves.GUIDEWAY_COLUMNS, curves.guideway_rows(made))
+            )
+            write_text(folder.path / "thrust.csv", csv_text(curves.THRUST_COLUMNS, curves.thrust_rows(made)))
             rest = _given(made.geometry) | rest
             for kind in _KINDS if rest else ():
                 path = folder.path / f"model_{kind}.json"
@@ -83,7 +87,7 @@ def field(
         reporter.step("field", 3, 3)
         folder.end("done", DONE)
     summary = {"command": COMMAND, "folder": str(folder.path), **data, "models": models, "exit_code": DONE}
-    tables = _tables(made, own, compared, bool(models))
+    tables = design_tables(made, own, compared, bool(models))
     return Outcome(COMMAND, folder.path, DONE, "" if own is None else f"k = {own:.4g}", tables, summary)
 
 
@@ -127,70 +131,6 @@ def _own_k(made: MotorDesign | None, identified: FitResult | None) -> float | No
     if identified is None:
         return None
     return next(e.value for e in identified.derived if e.name == "field_shape")
-
-
-def _best_k() -> Iterator[tuple[float, ...]]:
-    from linid.physics.field.sine_scope import best_k
-
-    return ((float(n), best_k(n)) for n in _NUMBERS)
-
-
-_GUIDEWAY = ("y_m", "exact_t", "gaussian_t", "cosine_t")
-_THRUST = ("y_m", "exact_n_per_a", "theta_n_per_a", "theta_matched_n_per_a", "sine_n_per_a")
-_SAMPLES = 201
-
-
-def _guideway(made: MotorDesign) -> Iterator[tuple[float, ...]]:
-    """Field along two pole pitches in the middle of the guideway."""
-    import numpy as np
-
-    from linid.physics.field.guideway import magnet_harmonics, theta_guideway
-
-    orders = range(1, 20, 2)
-    pitch = made.geometry.pole_pitch
-    amplitudes = magnet_harmonics(made.geometry.pair, pitch, 0.0, tuple(orders))[0]
-    y = np.linspace(-pitch, pitch, _SAMPLES)
-    exact = np.cos(np.pi / pitch * np.outer(y, orders)) @ amplitudes
-    gaussian = made.gaussian.peak * theta_guideway(y / pitch, made.k)
-    cosine = made.gaussian.peak * np.cos(np.pi * y / pitch)
-    return (tuple(map(float, row)) for row in zip(y, exact, gaussian, cosine, strict=True))
-
-
-def _thrust(made: MotorDesign) -> Iterator[tuple[float, ...]]:
-    """Thrust over current of the middle winding along two pole pitches."""
-    import numpy as np
-
-    from linid.physics.theta import Theta0
-
-    pitch = made.geometry.pole_pitch
-    y = np.linspace(0.0, 2.0 * pitch, _SAMPLES)
-    exact = sum(a * np.sin(n * np.pi * y / pitch) for n, a in made.exact.items())
-    shapes = [
-        theta["force_constant"] * Theta0(theta["guideway_density"] * y, theta["nome"], theta["winding_length"])
-        for theta in (made.theta, made.matched)
-    ]
-    sine = made.exact[1] * np.sin(np.pi * y / pitch)
-    return (tuple(map(float, row)) for row in zip(y, np.asarray(exact), *shapes, sine, strict=True))
-
-
-def _parameters(made: MotorDesign) -> Iterator[tuple[str, str, float, str]]:
-    from linid.physics.motors import MOTORS
-
-    for name, kind, values in (
-        ("sine", "sine", made.sine),
-        ("theta", "theta", made.theta),
-        ("theta, matched", "theta", made.matched),
-    ):
-        for parameter in MOTORS[kind].parameters:
-            yield name, parameter.name, values[parameter.name], parameter.unit
-
-
-def _csv(header: Sequence[str], rows: Iterator[tuple[Any, ...]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([f"{x:.12g}" if isinstance(x, float) else x for x in row] for row in rows)
-    return stream.getvalue()
 
 
 def _data(made: MotorDesign | None, own: float | None, compared: Sequence[Comparison]) -> dict[str, Any]:
@@ -247,107 +187,3 @@ def _figures(
         drawn["thrust"] = magnet_field.thrust_figure(made, values, "" if identified is None else identified.model)
     for stem, figure in drawn.items():
         save(figure, folder / stem, formats)
-
-
-def _tables(
-    made: MotorDesign | None, own: float | None, compared: Sequence[Comparison], modelled: bool
-) -> tuple[Any, ...]:
-    from linid.physics.field.sine_scope import PAPER_FIT, limit_k, sine_cost
-
-    tables: list[Any] = []
-    if made is not None:
-        tables += [_design_table(made), _harmonics_table(made)]
-    if own is not None:
-        tables.append(_cost_text(sine_cost(own)))
-    if made is not None:
-        tables.append(_force_text(made))
-    if own is None:
-        tables.append(
-            f"A cosine comes nearest to the field of an infinite guideway at k = {limit_k():.5f}; the fit (25) says "
-            f"{PAPER_FIT[0]}, for it was made on N up to 100 and its exponential dies out too fast."
-        )
-    if compared:
-        tables.append(_comparison_table(compared))
-    if made is not None and not modelled:
-        tables.append("No MODEL was written: give mass_kg and friction: in the geometry, or --friction MODEL.json.")
-    if made is not None:
-        tables.append("Halbach arrays and back-iron are outside this model.")
-    return tuple(tables)
-
-
-def _cost_text(cost: SineCost) -> str:
-    from linid.physics.field.sine_scope import limit_k
-
-    return (
-        f"k = {cost.k:.4g} ({cost.k - limit_k():+.3f} from {limit_k():.5f}): {cost.advice}; a cosine of B_0 misses "
-        f"{100.0 * cost.of_cosine:.2g} %."
-    )
-
-
-def _force_text(made: MotorDesign) -> str:
-    from linid.physics.field.sine_scope import NEGLIGIBLE
-    from linid.physics.field.winding import ripple_share
-
-    one, balanced = (ripple_share(made.exact, balanced=which) for which in (False, True))
-    advice = "sine will do" if one < NEGLIGIBLE else "take theta, unless" if balanced < NEGLIGIBLE else "take theta"
-    advice += " the currents always sum to zero" if advice.endswith("unless") else ""
-    return (
-        f"In the exact field a sine misses {100.0 * one:.2g} % of a winding's thrust, and {100.0 * balanced:.2g} % of "
-        f"the motor's under currents that sum to zero: {advice}."
-    )
-
-
-def _design_table(made: MotorDesign) -> Any:
-    from linid.report.tables import console_table
-
-    g = made.gaussian
-    table = console_table(f"Motor by its dimensions, {made.geometry.name}")
-    for title in ("Quantity", "Symbol", "Value", "Unit", "Equation"):
-        table.add_column(title, justify="right" if title == "Value" else "left", no_wrap=True)
-    rows = [
-        ("magnet's peak field", "B_0", f"{g.peak:.4g}", "T", "13"),
-        ("width across", "sigma_x", f"{1e3 * g.sigma_x:.4g}", "mm", "13"),
-        ("width along", "sigma_y", f"{1e3 * g.sigma_y:.4g}", "mm", "13"),
-        ("error of the Gaussian, RMS", "", f"{100 * g.rms_error:.2g}", "% of peak", "13"),
-        ("field shape", "k", f"{made.k:.4g}", "", "17"),
-        ("nome", "q_0", f"{made.nome:.4g}", "", "35"),
-        ("sine force constant", "K_f", f"{made.sine['force_constant']:.4g}", "N/A", "30"),
-        ("theta force constant", "K_f'", f"{made.theta['force_constant']:.4g}", "N/A", "38"),
-        ("guideway density", "omega_g", f"{made.sine['guideway_density']:.4g}", "1/m", "32"),
-        ("guideway density", "z_0", f"{made.theta['guideway_density']:.4g}", "1/m", "35"),
-        ("winding displacement", "alpha_p", f"{made.sine['winding_displacement']:.4g}", "rad", "32"),
-        ("winding displacement", "z_p", f"{made.theta['winding_displacement']:.4g}", "rad", "38"),
-        ("winding length", "z_L", f"{made.theta['winding_length']:.4g}", "rad", "37"),
-    ]
-    for row in rows:
-        table.add_row(*row)
-    return table
-
-
-def _harmonics_table(made: MotorDesign) -> Any:
-    from linid.physics.field.winding import theta_harmonic
-    from linid.report.tables import console_table
-
-    table = console_table("Harmonics of the thrust over the current, N/A")
-    for title in ("Order", "Exact field", "Theta (38)", "Theta, matched"):
-        table.add_column(title, justify="right")
-    for n in (1, 3, 5, 7):
-        row = [
-            theta["force_constant"] * theta_harmonic(n, theta["nome"], theta["winding_length"])
-            for theta in (made.theta, made.matched)
-        ]
-        table.add_row(str(n), f"{made.exact[n]:.4g}", *(f"{x:.4g}" for x in row))
-    return table
-
-
-def _comparison_table(compared: Sequence[Comparison]) -> Any:
-    from linid.report.tables import console_table
-
-    table = console_table("Recording beside dimensions")
-    for title in ("Quantity", "Dimensions", "Identified", "95 % interval", "Unit", "Agrees"):
-        table.add_column(title, justify="left" if title in ("Quantity", "Unit", "Agrees") else "right", overflow="fold")
-    for one in compared:
-        agrees = "not told" if one.agrees is None else "yes" if one.agrees else "no"
-        interval = "-" if one.agrees is None else f"{one.low:.5g} to {one.high:.5g}"
-        table.add_row(one.name, f"{one.by_dimensions:.5g}", f"{one.identified:.5g}", interval, one.unit, agrees)
-    return table

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import DataError, UsageError
+from linid.report.files import csv_text, finite
 from linid.workflow.run import results
 from linid.workflow.run.fit_run import announce, begin, measure
 from linid.workflow.run.inputs import fingerprint, read_inputs
@@ -93,9 +94,7 @@ def simulate(
             rms = math.sqrt(float(((shown.y_simulated - shown.y_measured) ** 2).mean()))
             end = free_run_end(shown)
             left = None if end is None else float(shown.t[end])
-            rows.append(
-                {"recording": recording.name, "file": str(path), "rms_error": results.finite(rms), "left_at": left}
-            )
+            rows.append({"recording": recording.name, "file": str(path), "rms_error": finite(rms), "left_at": left})
         folder.end("done", DONE)
     summary = {
         "command": COMMAND,
@@ -129,9 +128,7 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
     if currents is not None:
         columns += list(currents)
         names += ["i_u (A)", "i_v (A)", "i_w (A)"]
-    rows = np.column_stack(columns).tolist()
-    lines = [",".join(f"{value:.9g}" if math.isfinite(value) else "" for value in row) for row in rows]
-    return "\n".join([",".join(names), *lines]) + "\n"
+    return csv_text(names, np.column_stack(columns).tolist(), 9)
 
 
 def _from(start: StartState, result: FitResult, recording: Recording, trace: Trace, jobs: int) -> Trace:

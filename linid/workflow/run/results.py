@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import logging
 import math
@@ -12,7 +10,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linid.report.files import finite
+from linid.report.files import csv_text, finite
 from linid.workflow.run.run_folder import write_text
 
 if TYPE_CHECKING:
@@ -48,22 +46,20 @@ def convergence_text(result: FitResult) -> str:
     """The convergence history as CSV."""
     from linid.identification.result import Generation
 
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
     names = [f.name for f in fields(Generation)]
-    writer.writerow(names)
-    writer.writerows([getattr(line, name) for name in names] for line in result.history)
-    return stream.getvalue()
+    return csv_text(names, ([getattr(line, name) for name in names] for line in result.history))
 
 
 def profiles_text(result: FitResult) -> str:
     """The profile likelihoods as CSV in SI units."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["parameter", "value", "likelihood_ratio"])
-    for profile in result.profiles:
-        writer.writerows([profile.name, *point] for point in zip(profile.values, profile.statistic, strict=True))
-    return stream.getvalue()
+    return csv_text(
+        ("parameter", "value", "likelihood_ratio"),
+        (
+            (profile.name, *point)
+            for profile in result.profiles
+            for point in zip(profile.values, profile.statistic, strict=True)
+        ),
+    )
 
 
 def write_gaps(gaps: Sequence[RecordingGap], folder: Path, axis: str) -> None:
