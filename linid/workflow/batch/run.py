@@ -8,6 +8,7 @@ from heapq import heappop, heappush
 from pathlib import Path
 from typing import Any, Protocol
 
+from linid.report.files import csv_text
 from linid.report.tables import BatchRow, batch_table_console
 from linid.stop_signals import exit_code_of
 from linid.workflow.batch.file import JobSpec, read_batch
