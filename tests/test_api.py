@@ -20,7 +20,7 @@ from linid.identification.result import Estimate
 from tests.workflow.small import ROOT, campaign
 from tests.workflow.small import linid as command
 
-SMALL = {"population": 10, "generations": 4, "polish_steps": 4}
+SMALL = {"population": 10, "generations": 4, "least_squares_steps": 4}
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +74,8 @@ def test_a_campaign_shows_what_it_holds(read: linid.Campaign) -> None:
 def test_fits_are_those_of_the_command_line(
     path: Path, friction: linid.Fit, read: linid.Campaign, tmp_path: Path
 ) -> None:
-    options = [f"--{k}" if k != "polish_steps" else "--set" for k in SMALL]
-    values = [str(v) if k != "polish_steps" else f"{k}={v}" for k, v in SMALL.items()]
+    options = [f"--{k}" if k != "least_squares_steps" else "--set" for k in SMALL]
+    values = [str(v) if k != "least_squares_steps" else f"{k}={v}" for k, v in SMALL.items()]
     given = [word for pair in zip(options, values, strict=True) for word in pair]
     assert command("fit-motor", path, "--model", "sine", "--out", tmp_path / "o", "--no-figures", *given).exit_code in (
         0,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -23,9 +24,11 @@ def test_ci_runs_the_test_command_of_the_readme() -> None:
     assert (ROOT / ".ci" / "run").read_text(encoding="utf-8").rstrip().splitlines()[-1] == command
 
 
-def test_the_readme_names_every_exit_code_and_command() -> None:
+def test_the_documentation_names_every_exit_code_and_command() -> None:
     from linid.cli.main import cli
 
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert [name for name in cli.commands if name not in text] == []
-    assert [code for code in (0, 1, 2, 3, 4, 5, 130, 143) if f"| {code} |" not in text] == []
+    pages = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    assert [name for name in cli.commands if not re.search(rf"\blinid {name}\b", text)] == []
+    results = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    assert [code for code in (0, 1, 2, 3, 4, 5, 130, 143) if f"| {code} |" not in results] == []

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linid.challenge.catalogue import Scales
+from linid.challenge.catalogue import AxisSizes
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
 from linid.physics.described import Friction
 from linid.stand.description import AxisDescription, Drive, Measurement, SineMotor, Stroke, ThetaMotor
@@ -105,27 +105,27 @@ def _draw_motor(random: Random, thrust: float) -> SineMotor | ThetaMotor:
         return SineMotor(
             kind="sine",
             force_constant_n_per_a=per_phase,
-            guideway_density_per_m=density,
+            electrical_wavenumber_per_m=density,
             winding_displacement_rad=spread,
-            shift_rad=shift,
+            commutation_offset_rad=shift,
         )
     nome, winding = _even(random, 0.25, 0.55), _even(random, 0.5, 0.8)
     return ThetaMotor(
         kind="theta",
         force_constant_n_per_a=per_phase / (8 * nome * math.sin(2 * winding)),
-        guideway_density_per_m=density / 2,
+        electrical_wavenumber_per_m=density / 2,
         winding_displacement_rad=spread / 2,
-        shift_rad=shift / 2,
+        commutation_offset_rad=shift / 2,
         winding_length_rad=winding,
         nome=nome,
     )
 
 
-def scales(description: HiddenAxis) -> Scales:
+def scales(description: HiddenAxis) -> AxisSizes:
     """Round numbers of an axis."""
     thrust = thrust_per_ampere(description)
     stroke = description.stroke.upper_m
-    return Scales(
+    return AxisSizes(
         mass=description.mass_kg,
         coulomb=description.friction.coulomb_force_n,
         thrust=thrust,

@@ -26,7 +26,7 @@ TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
-class Scales:
+class AxisSizes:
     """Round numbers of an axis from which shapes and first amplitudes are drawn, SI: mass, coulomb force, thrust per
     ampere of q-current, typical and limiting q-current, stroke, reach (half the travel of driven recordings), radius
     of rotary axes."""
@@ -63,9 +63,9 @@ class Entry:
 
     row: int | None
     scope: Scope
-    first: Callable[[Scales], float]
-    limit: Callable[[Scales], float]
-    shape: Callable[[Random, Scales], dict[str, float]]
+    first: Callable[[AxisSizes], float]
+    limit: Callable[[AxisSizes], float]
+    shape: Callable[[Random, AxisSizes], dict[str, float]]
     signs: tuple[int, ...] = (1,)
     most: float = math.inf
     axes: tuple[AxisKind, ...] = AXES
@@ -83,11 +83,11 @@ def _phase(random: Random) -> float:
     return _even(random, 0, TURN)
 
 
-def _nothing(random: Random, scales: Scales) -> dict[str, float]:
+def _nothing(random: Random, scales: AxisSizes) -> dict[str, float]:
     return {}
 
 
-def _cogging(r: Random, s: Scales) -> dict[str, float]:
+def _cogging(r: Random, s: AxisSizes) -> dict[str, float]:
     return {
         "swell": _even(r, 0.1, 0.4),
         "swell_length": _even(r, 0.15, 0.4),
@@ -97,29 +97,29 @@ def _cogging(r: Random, s: Scales) -> dict[str, float]:
     }
 
 
-def _ripple(r: Random, s: Scales) -> dict[str, float]:
+def _ripple(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"seventh": _even(r, 0.2, 0.8), "fifth_phase": _phase(r), "seventh_phase": _phase(r)}
 
 
-def _gains(r: Random, s: Scales) -> dict[str, float]:
+def _gains(r: Random, s: AxisSizes) -> dict[str, float]:
     values = r.normal(size=3)
     values -= values.mean()
     values /= np.abs(values).max()
     return dict(zip("uvw", map(float, values), strict=True))
 
 
-def _offsets(r: Random, s: Scales) -> dict[str, float]:
+def _offsets(r: Random, s: AxisSizes) -> dict[str, float]:
     values = r.uniform(-1, 1, size=3)
     while np.ptp(values) < np.abs(values).max():  # a common offset of all three phases pushes nowhere
         values = r.uniform(-1, 1, size=3)
     return dict(zip("uvw", map(float, values / np.abs(values).max()), strict=True))
 
 
-def _asymmetry(r: Random, s: Scales) -> dict[str, float]:
+def _asymmetry(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"static_share": _even(r, -0.5, 1.5)}
 
 
-def _cable(r: Random, s: Scales) -> dict[str, float]:
+def _cable(r: Random, s: AxisSizes) -> dict[str, float]:
     return {
         "neutral": s.stroke * _even(r, 0.35, 0.65),
         "length": s.stroke * _even(r, 0.1, 0.3),
@@ -128,84 +128,84 @@ def _cable(r: Random, s: Scales) -> dict[str, float]:
     }
 
 
-def _bump(r: Random, s: Scales) -> dict[str, float]:
+def _bump(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"centre": s.stroke / 2 + s.reach * _even(r, -0.6, 0.6), "width": s.stroke * _even(r, 0.04, 0.15)}
 
 
-def _drag(r: Random, s: Scales) -> dict[str, float]:
+def _drag(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"exponent": _even(r, 1.8, 2.2)}
 
 
-def _delay(r: Random, s: Scales) -> dict[str, float]:
+def _delay(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"lag_share": _even(r, 0.1, 0.4)}
 
 
-def _thermal(r: Random, s: Scales) -> dict[str, float]:
+def _thermal(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"fast": _even(r, 0.4, 1.5), "slow": _even(r, 4.0, 15.0), "fast_share": _even(r, 0.4, 0.7)}
 
 
-def _end(r: Random, s: Scales) -> dict[str, float]:
+def _end(r: Random, s: AxisSizes) -> dict[str, float]:
     edge = s.reach * _even(r, 0.3, 0.6)
     return {"low": s.stroke / 2 - edge, "high": s.stroke / 2 + edge, "width": s.stroke * _even(r, 0.03, 0.08)}
 
 
-def _load(r: Random, s: Scales) -> dict[str, float]:
+def _load(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"frequency": _log(r, 12, 60), "damping": _even(r, 0.01, 0.06)}
 
 
-def _encoder(r: Random, s: Scales) -> dict[str, float]:
+def _encoder(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"period": _log(r, 1e-3, 5e-3), "phase": _phase(r), "skew": _even(r, 0.1, 0.3)}
 
 
-def _push(r: Random, s: Scales) -> dict[str, float]:
+def _push(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"start": _even(r, 0.8, 2.2), "length": _even(r, 0.08, 0.4)}
 
 
-def _drift(r: Random, s: Scales) -> dict[str, float]:
+def _drift(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"time_constant": _even(r, 1.0, 5.0)}
 
 
-def _vibration(r: Random, s: Scales) -> dict[str, float]:
+def _vibration(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"frequency": _log(r, 7, 25), "phase": _phase(r)}
 
 
-def _walk(r: Random, s: Scales) -> dict[str, float]:
+def _walk(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"memory": _even(r, 0.15, 0.4), "seed": float(r.integers(2**31))}
 
 
-def _felt(r: Random, s: Scales) -> dict[str, float]:
+def _felt(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"half_acceleration": _even(r, 1.0, 4.0), "lag": 1.5e-3}
 
 
-def _speed_cogging(r: Random, s: Scales) -> dict[str, float]:
+def _speed_cogging(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"turning_speed": _even(r, 0.3, 0.6), "phase": _phase(r)}
 
 
-def _phase_only(r: Random, s: Scales) -> dict[str, float]:
+def _phase_only(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"phase": _phase(r)}
 
 
-def _beat(r: Random, s: Scales) -> dict[str, float]:
+def _beat(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"frequency": _log(r, 8, 25), "phase": _phase(r)}
 
 
-def _eddy(r: Random, s: Scales) -> dict[str, float]:
+def _eddy(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"critical_speed": _log(r, 0.15, 0.6)}
 
 
-def _dwell(r: Random, s: Scales) -> dict[str, float]:
+def _dwell(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"growth_time": _log(r, 0.1, 0.6), "wear_length": _log(r, 2e-4, 1e-3)}
 
 
-def _pitch(r: Random, s: Scales) -> dict[str, float]:
+def _pitch(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"length": s.stroke * _even(r, 0.7, 1.3), "phase": _phase(r)}
 
 
-def _gear(r: Random, s: Scales) -> dict[str, float]:
+def _gear(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"half_play": _log(r, 3e-5, 2e-4), "contact_frequency": _log(r, 60, 140), "damping": _even(r, 0.1, 0.3)}
 
 
-def _gravity(r: Random, s: Scales) -> dict[str, float]:
+def _gravity(r: Random, s: AxisSizes) -> dict[str, float]:
     return {
         "turns_per_metre": 1 / s.radius,
         "phase": _phase(r),
@@ -214,7 +214,7 @@ def _gravity(r: Random, s: Scales) -> dict[str, float]:
     }
 
 
-def _constant(value: float) -> Callable[[Scales], float]:
+def _constant(value: float) -> Callable[[AxisSizes], float]:
     return lambda s: value
 
 
@@ -292,7 +292,7 @@ ENTRIES = LISTED | OUTSIDE
 
 
 def draw_effect(
-    name: str, random: Random, scales: Scales, recordings: tuple[tuple[str, str, str], ...], *, several: bool = False
+    name: str, random: Random, scales: AxisSizes, recordings: tuple[tuple[str, str, str], ...], *, several: bool = False
 ) -> HiddenEffect:
     """An effect with its first, small amplitude and a drawn shape.
 
@@ -332,7 +332,7 @@ def _some(recordings: list[tuple[str, str]], fit: int, held_out: int, random: Ra
     return {*random.choice(fitted, fit, replace=False), *random.choice(judged, held_out, replace=False)}
 
 
-def _pushes(names: list[str], random: Random, scales: Scales) -> tuple[tuple[str, float, float, float], ...]:
+def _pushes(names: list[str], random: Random, scales: AxisSizes) -> tuple[tuple[str, float, float, float], ...]:
     """At least one push in each recording, five at most, either way and of different sizes."""
     count = int(random.integers(max(2, len(names)), 6))
     where = names + [str(random.choice(names)) for _ in range(count - len(names))]

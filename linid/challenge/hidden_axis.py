@@ -90,13 +90,13 @@ def varied(
         seen["position_resolution_m"] = resolution
     changes["measurement"] = axis.measurement.model_copy(update=seen)
     if kind != "phase":
-        turns = axis.motor.guideway_density_per_m * (1 if axis.motor.kind == "sine" else 2)
+        turns = axis.motor.electrical_wavenumber_per_m * (1 if axis.motor.kind == "sine" else 2)
         changes["motor"] = SineMotor(
             kind="sine",
             force_constant_n_per_a=thrust_per_ampere(axis) / 1.5,
-            guideway_density_per_m=turns,
+            electrical_wavenumber_per_m=turns,
             winding_displacement_rad=2 * math.pi / 3,
-            shift_rad=axis.motor.shift_rad,
+            commutation_offset_rad=axis.motor.commutation_offset_rad,
         )
         if kind == "q_rotary":
             changes["radius_m"] = int(random.integers(2, 7)) / turns

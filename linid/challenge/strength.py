@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.challenge.catalogue import ENTRIES, HiddenEffect, Scales
+from linid.challenge.catalogue import ENTRIES, AxisSizes, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis
 from linid.challenge.plant import HiddenRun, acts, simulate
 from linid.stand.mode_descriptions import FreeWheel, Mode
@@ -136,7 +136,11 @@ def scope_of(effect: HiddenEffect, description: HiddenAxis) -> list[int]:
 
 
 def calibrate(
-    description: HiddenAxis, effect: HiddenEffect, wanted: float, scales: Scales, told: Sequence[Command] | None = None
+    description: HiddenAxis,
+    effect: HiddenEffect,
+    wanted: float,
+    scales: AxisSizes,
+    told: Sequence[Command] | None = None,
 ) -> tuple[HiddenEffect, float] | None:
     """Scale an effect's amplitude to a wanted strength on this campaign; returns it and the strength reached.
 

@@ -48,7 +48,7 @@ def thrust_rows(made: MotorDesign) -> Iterator[tuple[float, ...]]:
     y = np.linspace(0.0, 2.0 * pitch, _SAMPLES)
     exact = sum(a * np.sin(n * np.pi * y / pitch) for n, a in made.exact.items())
     shapes = [
-        theta["force_constant"] * Theta0(theta["guideway_density"] * y, theta["nome"], theta["winding_length"])
+        theta["force_constant"] * Theta0(theta["electrical_wavenumber"] * y, theta["nome"], theta["winding_length"])
         for theta in (made.theta, made.matched)
     ]
     sine = made.exact[1] * np.sin(np.pi * y / pitch)

@@ -22,7 +22,7 @@ from linid.diagnosis.locate import Coordinate, ceiling, coordinates, locate, rec
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.pairs import locate_pairs
-from linid.diagnosis.parallel_tasks import Workers, side_by_side
+from linid.diagnosis.parallel_tasks import Workers, in_parallel
 from linid.diagnosis.report_data import (
     MEASURES,
     Budget,
@@ -40,9 +40,8 @@ from linid.diagnosis.verdict import SURE, TELLING, advice, decide
 from linid.errors import UsageError
 from linid.identification.fit import refine
 from linid.identification.model_file import model_from_text, model_to_text
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult, ModelKind
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.uncertainty.estimates import plain_estimates
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
@@ -280,7 +279,7 @@ def _waves(best: Fitted, axis: str, field_wavenumber: float | None) -> str:
         return ""
     for effect in map(find_effect, best.model.effects):
         if effect.orders:
-            values = best.values | best.structural
+            values = best.values | best.preset
             pairs = zip(effect.amplitudes[0::2], effect.amplitudes[1::2], strict=True)
             sizes = [math.hypot(values[sine], values[cosine]) for sine, cosine in pairs]
             ranked = sorted(zip(sizes, (values[name] for name in effect.orders), strict=True), reverse=True)
@@ -323,7 +322,7 @@ def _next_experiment(
 
 def _field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
     model = Model(kind)
-    return values["guideway_density"] * model.turns if model.phases else None
+    return values["electrical_wavenumber"] * model.turns if model.phases else None
 
 
 def _models(
@@ -341,7 +340,7 @@ def _models(
     watch("models", 0, 2)
     # All threads for both: the one with effects takes longer, and then has them for itself.
     refined = partial(_refined, tuple(fitted), seed, 1 if workers else jobs)
-    for (key, _), text in side_by_side(refined, missing, jobs, workers):
+    for (key, _), text in in_parallel(refined, missing, jobs, workers):
         memory[key] = text
     watch("models", 2, 2)
     models = [model_from_text(memory[key], "checkpoint") for key in wanted]
@@ -352,10 +351,13 @@ def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[s
     """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
     runs on workers."""
     settings = FitSettings(
-        search=SearchSettings(seed=seed), jobs=max(jobs, least), polish_steps=_STEPS, polish_precision=_PRECISION
+        search=SearchSettings(seed=seed),
+        jobs=max(jobs, least),
+        least_squares_steps=_STEPS,
+        least_squares_precision=_PRECISION,
     )
-    space, genes = item[1].space(fitted)
-    return model_to_text(refine(space, genes, fitted, settings=settings))
+    space, point = item[1].space(fitted)
+    return model_to_text(refine(space, point, fitted, settings=settings))
 
 
 def _changes(
@@ -370,7 +372,7 @@ def _changes(
     """The measures of every recording before and after, and the traces behind them."""
     measured = partial(_measured, tuple(recordings), before, after if after is not before else None, seed)
     found = []
-    for _, one in side_by_side(measured, range(len(recordings)), jobs, workers):
+    for _, one in in_parallel(measured, range(len(recordings)), jobs, workers):
         found.append(one)
         watch("measures", len(found), len(recordings))
     changes, traces_before, traces_after = zip(*found, strict=True)

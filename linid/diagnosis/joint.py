@@ -29,7 +29,7 @@ Chosen = NDArray[np.bool_]
 
 _STEP = 1e-4  # of a parameter's own scale, for differences
 _DAMPING, _LEAST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e-9, 1e6
-_LEAST_KEPT = 0.1  # of the promised decrease, for a step to be taken
+_LEAST_GAIN_RATIO = 0.1  # of the promised decrease, for a step to be taken
 _LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 _LEAST_NOISE = 1e-4  # of the scale's square: recordings without noise count no more than that
 _LEAST_LEFT = 0.1  # of a bin's squares, whatever noise is taken off
@@ -56,7 +56,7 @@ FAR = 0.3  # level from which on a fit may have ended in a wrong valley
 @dataclass(frozen=True)
 class Fitted:
     """A model fitted by the force balance. values: SI by name; vector: (VECTOR_SIZE,) SI; residual: (n,) m/s^2 of all
-    rows of the balance; structural: SI values that say where its effects act; held: SI values that were not
+    rows of the balance; preset: SI values that say where its effects act; held: SI values that were not
     identified; level: criterion per fitted row; floor: (B,) mean squares of what noise gives its residuals, in the
     fit's scale; recordings: places of those it is fitted to; key: under which the balance's memory keeps it."""
 
@@ -64,7 +64,7 @@ class Fitted:
     values: dict[str, float]
     vector: Array
     residual: Array
-    structural: dict[str, float]
+    preset: dict[str, float]
     held: dict[str, float]
     level: float
     floor: Array = field(repr=False)
@@ -72,12 +72,10 @@ class Fitted:
     key: str
 
     def space(self, recordings: Sequence[Recording]) -> tuple[SearchSpace, Array]:
-        """The search box of a fit around the values, and their genes (p,)."""
-        density = self.values.get("guideway_density")
+        """The search box of a fit around the values, and their search coordinates (p,)."""
+        density = self.values.get("electrical_wavenumber")
         densities = () if density is None else (density,)
-        space = build_space(
-            self.model, recordings, self.values, self.held | self.structural, {}, False, densities, True
-        )
+        space = build_space(self.model, recordings, self.values, self.held | self.preset, {}, False, densities, True)
         return space, space.encode(self.values)
 
 
@@ -179,7 +177,7 @@ class JointFit:
         self,
         model: Model,
         values: Mapping[str, float],
-        structural: Mapping[str, float],
+        preset: Mapping[str, float],
         recordings: Iterable[int],
         effort: Effort,
         slopes: Mapping[str, Array] | None = None,
@@ -191,11 +189,11 @@ class JointFit:
         in turn, before one does."""
         chosen = tuple(sorted(recordings))
         names = {p.name for p in model.parameters}
-        held = {k: x for k, x in self.held.items() if k in names} | dict(structural)
+        held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
         held.setdefault("stribeck_exponent", 2.0)
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
-        phase = float({**values, **held}.get("shift", 0.0))
+        phase = float({**values, **held}.get("commutation_offset", 0.0))
         key = _key(model, {**held, "phase": phase}, chosen, x, effort, soft)
         memory = self.balance.memory
         if key in memory:
@@ -210,8 +208,8 @@ class JointFit:
         found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, self.rows_of(chosen))
-        own_held = {k: found[k] for k in held if k not in structural}
-        return Fitted(model, found, vector, residual, dict(structural), own_held, level, floor, chosen, key)
+        own_held = {k: found[k] for k in held if k not in preset}
+        return Fitted(model, found, vector, residual, dict(preset), own_held, level, floor, chosen, key)
 
     def annealed(self, one: Fitted, effort: Effort) -> Fitted:
         """The fit of a model taken further by way of softer criteria, if that ends lower; else as it was.
@@ -220,20 +218,20 @@ class JointFit:
         that count as many times as large join them (graduated non-convexity: Blake and Zisserman 1987).
         """
         step = self.fit(
-            one.model, one.values, one.structural, one.recordings, effort, self.slopes(one), exact=True, soft=SOFTNESS
+            one.model, one.values, one.preset, one.recordings, effort, self.slopes(one), exact=True, soft=SOFTNESS
         )
         return step if step.level < one.level else one
 
     def level_at(
-        self, model: Model, values: Mapping[str, float], structural: Mapping[str, float], recordings: Iterable[int]
+        self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]
     ) -> float:
         """The criterion per row that a model has at first values in SI, before any fit."""
         names = {p.name for p in model.parameters}
-        held = {k: x for k, x in self.held.items() if k in names} | dict(structural)
+        held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
         held.setdefault("stribeck_exponent", 2.0)
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
-        vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("shift", 0.0)))
+        vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("commutation_offset", 0.0)))
         residual = self.balance.residuals(model, vector)[0]
         return self.level(residual, self.floor_of(model, vector[0]), self.rows_of(recordings))
 
@@ -245,7 +243,7 @@ class JointFit:
         """d residual / d unknown (n,) of a fitted model, by name."""
         if fitted.key not in self._slopes:
             coordinates, held, x = self._searched(fitted)
-            phase = fitted.values.get("shift", 0.0)
+            phase = fitted.values.get("commutation_offset", 0.0)
             wanted = range(len(coordinates))
             rows = self._differences(fitted.model, coordinates, held, x, phase, fitted.residual, wanted)
             self._slopes[fitted.key] = {c.name: row for c, row in zip(coordinates, rows, strict=True)}
@@ -256,7 +254,7 @@ class JointFit:
         return self._searched(fitted)[0]
 
     def _searched(self, fitted: Fitted) -> tuple[tuple[Coordinate, ...], dict[str, float], Array]:
-        held = fitted.held | fitted.structural
+        held = fitted.held | fitted.preset
         coordinates = self.coordinates.of(fitted.model, held, fitted.values)
         return coordinates, held, encoded(coordinates, fitted.model, fitted.values)
 
@@ -330,9 +328,9 @@ class JointFit:
                     pull = self._pull(coordinates, residual, vector, model, rows, softness)
                     linear = LinearProblem(slopes[:, rows] * weights, residual[rows] * weights, pull)
                 room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
-                move, promised = linear.step(damping, room)
-                kept = -math.inf
-                if promised <= own.precision * count:
+                move, predicted = linear.step(damping, room)
+                gain_ratio = -math.inf
+                if predicted <= own.precision * count:
                     if not stale or renewals >= own.renewals:
                         break
                 else:
@@ -343,20 +341,20 @@ class JointFit:
                         there = vectors_of(coordinates, model, held, trial, phase)[0]
                         floor_there = self.floor_of(model, there)
                         reached = self.level(later, floor_there, rows, softness)
-                        kept = (level - reached) * count / promised
+                        gain_ratio = (level - reached) * count / predicted
                         missed = later - residual - (trial - x) @ slopes
-                        if kept > _LEAST_KEPT or bent or used >= own.steps:
+                        if gain_ratio > _LEAST_GAIN_RATIO or bent or used >= own.steps:
                             break
                         # A curved valley: what the straight step missed tells how to bend it.
                         move, _ = linear.step(damping, room, missed[rows] * weights)
-                if kept > _LEAST_KEPT:
+                if gain_ratio > _LEAST_GAIN_RATIO:
                     norms = np.linalg.norm(linear.columns, axis=1)
                     scaled = (trial - x) * norms
                     size = float(scaled @ scaled)
                     if size > 0.0:
                         slopes += np.outer(scaled * norms / size, missed)
                     x, residual, level, vector, floor = trial, later, reached, there, floor_there
-                    damping = max(damping * (0.1 if kept > 0.5 and not failed else 1.0), _LEAST_DAMPING)
+                    damping = max(damping * (0.1 if gain_ratio > 0.5 and not failed else 1.0), _LEAST_DAMPING)
                     failed, linear = False, None
                     stale = [shapes, list(range(x.size))]
                 elif stale and renewals < own.renewals:

@@ -49,5 +49,5 @@ class LinearProblem:
             if np.any(free):
                 rest = -moment[free] - system[np.ix_(free, ~free)] @ move[~free]
                 move[free] = np.linalg.solve(system[np.ix_(free, free)], rest)
-        promised = -float(2.0 * moment @ move + move @ normal @ move)
-        return np.asarray(np.where(told, move / norms, 0.0)), promised
+        predicted = -float(2.0 * moment @ move + move @ normal @ move)
+        return np.asarray(np.where(told, move / norms, 0.0)), predicted

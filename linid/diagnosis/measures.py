@@ -15,7 +15,7 @@ from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.choose import check_recordings
 from linid.identification.objectives.free_run import FreeRun
-from linid.identification.optimise.least_squares import polish_starts
+from linid.identification.optimise.least_squares import fit_start_offsets
 from linid.identification.result import FitResult
 from linid.identification.signals.motion import measure_motion, retaken, with_input_noise
 from linid.physics.model import Model
@@ -88,7 +88,7 @@ class _Task:
         """Position and velocity of the free run, (n,) each."""
         free = FreeRun(self.model, (recording,), self.substeps, self.jobs)
         wheel = recording.kind == "free_wheel"
-        offsets = polish_starts(free, self.vector) if wheel else np.zeros((1, free.nuisances))
+        offsets = fit_start_offsets(free, self.vector) if wheel else np.zeros((1, free.nuisances))
         y, v, _ = free.simulate(self.vector, offsets, velocity=True)
         return y[0], v[0]
 

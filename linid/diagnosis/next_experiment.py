@@ -17,7 +17,7 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 
 _STRIDE = 5
-_GENE_STEP = 1e-4
+_COORDINATE_STEP = 1e-4
 _SHARE = 0.1  # of an amplitude, by which it is changed to see how well a recording would tell it
 
 
@@ -72,10 +72,10 @@ def prospects(
 
 def _difference(best: Fitted, rival: Fitted | None, rows: _Rows) -> tuple[Array, Array]:
     """Difference of two models (n,) and the columns (n, p) by which the first could make up for it."""
-    space, genes = best.space(rows.recordings)
-    p = genes.size
-    steps = np.where(genes + _GENE_STEP > 1.0, -_GENE_STEP, _GENE_STEP)
-    vectors = space.vectors(np.vstack([genes, genes + np.diag(steps)]))
+    space, point = best.space(rows.recordings)
+    p = point.size
+    steps = np.where(point + _COORDINATE_STEP > 1.0, -_COORDINATE_STEP, _COORDINATE_STEP)
+    vectors = space.vectors(np.vstack([point, point + np.diag(steps)]))
     values, half_widths = rows.of(best, vectors)
     columns = ((values[1 : 1 + p] - values[0]) / steps[:, None]).T
     if rival is not None:

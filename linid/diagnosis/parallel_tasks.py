@@ -18,7 +18,7 @@ class Workers(Protocol):
         ...
 
 
-def side_by_side(
+def in_parallel(
     function: Callable[[Item, int], Result], items: Sequence[Item], jobs: int, workers: Workers | None = None
 ) -> Iterator[tuple[Item, Result]]:
     """Items with their results in order, as soon as each is there.

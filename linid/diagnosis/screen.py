@@ -171,7 +171,7 @@ class Screening:
         """Places of recordings to which a model is fitted: the fitted ones, and those held out in which an effect of
         single recordings acts, where the fitted ones tell little of its size."""
         chosen = set(self.fitted)
-        effects = [(e, {**step.values, **step.structural}) for e in step.model.effects] if step is not None else []
+        effects = [(e, {**step.values, **step.preset}) for e in step.model.effects] if step is not None else []
         effects += [(name, dict(values or {}))] if name else []
         for effect_name, at in effects:
             effect = find_effect(effect_name)
@@ -212,7 +212,7 @@ class Screening:
             if (effect.name not in wanted) if wanted else False:
                 continue
             present = effect.name in step.model.effects
-            if present and not (effect.parts > 1 and effect.free_part(step.structural)):
+            if present and not (effect.parts > 1 and effect.free_part(step.preset)):
                 continue
             if not effect.applies(step.model.kind, self.whole if effect.per_recording else self.outlook):
                 continue
@@ -294,7 +294,7 @@ class Screening:
         column[np.flatnonzero(classes == where)] = columns[:, best]
         column -= span @ (span.T @ column)
         (value,), explained = regression.explained(column[:, None])
-        part = effect.free_part(step.structural) if effect.name in step.model.effects else 1
+        part = effect.free_part(step.preset) if effect.name in step.model.effects else 1
         held = {amplitude: float(np.clip(value, -size, size))}
         lead = float(gains[best]) / max(rival, 1e-300)
         return Trial(effect.moved(entries[best], part), effect.moved(held, part), explained, lead)

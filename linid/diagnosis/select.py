@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from linid.diagnosis.base import Base
 from linid.diagnosis.joint import FAR, QUICK, SETTLING, THOROUGH, Effort, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
-from linid.diagnosis.parallel_tasks import side_by_side
+from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
@@ -89,7 +89,7 @@ def with_effect(model: Model, name: str) -> Model:
     return model if name in model.effects else Model(model.kind, (*model.effects, name))
 
 
-def structural_of(model: Model, values: Mapping[str, float]) -> dict[str, float]:
+def preset_of(model: Model, values: Mapping[str, float]) -> dict[str, float]:
     """What of a model's effects is not searched, given their values."""
     out: dict[str, float] = {}
     for name in model.effects:
@@ -103,15 +103,15 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
     step, found = item
     model = with_effect(step.model, found.name)
     values = {**step.values, **found.trial.values, **found.trial.amplitudes}
-    structural = structural_of(model, {**step.structural, **values})
-    recordings = screening.to_fit(step, found.name, {**step.structural, **values})
+    preset = preset_of(model, {**step.preset, **values})
+    recordings = screening.to_fit(step, found.name, {**step.preset, **values})
     amplitudes, before = found.trial.amplitudes, fits.level(step.residual, step.floor, fits.rows_of(recordings))
     out: list[Fitted] = []
     for share in STARTING:
         start = {**values, **{name: share * x for name, x in amplitudes.items()}}
-        good = fits.level_at(model, start, structural, recordings) < before
+        good = fits.level_at(model, start, preset, recordings) < before
         if good or share in STARTING[:: len(STARTING) - 1]:
-            out.append(fits.fit(model, start, structural, recordings, QUICK, fits.slopes(step)))
+            out.append(fits.fit(model, start, preset, recordings, QUICK, fits.slopes(step)))
         if good:
             break
     return min(out, key=lambda one: one.level)
@@ -119,7 +119,7 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
 
 def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
     """The fit of a model taken further, from where it is."""
-    done = fits.fit(one.model, one.values, one.structural, recordings, effort, fits.slopes(one), exact=True)
+    done = fits.fit(one.model, one.values, one.preset, recordings, effort, fits.slopes(one), exact=True)
     return fits.annealed(done, effort) if done.level > FAR else done
 
 
@@ -128,8 +128,8 @@ def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     model = Model(full.model.kind, tuple(e for e in full.model.effects if e != name))
     own = {p.name for p in model.parameters}
     values = {k: x for k, x in full.values.items() if k in own}
-    structural = {k: x for k, x in full.structural.items() if k in own}
-    one = fits.fit(model, values, structural, full.recordings, QUICK, fits.slopes(full))
+    preset = {k: x for k, x in full.preset.items() if k in own}
+    one = fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
     return fits.annealed(one, QUICK) if one.level > full.level + FAR else one
 
 
@@ -199,7 +199,7 @@ def _best_of(
 ) -> Fitted | None:
     """The model of the candidates that lessens the criterion most, None if none does beyond doubt."""
     fitted: list[tuple[Evidence, Fitted, bool]] = []
-    for (_, item), one in side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers):
+    for (_, item), one in in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers):
         # A moment has no other blocks that could vouch for it: its lead over other moments did.
         fitted.append((gained(fits, before, one), one, find_effect(item.name).acts == "one"))
         watch(f"fit effect {number + 1}", len(fitted), len(items))
@@ -268,7 +268,7 @@ def backward(
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
-        parts = [part for _, part in side_by_side(partial(part_of, judge, base, full), added, screening.jobs)]
+        parts = [part for _, part in in_parallel(partial(part_of, judge, base, full), added, screening.jobs)]
         better = renewed(fits, screening, full, parts) if renewals < RENEWALS else None
         renewals += 1
         if better is not None:
@@ -298,7 +298,7 @@ def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
     # A single moment had its say in the forward steps, where its lead over others was told before much was fitted.
     lasting = [s for s in screening.screen(full) if find_effect(s.name).acts != "one"]
     items = [(full, item) for item in contenders(lasting, CONTENDING[1])]
-    for (_, item), one in side_by_side(
+    for (_, item), one in in_parallel(
         partial(extended, judge.fits, screening), items, screening.jobs, screening.workers
     ):
         more = again(judge.fits, one, one.recordings, SETTLING)
@@ -320,7 +320,7 @@ def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> P
 
 def judged(judge: Judge, full: Fitted, name: str) -> NDArray[np.bool_]:
     """The rows on which an effect of a model is tested: a moment shows in its own recordings or nowhere."""
-    values = {**full.values, **full.structural}
+    values = {**full.values, **full.preset}
     if find_effect(name).acts == "one":
         return judge.rows_of(name, values)
     return judge.rows(full.model.effects, values)
@@ -339,7 +339,7 @@ def contested(
     # Without the force that a loop cancels, anything that takes the input's thrust away looks like a cause.
     caught = bool(fits.coordinates.limits) and len(parts) == 1
     for part in parts:
-        rows = judge.rows(full.model.effects, {**full.values, **full.structural})
+        rows = judge.rows(full.model.effects, {**full.values, **full.preset})
         gain = part.without.level - full.level
         simpler = find_effect(part.name).includes
         found = [
@@ -378,7 +378,7 @@ def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[
             gain = part.without.level - full.level
             own = screening.screen(part.without, only=[part.name])
             items += [(part.without, item) for item in own if item.gain >= RENEWED * gain]
-    found = side_by_side(partial(extended, fits, screening), items, screening.jobs, screening.workers)
+    found = in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers)
     settled = [again(fits, one, one.recordings, SETTLING) for _, one in found if one.level < full.level + LEAST_GAIN]
     better = [(gained(fits, full, one).gain, one) for one in settled]
     gain, one = max(better, key=lambda pair: pair[0], default=(0.0, full))

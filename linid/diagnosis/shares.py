@@ -81,15 +81,15 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
     # A gap that is hardly one has no shares to speak of: the floor itself is known to some per cent only.
     gap = np.maximum(draws @ (nothing - floor), _LEAST_GAP * (draws @ floor))
 
-    def interval(part: Array, doubt: float) -> tuple[float, float, float]:
+    def interval(part: Array, extra: float) -> tuple[float, float, float]:
         ratio = (draws @ part) / gap
         low, high = np.quantile(ratio[1:], [0.025, 0.975]).tolist()
         value = float(ratio[0])
-        return value, value - math.hypot(value - low, doubt), value + math.hypot(high - value, doubt)
+        return value, value - math.hypot(value - low, extra), value + math.hypot(high - value, extra)
 
     unexplained = interval(left, 0.0)
     closed = interval(nothing - floor - left, 0.0)
-    doubts = ledger.doubts(whole)
+    extras = ledger.extras(whole)
     everything = ledger.power(effects)
     portions = {}
     for name in effects:
@@ -98,7 +98,7 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
         part = min(max(size, 0.0), 1.0)
         form = _FORM * max(unexplained[0], 0.0) * math.sqrt(part)
         weighing = _WEIGHING * math.sqrt(part * (1.0 - part))
-        value, low, high = interval(parts[name], math.hypot(form, weighing, NORMAL_95 * doubts[name] / float(gap[0])))
+        value, low, high = interval(parts[name], math.hypot(form, weighing, NORMAL_95 * extras[name] / float(gap[0])))
         others = tuple(other for other in effects if other != name)
         first = float((nothing - ledger.power((name,))).sum()) / float(gap[0])
         last = float((ledger.power(others) - everything).sum()) / float(gap[0])
@@ -116,7 +116,7 @@ def _within(share: float) -> float:
 
 def judged_rows(judge: Judge, best: Fitted) -> NDArray[np.bool_]:
     """Held-out rows, and those of the recordings of an effect that acts in no held-out one."""
-    values = {**best.values, **best.structural}
+    values = {**best.values, **best.preset}
     rows = judge.balance.split.copy()
     for name in best.model.effects:
         own = judge.rows_of(name, values) if find_effect(name).per_recording else rows
@@ -205,7 +205,7 @@ class _Ledger:
         columns = self.columns[free]
         return self.sums((residual + self._steps(residual, columns, self.ridge[free]) @ columns) ** 2)
 
-    def doubts(self, whole: Array) -> dict[str, float]:
+    def extras(self, whole: Array) -> dict[str, float]:
         """Standard deviation of <r_e, r> by what the fit leaves open of each effect's parameters.
 
         The covariance of all unknowns is that of a fit whose residuals are alike within a block only (White 1980,

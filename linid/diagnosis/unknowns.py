@@ -102,9 +102,9 @@ class Coordinates:
                 return Coordinate(name, False, 1e-3 * size, 1e3 * size, size, True)
             case "mass":
                 return Coordinate(name, True, math.log(size / 8.0), math.log(8.0 * size), 1.0)
-            case "guideway_density":
+            case "electrical_wavenumber":
                 return Coordinate(name, True, math.log(0.9 * size), math.log(1.1 * size), 0.01)
-            case "shift":
+            case "commutation_offset":
                 if "force_constant" in held:
                     return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
                 top = 1e3 * abs(self.reference["force_constant"])
@@ -154,7 +154,7 @@ def vectors_of(
             out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
     if ACROSS in names:
         across = searched[:, [c.name for c in coordinates].index(ACROSS)]
-        constant, shift = model.slot("force_constant"), model.slot("shift")
+        constant, shift = model.slot("force_constant"), model.slot("commutation_offset")
         out[:, shift] = phase + np.arctan2(across, out[:, constant]) / model.turns
         out[:, constant] = np.hypot(out[:, constant], across)
     coulomb, static, stiffness, damping, mass = (

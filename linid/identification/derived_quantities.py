@@ -13,10 +13,10 @@ from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.physics.field.winding import force_harmonics
 from linid.physics.motors import MOTORS, fundamental_force_constant
 from linid.recording.recording import Recording
+from linid.statistics import NORMAL_95
 
 # Minimum over k of the harmonics' share: (a_1 - 1)^2 + a_3^2 + ... with a_n = 2 sqrt(pi) k exp(-n^2 k^2 pi^2/4).
 SINE_LIMIT_K = 0.46223
-_NORMAL = 1.959964
 
 
 def _propagate(
@@ -50,14 +50,15 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     theta = result.model == "theta"
     factor = motor.turns
     unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
+    shapes = unsure & {"nome", "winding_length"}
     rows: list[tuple[str, str, str, Callable[..., float], tuple[str, ...]]] = [
-        ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("guideway_density",)),
-        ("phase_spacing", "y_p", unit, lambda p, d: p / d, ("winding_displacement", "guideway_density")),
+        ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("electrical_wavenumber",)),
+        ("phase_spacing", "y_p", unit, lambda p, d: p / d, ("winding_displacement", "electrical_wavenumber")),
     ]
     if theta:
         rows += [
             ("field_shape", "k", "1", k_of, ("nome",)),
-            ("coil_length", "l_y", unit, lambda z, d: 2.0 * z / d, ("winding_length", "guideway_density")),
+            ("coil_length", "l_y", unit, lambda z, d: 2.0 * z / d, ("winding_length", "electrical_wavenumber")),
             (
                 "fundamental_force_constant",
                 "K_f",
@@ -75,11 +76,11 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     out = []
     for name, symbol, row_unit, function, names in rows:
         # The fundamental is told whatever the field's shape, so shapes that nothing tells are held.
-        value, std = _propagate(result, function, names, unsure if name == "fundamental_force_constant" else set())
+        value, std = _propagate(result, function, names, shapes if name == "fundamental_force_constant" else set())
         lost = unsure & set(names) if name != "fundamental_force_constant" else set()
-        low, high = value - _NORMAL * std, value + _NORMAL * std
-        if name == "pole_pitch" and "guideway_density" in result.fitted:  # its interval need not be symmetric
-            source = next(e for e in result.estimates if e.name == "guideway_density")
+        low, high = value - NORMAL_95 * std, value + NORMAL_95 * std
+        if name == "pole_pitch" and "electrical_wavenumber" in result.fitted:  # its interval need not be symmetric
+            source = next(e for e in result.estimates if e.name == "electrical_wavenumber")
             low, high = sorted((float(function(source.low)), float(function(source.high))))
         out.append(
             Estimate(
@@ -102,8 +103,8 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
 def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool) -> Estimate:
     """RMS force that the best sine of the same fundamental misses, as a share of the RMS force, over the data."""
     length, nome = result.value("winding_length"), result.value("nome")
-    density, displacement = result.value("guideway_density"), result.value("winding_displacement")
-    shift = result.value("shift")
+    density, displacement = result.value("electrical_wavenumber"), result.value("winding_displacement")
+    shift = result.value("commutation_offset")
     lost = total = 0.0
     amplitudes = force_harmonics(nome, length)
     for recording in recordings:

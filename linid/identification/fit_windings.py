@@ -65,7 +65,7 @@ def fit_windings(
         )
     model = Model(result.model, result.effects, winding)
     values = {e.name: e.value for e in result.estimates}
-    resistance, inductance = first_winding_values(model.turns * values["guideway_density"], able)
+    resistance, inductance = first_winding_values(model.turns * values["electrical_wavenumber"], able)
     values |= {"phase_resistance": resistance, "phase_inductance": inductance, MUTUAL.name: 0.0}
     names = {p.name for p in model.parameters}
     # What a space holds by itself is no known value.
@@ -86,7 +86,7 @@ def fit_windings(
         fixed,
         settings.bounds,
         settings.free_exponent,
-        (values["guideway_density"],),
+        (values["electrical_wavenumber"],),
         settings.stribeck,
     )
     found = refine(space, space.encode(values), recordings, settings=settings, hooks=hooks)

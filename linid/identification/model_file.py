@@ -12,6 +12,7 @@ import numpy as np
 
 from linid.config import parse_json, read_json
 from linid.errors import ConfigError, LinidError
+from linid.former_names import present_name, with_present_keys
 from linid.identification.result import Estimate, FitResult, Generation, Profile, Start
 
 SCHEMA = 1
@@ -63,6 +64,20 @@ def model_from_text(text: str, place: str) -> FitResult:
     return _result(parse_json(text, place, _REMEDY), place)
 
 
+def _with_present_names(body: dict[str, Any]) -> dict[str, Any]:
+    """The content of a MODEL file with its parameters called as they are today."""
+    for key in ("estimates", "derived", "profiles"):
+        for row in body.get(key, ()):
+            row["name"] = present_name(row["name"])
+    body["fitted"] = [present_name(name) for name in body["fitted"]]
+    body["pairs"] = [(present_name(a), present_name(b), *rest) for a, b, *rest in body["pairs"]]
+    settings = with_present_keys(body["settings"])
+    body["settings"] = settings | {
+        key: with_present_keys(settings[key]) for key in ("fixed", "bounds") if key in settings
+    }
+    return body
+
+
 def _result(body: Any, place: str) -> FitResult:
     if not isinstance(body, dict) or body.get("kind") != "linid model":
         raise ConfigError(
@@ -73,6 +88,7 @@ def _result(body: Any, place: str) -> FitResult:
             place, f"has model schema {body.get('schema')!r}, expected {SCHEMA}", "Fit again with this version"
         )
     try:
+        body = _with_present_names(body)
         result = FitResult(
             model=body["model"],
             axis=body["axis"],

@@ -39,7 +39,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Generation:
-    """One line of the convergence history. stage: 'genetic', 'cma', 'plain' or 'polish'; cost: dimensionless."""
+    """One line of the convergence history. stage: 'genetic', 'cma', 'plain' or 'least squares'; cost: dimensionless."""
 
     stage: str
     generation: int

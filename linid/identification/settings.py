@@ -4,22 +4,53 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from linid.identification.objectives.ahead import HORIZON
-from linid.identification.optimise.genetic import SearchSettings, SearchState
-from linid.identification.optimise.least_squares import POLISH_PRECISION, POLISH_STEPS
+if TYPE_CHECKING:
+    from linid.identification.optimise.search_state import SearchState
 
 Objective = Literal["auto", "free_run", "ahead", "acceleration"]
 Progress = Callable[[str, int, int, float], None]
+HORIZON = 0.1  # s, how far the objective `ahead` looks
+PLAIN = "plain"
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Budget and operators. method: genetic, cma, or plain: a genetic algorithm from random candidates that uses all
+    its generations; patience: generations without relative gain `tolerance` before the others stop."""
+
+    method: str = "genetic"
+    population: int = 64
+    generations: int = 120
+    patience: int = 6
+    tolerance: float = 1e-3
+    crossover: float = 0.9
+    crossover_eta: float = 10.0
+    mutation_eta: float = 20.0
+    tournament: int = 3
+    elite: int = 2
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Ending:
+    """When least squares end. steps: at most; precision: when no step promises to lessen the weighted sum of squares by
+    more (a parameter one standard deviation off its optimum weighs 1); valley_gain: when four steps have gained less,
+    as along a valley in which the data hardly tell the parameters."""
+
+    steps: int = 60
+    precision: float = 1e-4  # 1 % of a standard deviation; at 10 % all fits end on one side, which coverage shows
+    valley_gain: float = 0.0
 
 
 @dataclass(frozen=True)
 class FitSettings:
     """How to fit. objective auto: free_run for free wheels, ahead for driven runs; bounds, fixed: SI values
     by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
-    friction only); profiles: parameters whose profile likelihood is computed; polish_steps, polish_precision: when
-    the polish ends (see `polish`); jobs: threads, never changes a result."""
+    friction only); profiles: parameters whose profile likelihood is computed; least_squares_steps,
+    least_squares_precision: when the least squares ends (see `levenberg_marquardt`); jobs: threads, never changes a
+    result."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
     objective: Objective = "auto"
@@ -30,8 +61,8 @@ class FitSettings:
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     fixed: dict[str, float] = field(default_factory=dict)
     jobs: int = 1
-    polish_steps: int = POLISH_STEPS
-    polish_precision: float = POLISH_PRECISION
+    least_squares_steps: int = Ending.steps
+    least_squares_precision: float = Ending.precision
     profiles: tuple[str, ...] = ()
 
     def stored(self) -> dict[str, Any]:

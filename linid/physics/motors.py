@@ -41,15 +41,15 @@ class Motor:
 _FORCE = (Parameter("force_constant", "K", "N/A", 1e-3, 1e3, 1.0, log=True, meaning="force per input"),)
 _SINE = (
     Parameter("force_constant", "K_f", "N/A", 1e-1, 1e3, 30.0, log=True, meaning="force per phase current"),
-    Parameter("guideway_density", "omega_g", "1/m", 20.0, 1500.0, 200.0, log=True, meaning="pi / pole pitch"),
+    Parameter("electrical_wavenumber", "omega_g", "1/m", 20.0, 1500.0, 200.0, log=True, meaning="pi / pole pitch"),
     Parameter("winding_displacement", "alpha_p", "1", 0.05, _TURN, 2.094, meaning="phase between windings"),
-    Parameter("shift", "alpha_S", "1", -_TURN, _TURN, 0.0, meaning="field phase at position zero"),
+    Parameter("commutation_offset", "alpha_S", "1", -_TURN, _TURN, 0.0, meaning="field phase at position zero"),
 )
 _THETA = (
     Parameter("force_constant", "K_f'", "N/A", 1e-2, 1e4, 10.0, log=True, meaning="theta force per phase current"),
-    Parameter("guideway_density", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
+    Parameter("electrical_wavenumber", "z_0", "1/m", 10.0, 750.0, 100.0, log=True, meaning="pi / (2 pole pitch)"),
     Parameter("winding_displacement", "z_p", "1", 0.025, math.pi, 1.047, meaning="phase between windings"),
-    Parameter("shift", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
+    Parameter("commutation_offset", "z_S", "1", -math.pi, math.pi, 0.0, meaning="field phase at position zero"),
     Parameter("winding_length", "z_L", "1", 0.02, 0.5 * math.pi - 0.02, 0.7, meaning="half coil length z_0 l_y / 2"),
     Parameter("nome", "q_0", "1", 0.02, 0.98, 0.5, meaning="field shape, exp(-k^2 pi^2 / 4)"),
 )
@@ -68,7 +68,7 @@ MOTORS = {
 def prepare_motor(motor: int, p: NDArray[np.float64], table: NDArray[np.float64]) -> int:
     """Fill `table` with what the force needs once per simulation; returns the number of harmonics.
 
-    p: (6,) force_constant, guideway_density, winding_displacement, shift, winding_length, nome;
+    p: (6,) force_constant, electrical_wavenumber, winding_displacement, shift, winding_length, nome;
     table: (3, MAX_HARMONICS) amplitude in N/A, cos and sin of the phase step per harmonic.
     0 harmonics with a theta motor means: nome too near 1 for Fourier, use Gaussians.
     """

@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
+from linid.former_names import with_present_keys
 from linid.recording.mapping import ChannelMapping
 from linid.recording.names import plain
 from linid.recording.read import read_recording
@@ -39,6 +40,9 @@ class RecordingEntry(BaseModel):
     comments: Comment = None
 
 
+Known = Annotated[dict[str, Annotated[float, Field(allow_inf_nan=False)]], BeforeValidator(with_present_keys)]
+
+
 class CampaignFile(BaseModel):
     """The campaign file as written."""
 
@@ -46,7 +50,7 @@ class CampaignFile(BaseModel):
 
     name: str | None = None
     axis: Axis = "linear"
-    known: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
+    known: Known = Field(default_factory=dict)
     channels: ChannelMapping | None = None
     recordings: list[RecordingEntry] = Field(min_length=1)
     comments: Comment = None

@@ -13,7 +13,7 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.recording.recording import Array, Recording
-from linid.recording.release import Motion, differentiate, find_release
+from linid.recording.release import Derivatives, differentiate, find_release
 
 _STANDSTILL_KEPT = 0.2  # s
 _MARGIN = 0.06  # share of the coast given away after the detected release: the hand leaves gently
@@ -74,7 +74,7 @@ def find_coast_down(recording: Recording) -> CoastDown:
     )
 
 
-def _evidence(motion: Motion, best: _Coast, count: int) -> str:
+def _evidence(motion: Derivatives, best: _Coast, count: int) -> str:
     t = motion.t
     begin = f"pushed until about {t[best.start]:.4g} s" if best.cut else "coasts from the first sample on, nothing cut"
     others = f"; longest of {count} coasts" if count > 1 else ""
@@ -86,7 +86,7 @@ def _evidence(motion: Motion, best: _Coast, count: int) -> str:
     )
 
 
-def _decelerations(motion: Motion) -> list[tuple[int, int, int]]:
+def _decelerations(motion: Derivatives) -> list[tuple[int, int, int]]:
     """Intervals (first, last, rest) in one direction in which the speed falls; split where it rises again."""
     speed = np.abs(motion.v)
     moving = speed > max(8.0 * motion.v_noise, 2e-3 * float(speed.max()))
@@ -117,7 +117,7 @@ def _bridged(
     return out
 
 
-def _refine(motion: Motion, first: int, last: int, rest: int) -> _Coast | None:
+def _refine(motion: Derivatives, first: int, last: int, rest: int) -> _Coast | None:
     """Cut bumps from the end of a deceleration and the push from its beginning."""
     sign = float(np.sign(motion.v[first]))
     slowing = -sign * motion.a
@@ -144,7 +144,7 @@ def _refine(motion: Motion, first: int, last: int, rest: int) -> _Coast | None:
     return _Coast(start, end, stop, _speed(motion, start), not at_beginning, reason)
 
 
-def _already_coasting(motion: Motion, slowing: Array, first: int, end: int) -> bool:
+def _already_coasting(motion: Derivatives, slowing: Array, first: int, end: int) -> bool:
     """A recording that starts at its top speed and brakes at once as hard as later: no hand pushes any more.
 
     Friction that varies along the way may still defy the simple law there; that is no reason to cut.
@@ -154,7 +154,7 @@ def _already_coasting(motion: Motion, slowing: Array, first: int, end: int) -> b
     return bool(speed[0] > 0.98 * speed.max() and np.median(early) > 0.8 * np.median(slowing[first : end + 1]))
 
 
-def _speed(motion: Motion, start: int) -> float:
+def _speed(motion: Derivatives, start: int) -> float:
     """Speed at `start`, from a quadratic that looks only forward."""
     n = min(4 * motion.half, len(motion.t) - start)
     s = motion.t[start : start + n] - motion.t[start]
@@ -162,7 +162,7 @@ def _speed(motion: Motion, start: int) -> float:
     return float(c[1])
 
 
-def _before_bump(motion: Motion, slowing: Array, first: int, last: int) -> tuple[int, str]:
+def _before_bump(motion: Derivatives, slowing: Array, first: int, last: int) -> tuple[int, str]:
     """Last sample before the deceleration leaves what friction can do (end stop, a catching hand)."""
     usual = float(np.median(slowing[first : last + 1]))
     limit = _BUMP * usual + 8.0 * motion.a_noise
@@ -174,14 +174,14 @@ def _before_bump(motion: Motion, slowing: Array, first: int, last: int) -> tuple
     return max(first, int(hard[0]) - motion.half - 1), "a bump"
 
 
-def _above_stribeck(motion: Motion, first: int, end: int) -> int:
+def _above_stribeck(motion: Derivatives, first: int, end: int) -> int:
     """Last sample used for fitting: the slowest tenth is left out, where friction rises as it sticks."""
     peak = float(np.abs(motion.v[first : end + 1]).max())
     fast = np.flatnonzero(np.abs(motion.v[first : end + 1]) > max(0.1 * peak, 20 * motion.v_noise))
     return first + int(fast[-1]) if len(fast) else first
 
 
-def _end_of_rest(motion: Motion, rest: int) -> int:
+def _end_of_rest(motion: Derivatives, rest: int) -> int:
     """Some standstill after the coast, at most 0.2 s and not into the next motion."""
     n = len(motion.t)
     wanted = min(n - 1, rest + motion.half + round(_STANDSTILL_KEPT / motion.dt))

@@ -20,7 +20,7 @@ _BASES = ((0.5, 1.0), (0.5, 0.75), (0.35, 0.6), (0.25, 0.5), (0.15, 0.4))  # sha
 
 
 @dataclass(frozen=True)
-class Motion:
+class Derivatives:
     """Position, speed and acceleration of a recording with the standard deviations of their noise.
 
     t, y, v, a: (n,) in s, m, m/s, m/s^2 (rotary: rad); dt: s; half: samples to each side in the local fits.
@@ -37,7 +37,7 @@ class Motion:
     half: int
 
 
-def differentiate(recording: Recording, place: str) -> Motion:
+def differentiate(recording: Recording, place: str) -> Derivatives:
     """Speed and acceleration by local quadratic fits; their noise from the position's third differences."""
     t, y = recording.t, recording.y
     dt = recording.period
@@ -50,7 +50,7 @@ def differentiate(recording: Recording, place: str) -> Motion:
     a = local_derivative(y, n, 2, 2, dt)
     v_noise = noise * np.sqrt(12.0 / n**3) / dt
     a_noise = noise * np.sqrt(720.0 / n**5) / dt**2
-    return Motion(t, y, v, a, dt, noise, float(v_noise), float(a_noise), half)
+    return Derivatives(t, y, v, a, dt, noise, float(v_noise), float(a_noise), half)
 
 
 def _position_noise(y: Array) -> float:
@@ -63,7 +63,7 @@ def _position_noise(y: Array) -> float:
     return float(np.clip(noise, 1e-9 * np.ptp(y) + 1e-15, 1e-3 * np.ptp(y) + 1e-15))
 
 
-def find_release(motion: Motion, first: int, end: int) -> int:
+def find_release(motion: Derivatives, first: int, end: int) -> int:
     """Index from which on friction alone explains the position, walking back from the later part.
 
     first, end: sample indices of a deceleration. A chi-square test compares each earlier block of samples with what
@@ -90,7 +90,7 @@ def find_release(motion: Motion, first: int, end: int) -> int:
     return start
 
 
-def _base(motion: Motion, first: int, end: int) -> tuple[int, int, int]:
+def _base(motion: Derivatives, first: int, end: int) -> tuple[int, int, int]:
     """Start, width and number of terms of a stretch that obeys the friction law, to walk back from.
 
     As late as possible; faster stretches where friction rises towards standstill (Stribeck). The cubic fourth term is
@@ -109,7 +109,7 @@ def _base(motion: Motion, first: int, end: int) -> tuple[int, int, int]:
     return start, stop - start, terms
 
 
-def _predicted(motion: Motion, start: int, stop: int, n: int, terms: int, noise: float) -> bool:
+def _predicted(motion: Derivatives, start: int, stop: int, n: int, terms: int, noise: float) -> bool:
     """Whether the law fitted on [start, stop] predicts the n samples before it within noise (chi-square test)."""
     part = slice(start - n, stop + 1)
     y = motion.y[part]
@@ -126,7 +126,7 @@ def _predicted(motion: Motion, start: int, stop: int, n: int, terms: int, noise:
     return bool(chi2 < n + 3.5 * np.sqrt(2.0 * n) + 6.0)
 
 
-def _misfit(motion: Motion, start: int, end: int, terms: int = 5) -> float:
+def _misfit(motion: Derivatives, start: int, end: int, terms: int = 5) -> float:
     """RMS residual of the friction law over [start, end], in units of the noise."""
     part = slice(start, end + 1)
     design = _design(motion.t[part], motion.y[part])[:, :terms]

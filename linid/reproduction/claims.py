@@ -71,7 +71,7 @@ def impossible(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
     """Where the paper's numbers cannot be, with the consequence that shows it."""
     first, second, third = meant(TABLE_1), meant(TABLE_2), meant(TABLE_3)
     coulomb, stiffness = first["coulomb_force"], first["bristle_stiffness"]
-    density = second["guideway_density"]
+    density = second["electrical_wavenumber"]
     low, high = table_2_thrust
     return (
         Impossible(
@@ -266,7 +266,8 @@ def _generations(searches: Mapping[str, Search]) -> Claim:
         "holds" if sine.generations > 10_000 else "does not hold",
         f"Within 1 % of the search's last cost after {sine.generations} generations (sine) and {theta.generations} "
         f"(theta); {sine.evaluations} and {theta.evaluations} candidates simulated in all.",
-        f"The first candidates come from a regression along the measured motion and are polished before the search: "
+        "The first candidates come from a regression along the measured motion and are refined by least squares before "
+        f"the search: "
         f"{fewer}. Why theta should need fewer than sine, which it contains, was not to be seen.",
     )
 

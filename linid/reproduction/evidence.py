@@ -63,7 +63,8 @@ class Times:
 
 @dataclass(frozen=True)
 class Search:
-    """generations: until the cost was within 1 % of the search's last; all: run; evaluations: with the polish."""
+    """generations: until the cost was within 1 % of the search's last; all: run; evaluations: with the least
+    squares."""
 
     generations: int
     all: int
@@ -151,7 +152,14 @@ def _forces(number: int, p: Array, table: Array, count: int, printed: bool) -> f
 
 
 def _motor_vector(kind: str, values: Mapping[str, float]) -> Array:
-    names = ("force_constant", "guideway_density", "winding_displacement", "shift", "winding_length", "nome")
+    names = (
+        "force_constant",
+        "electrical_wavenumber",
+        "winding_displacement",
+        "commutation_offset",
+        "winding_length",
+        "nome",
+    )
     return np.array(
         [values.get(name, 0.0) for name in names[: 4 if kind == "sine" else 6]] + [0.0] * (2 * (kind == "sine"))
     )
@@ -159,7 +167,7 @@ def _motor_vector(kind: str, values: Mapping[str, float]) -> Array:
 
 def sine_thrust(values: Mapping[str, float], y: Array, currents: Array) -> Array:
     """Thrust (n,) N of a sine motor at positions (n,) m under phase currents (3, n) A (44)."""
-    angle = values["guideway_density"] * y + values["shift"]
+    angle = values["electrical_wavenumber"] * y + values["commutation_offset"]
     spaced = np.multiply.outer((-1.0, 0.0, 1.0), np.full(y.size, values["winding_displacement"]))
     return np.asarray(values["force_constant"] * np.sum(np.sin(angle + spaced) * currents, axis=0))
 
@@ -167,7 +175,7 @@ def sine_thrust(values: Mapping[str, float], y: Array, currents: Array) -> Array
 def signs_of(values: Mapping[str, float], seed: int) -> Signs:
     """What a negative force constant and an inverted phase order do to the thrust of a sine motor (SI values)."""
     random = np.random.default_rng(seed)
-    y = random.uniform(0.0, 20.0 * math.pi / values["guideway_density"], 2000)
+    y = random.uniform(0.0, 20.0 * math.pi / values["electrical_wavenumber"], 2000)
     currents = random.normal(size=(3, y.size))
     currents -= currents.mean(axis=0)
     true = sine_thrust(values, y, currents)
@@ -176,17 +184,17 @@ def signs_of(values: Mapping[str, float], seed: int) -> Signs:
         return float(np.linalg.norm(sine_thrust(changed, y, fed) - true) / np.linalg.norm(true))
 
     negated = {**values, "force_constant": -values["force_constant"]}
-    turned = {**negated, "shift": values["shift"] + math.pi}
+    turned = {**negated, "commutation_offset": values["commutation_offset"] + math.pi}
     mirrored = {**values, "winding_displacement": -values["winding_displacement"]}
     exchanged = currents[::-1]
     shifts = np.linspace(0.0, 2.0 * math.pi, 721)
-    least = min(differs({**negated, "shift": float(shift)}, exchanged) for shift in shifts)
+    least = min(differs({**negated, "commutation_offset": float(shift)}, exchanged) for shift in shifts)
     return Signs(differs(turned, currents), differs(mirrored, exchanged), least)
 
 
 def thrust_range(values: Mapping[str, float]) -> tuple[float, float]:
     """Least and largest thrust over position in N that 1 A (peak) of three-phase currents can give a sine motor."""
-    place = np.linspace(0.0, 2.0 * math.pi / values["guideway_density"], 721)
+    place = np.linspace(0.0, 2.0 * math.pi / values["electrical_wavenumber"], 721)
     best = np.zeros(place.size)
     for turn in np.linspace(0.0, 2.0 * math.pi, 720, endpoint=False):
         currents = np.cos(turn - 2.0 * math.pi / 3.0 * np.array([-1.0, 0.0, 1.0]))

@@ -33,17 +33,17 @@ def _friction(
 TABLE_1 = (*_friction(1.720, 3.198, 11.69, 92.14, 2.517, 2.993), Printed("mass", "m", 0.588, "kg", 0.588))
 TABLE_2 = (
     Printed("force_constant", "K_f", -133.8, "N", -133.8),
-    Printed("guideway_density", "omega_g", 0.222, "1/mm", 222.0),
+    Printed("electrical_wavenumber", "omega_g", 0.222, "1/mm", 222.0),
     Printed("winding_displacement", "alpha_p", 0.5368, "-", 0.5368),
-    Printed("shift", "alpha_S", 1.936, "-", 1.936),
+    Printed("commutation_offset", "alpha_S", 1.936, "-", 1.936),
     *_friction(1.874, 2.341, 11.36, 26.30, 2.872, 11.66),
 )
 TABLE_3 = (
     Printed("force_constant", "K_f'", 80.63, "N", 80.63),
-    Printed("guideway_density", "z_0", 1.047, "1/mm", 104.7),
+    Printed("electrical_wavenumber", "z_0", 1.047, "1/mm", 104.7),
     Printed("winding_length", "z_L", -1.376, "-", -1.376),
     Printed("winding_displacement", "z_p", 1.513, "-", 1.513),
-    Printed("shift", "z_S", 0.7680, "-", 0.7680),
+    Printed("commutation_offset", "z_S", 0.7680, "-", 0.7680),
     Printed("nome", "q_0", 0.493, "-", 0.493),
     *_friction(1.720, 3.198, 11.69, 92.14, 2.517, 2.993),
 )

@@ -58,7 +58,7 @@ class Clock(NamedTuple):
     tolerance: Any
 
 
-class Motion(NamedTuple):
+class AxisState(NamedTuple):
     """Where a simulation stands: y in m, v in m/s, w in m, forces on the mass but friction in N, the inputs, and the
     bristle's stiffness and damping as they are now."""
 
@@ -112,7 +112,7 @@ def started(terms, axis, bristles, t, start, kept, currents, p, table):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents, p, table)
     force = force_once(terms, axis, t, y, v, currents, p, table)
     _, stiffness, damping = bristle_now(terms, axis, bristles, t, y, v, currents, p)
-    return Motion(y, v, w, force, currents, (stiffness, damping))
+    return AxisState(y, v, w, force, currents, (stiffness, damping))
 
 
 @inlined
@@ -152,7 +152,7 @@ def sliding_step(terms, axis, bristles, clock, coefficients, forces, n, done, si
         )
     mean, rise = impulse(motion.force, force_mid, force_end)
     v, displacement = gliding_step(v, mean - drag - 0.5 * rise, rise, bristles.mass, bristles.sigma_2, h, glide)
-    return Motion(y + displacement, v, drag / bristles.sigma_0, force_end, currents, motion.spring)
+    return AxisState(y + displacement, v, drag / bristles.sigma_0, force_end, currents, motion.spring)
 
 
 @inlined
@@ -234,7 +234,7 @@ def followed_step(terms, axis, bristles, clock, coefficients, forces, n, done, m
     if states:  # once more along the step as it came out, so that they keep to the motion
         advance_states(terms, axis.on, h, t_mid, y + 0.5 * displacement, displacement / h, (v_new - v) / h, inner, p)
         keep_states(p)
-    return Motion(y + displacement, v_new, w_new, force_end, currents, (stiffness, damping)), middle
+    return AxisState(y + displacement, v_new, w_new, force_end, currents, (stiffness, damping)), middle
 
 
 @inlined
@@ -309,7 +309,7 @@ def simulate_one(
         done = 0
         if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
             done = whole
-            motion = Motion(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)
+            motion = AxisState(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)
         while done < whole:
             if halvings == 0 and not followed and abs(motion.v) > borders.fast and is_steady(bristles, motion):
                 while done < whole and abs(motion.v) > borders.fast:  # the bristle stays steady

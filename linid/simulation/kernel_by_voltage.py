@@ -18,7 +18,7 @@ from linid.physics.friction import lugre_step
 from linid.physics.model import WINDING_START
 from linid.simulation.bundle import Bundle
 from linid.simulation.forces import advance_states, emf_constants, keep_states, pushed_force
-from linid.simulation.kernel import Motion, diverged, first_inputs, no_samples, prepared, started, write_sample
+from linid.simulation.kernel import AxisState, diverged, first_inputs, no_samples, prepared, started, write_sample
 from linid.simulation.splines_at import inputs_then, spline_at
 from linid.simulation.steps import FINEST, Middle, bristle_now, friction_at, impulse, predicted
 from linid.simulation.terms import allocating, inlined
@@ -284,7 +284,7 @@ def voltage_step(
             force_end,
         )
         currents_end = phases(flow.current[0], flow.current[1], flow.current[2])
-    motion = Motion(y + displacement, v_new, w_new, force_end, currents_end, (stiffness, damping))
+    motion = AxisState(y + displacement, v_new, w_new, force_end, currents_end, (stiffness, damping))
     return motion, flow, middle, weighed
 
 

@@ -37,7 +37,11 @@ def motor_force(kind: str, values: dict[str, float], y: float, currents: Array) 
         return values["force_constant"] * float(currents[0])
     if kind == "friction":
         return 0.0
-    density, displacement, shift = values["guideway_density"], values["winding_displacement"], values["shift"]
+    density, displacement, shift = (
+        values["electrical_wavenumber"],
+        values["winding_displacement"],
+        values["commutation_offset"],
+    )
     total = 0.0
     for j in (1, 2, 3):
         angle = density * y + displacement * (j - 2) + shift

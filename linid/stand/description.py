@@ -22,9 +22,9 @@ class SineMotor(Description):
 
     kind: Literal["sine"]
     force_constant_n_per_a: float
-    guideway_density_per_m: Positive
+    electrical_wavenumber_per_m: Positive
     winding_displacement_rad: float
-    shift_rad: float
+    commutation_offset_rad: float
 
 
 class ThetaMotor(Description):
@@ -32,9 +32,9 @@ class ThetaMotor(Description):
 
     kind: Literal["theta"]
     force_constant_n_per_a: float
-    guideway_density_per_m: Positive
+    electrical_wavenumber_per_m: Positive
     winding_displacement_rad: float
-    shift_rad: float
+    commutation_offset_rad: float
     winding_length_rad: float
     nome: Annotated[float, Field(gt=0, le=NOME_LIMIT)]
 

@@ -81,16 +81,16 @@ def resample_noise(generated: GeneratedCampaign, seed: int) -> GeneratedCampaign
 def true_parameters(description: AxisDescription) -> dict[str, float]:
     """The true parameters of a described axis under their canonical names, SI units.
 
-    guideway_density, winding_displacement and shift are omega_g, alpha_p, alpha_S of the sine motor and z_0, z_p,
+    electrical_wavenumber, winding_displacement and shift are omega_g, alpha_p, alpha_S of the sine motor and z_0, z_p,
     z_S of the theta motor; force_constant is K_f or K_f'. In a star phase_inductance is L - M: M has no other effect.
     """
     motor = description.motor
     truth = description.friction.values | {
         "mass": description.mass_kg,
         "force_constant": motor.force_constant_n_per_a,
-        "guideway_density": motor.guideway_density_per_m,
+        "electrical_wavenumber": motor.electrical_wavenumber_per_m,
         "winding_displacement": motor.winding_displacement_rad,
-        "shift": motor.shift_rad,
+        "commutation_offset": motor.commutation_offset_rad,
     }
     if motor.kind == "theta":
         truth |= {"winding_length": motor.winding_length_rad, "nome": motor.nome}

@@ -93,16 +93,21 @@ def motor_harmonics(motor: SineMotor | ThetaMotor) -> tuple[Array, float, float,
     if motor.kind == "sine":
         return (
             np.array([[1.0, motor.force_constant_n_per_a]]),
-            motor.guideway_density_per_m,
+            motor.electrical_wavenumber_per_m,
             motor.winding_displacement_rad,
-            motor.shift_rad,
+            motor.commutation_offset_rad,
         )
     rows, n = [], 1
     while motor.nome ** (n * n - 1) > NEGLIGIBLE:
         field = 8 * motor.nome ** (n * n) * math.sin(2 * n * motor.winding_length_rad)
         rows.append((float(n), motor.force_constant_n_per_a * field))
         n += 2
-    return (np.array(rows), 2 * motor.guideway_density_per_m, 2 * motor.winding_displacement_rad, 2 * motor.shift_rad)
+    return (
+        np.array(rows),
+        2 * motor.electrical_wavenumber_per_m,
+        2 * motor.winding_displacement_rad,
+        2 * motor.commutation_offset_rad,
+    )
 
 
 def plant_parameters(description: AxisDescription, added_mass: float = 0.0) -> PlantParameters:

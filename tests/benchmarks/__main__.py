@@ -53,7 +53,7 @@ def as_sine(theta: dict[str, float]) -> dict[str, float]:
         **theta,
         "force_constant": fundamental_force_constant(theta["force_constant"], theta["winding_length"], theta["nome"]),
     }
-    for name in ("guideway_density", "winding_displacement", "shift"):
+    for name in ("electrical_wavenumber", "winding_displacement", "commutation_offset"):
         out[name] = 2.0 * theta[name]
     return out
 

@@ -97,9 +97,9 @@ def _simulation(kind: str) -> dict[str, float]:
         "viscous_friction": 2.5,
         "mass": 0.6,
         "force_constant": 8.0 if kind == "theta" else 30.0,
-        "guideway_density": 111.0 if kind == "theta" else 222.0,
+        "electrical_wavenumber": 111.0 if kind == "theta" else 222.0,
         "winding_displacement": 1.047 if kind == "theta" else 2.094,
-        "shift": 0.7,
+        "commutation_offset": 0.7,
         "winding_length": 0.69,
         "nome": 0.49,
     }

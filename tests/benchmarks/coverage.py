@@ -12,9 +12,8 @@ from collections import defaultdict
 import numpy as np
 
 from linid.identification.fit import fit
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.stand.description import SineMotor
 from linid.stand.generate import GeneratedCampaign, generate, resample_noise
 from tests.identification.stand import stand
@@ -61,9 +60,9 @@ def _with_sine_motor() -> GeneratedCampaign:
     motor = SineMotor(
         kind="sine",
         force_constant_n_per_a=30.0,
-        guideway_density_per_m=2.0 * theta.guideway_density_per_m,
+        electrical_wavenumber_per_m=2.0 * theta.electrical_wavenumber_per_m,
         winding_displacement_rad=2.0 * theta.winding_displacement_rad,
-        shift_rad=2.0 * theta.shift_rad,
+        commutation_offset_rad=2.0 * theta.commutation_offset_rad,
     )
     return generate(description.model_copy(update={"motor": motor}), seed=1)
 

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from linid.identification.fit import fit
 from linid.identification.objectives.acceleration import Acceleration
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording

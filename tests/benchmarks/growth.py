@@ -141,13 +141,13 @@ def cut(recording: Recording, count: int) -> list[Recording]:
 
 
 def make_problem(recordings: list[Recording], effects: tuple[str, ...] = ()) -> tuple[Problem, Array]:
-    """The problem of `linid fit-friction` with all windows, and genes (p,) to begin with."""
+    """The problem of `linid fit-friction` with all windows, and search coordinates (p,) to begin with."""
     settings = FitSettings()
     model = Model("force", effects)
     first, fixed = TRUTH, FIXED
     if effects:
-        (first, *_), structural = guess_effects(model, recordings, TRUTH, FIXED, (), settings)
-        fixed = {**structural, **FIXED}
+        (first, *_), preset = guess_effects(model, recordings, TRUTH, FIXED, (), settings)
+        fixed = {**preset, **FIXED}
     space = build_space(model, recordings, first, fixed, {}, False)
     return Problem(space, make_parts(model, recordings, settings, 2)), space.encode(first)
 
@@ -162,16 +162,16 @@ def processor_seconds(function: Callable[[], object]) -> float:
     return min(times)
 
 
-def ready_cost(problem: Problem, genes: Array) -> Cost:
+def ready_cost(problem: Problem, point: Array) -> Cost:
     """The problem's cost, with what its first evaluation prepares for all others."""
     cost = Cost(problem)
-    cost(genes)
+    cost(point)
     return cost
 
 
 def candidates(problem: Problem, count: int) -> Array:
-    """Random genes (count, p)."""
-    return np.random.default_rng(2).random((count, len(problem.space.genes)))
+    """Random search coordinates (count, p)."""
+    return np.random.default_rng(2).random((count, len(problem.space.parameters)))
 
 
 def read_point(size: int, folder: Path) -> dict[str, float]:
@@ -180,8 +180,8 @@ def read_point(size: int, folder: Path) -> dict[str, float]:
 
 def evaluate_point(size: int, folder: Path) -> dict[str, float]:
     recording = load_data(folder)
-    problem, genes = make_problem([recording])
-    cost = ready_cost(problem, genes)
+    problem, point = make_problem([recording])
+    cost = ready_cost(problem, point)
     population = candidates(problem, 8)
     return {"one candidate": processor_seconds(lambda: cost(population)) / len(population)}
 
@@ -198,35 +198,35 @@ def fit_point(size: int, folder: Path) -> dict[str, float]:
 def recordings_point(size: int, folder: Path) -> dict[str, float]:
     paths = [folder / f"run_{k + 1}.csv" for k in range(size)]
     reading = processor_seconds(lambda: [read_recording(path) for path in paths])
-    problem, genes = make_problem(list(in_order([read_recording(path) for path in paths])))
-    cost = ready_cost(problem, genes)
-    return {"read": reading, "one candidate": processor_seconds(lambda: cost(genes))}
+    problem, point = make_problem(list(in_order([read_recording(path) for path in paths])))
+    cost = ready_cost(problem, point)
+    return {"read": reading, "one candidate": processor_seconds(lambda: cost(point))}
 
 
 def population_point(size: int, folder: Path) -> dict[str, float]:
-    problem, genes = make_problem([load_data(folder)])
-    cost, population = ready_cost(problem, genes), candidates(problem, size)
+    problem, point = make_problem([load_data(folder)])
+    cost, population = ready_cost(problem, point), candidates(problem, size)
     return {"population": processor_seconds(lambda: cost(population))}
 
 
 def effects_point(size: int, folder: Path) -> dict[str, float]:
-    problem, genes = make_problem([load_data(folder)], EFFECTS[:size])
-    cost = ready_cost(problem, genes)
+    problem, point = make_problem([load_data(folder)], EFFECTS[:size])
+    cost = ready_cost(problem, point)
     line = Linearisation(problem, cost)
-    line.reweight(genes)
-    triangle = processor_seconds(lambda: rotated(*line.differences(genes)))
+    line.reweight(point)
+    triangle = processor_seconds(lambda: rotated(*line.differences(point)))
     return {
-        "parameters": float(len(genes)),
-        "one candidate": processor_seconds(lambda: cost(genes)),
+        "parameters": float(len(point)),
+        "one candidate": processor_seconds(lambda: cost(point)),
         "Jacobian": triangle,
     }
 
 
 def parameters_point(size: int, folder: Path) -> dict[str, float]:
     """All effects act, the first `size` parameters are searched and the others held."""
-    problem, genes = make_problem([load_data(folder)], EFFECTS)
+    problem, point = make_problem([load_data(folder)], EFFECTS)
     space = problem.space
-    values = dict(zip(space.names, space.vectors(genes)[0][[space.model.slot(n) for n in space.names]], strict=True))
+    values = dict(zip(space.names, space.vectors(point)[0][[space.model.slot(n) for n in space.names]], strict=True))
     few = space.holding({name: values[name] for name in space.names[size:]})
     problem = replace(problem, space=few)
     line = Linearisation(problem, Cost(problem))
@@ -252,8 +252,8 @@ def warm_up(series: str, folder: Path) -> None:
     read_recording(folder / "run.csv")
     if series == "read":
         return
-    problem, genes = make_problem([load_data(folder)])
-    rotated(*Linearisation(problem, Cost(problem)).differences(genes))
+    problem, point = make_problem([load_data(folder)])
+    rotated(*Linearisation(problem, Cost(problem)).differences(point))
 
 
 def peak_mb() -> float:

@@ -31,11 +31,11 @@ def test_points_are_measured_once_and_drawn(tmp_path: Path, monkeypatch: pytest.
 def test_the_recorded_motion_is_that_of_the_axis() -> None:
     """The problem's cost at the true values is that of the encoder's noise, and no other candidate is better."""
     recording = growth.make_recording(3000)
-    problem, genes = growth.make_problem([recording])
+    problem, point = growth.make_problem([recording])
     cost = growth.Cost(problem)
-    residuals = problem.residuals(genes[None, :], np.zeros((1, 0)))[0]
+    residuals = problem.residuals(point[None, :], np.zeros((1, 0)))[0]
     assert np.sqrt(np.mean(residuals**2)) < 20.0 * growth.NOISE
-    assert cost(genes)[0] < cost(growth.candidates(problem, 50)).min()
+    assert cost(point)[0] < cost(growth.candidates(problem, 50)).min()
 
 
 def test_the_slope_is_that_of_the_largest_sizes() -> None:

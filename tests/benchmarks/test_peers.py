@@ -193,9 +193,9 @@ def test_every_fit_drives_its_peer_to_a_known_minimum(name: str) -> None:
 
 def test_linids_way_arrives_at_the_minimum_that_it_is_told() -> None:
     problem = small("sine")
-    polished = 1.1 * judge(problem)(problem.space.encode(problem.first))
+    solution = 1.1 * judge(problem)(problem.space.encode(problem.first))
     with pytest.raises(Done):
-        FITS["linid"].run(problem, None, 1, Watch(120.0, polished))
+        FITS["linid"].run(problem, None, 1, Watch(120.0, solution))
 
 
 def test_the_best_known_cost_is_none_that_linid_undercuts() -> None:

@@ -52,7 +52,7 @@ def evidence(path: Path, truth: dict[str, float]) -> list[dict[str, Any]]:
     base = fit_base_model(recordings, base_kind(recordings), {}, 2, 1, [], lambda stage, done, total: None)
     screening = Screening(base.judge.fits, base.fitted, 2)
     full, _ = select.forward(base, screening, lambda stage, done, total: None)
-    full = base.judge.fits.fit(full.model, full.values, full.structural, screening.to_fit(full), select.THOROUGH)
+    full = base.judge.fits.fit(full.model, full.values, full.preset, screening.to_fit(full), select.THOROUGH)
     out = []
     for name in full.model.effects:
         found = select.part_of(base.judge, base.fitted, full, name, 2).evidence

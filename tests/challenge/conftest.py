@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from linid.challenge.axes import draw_axis, scales, tamed
-from linid.challenge.catalogue import HiddenEffect, Scales, draw_effect
+from linid.challenge.catalogue import AxisSizes, HiddenEffect, draw_effect
 from linid.stand.description import AxisDescription
 
 
@@ -29,7 +29,7 @@ def calm(axis: AxisDescription) -> AxisDescription:
 
 
 @pytest.fixture(scope="session")
-def sizes(axis: AxisDescription) -> Scales:
+def sizes(axis: AxisDescription) -> AxisSizes:
     return scales(axis)
 
 

@@ -109,7 +109,7 @@ def test_keys_state_the_parameters_in_the_axis_own_units(kind: AxisKind) -> None
     known = truth(axis)
     run = simulate(axis, mode_of(axis, "sine_position_1"))
     if kind == "phase":
-        assert run.currents.shape[0] == 3 and "shift" in known
+        assert run.currents.shape[0] == 3 and "commutation_offset" in known
         return
     assert run.currents.shape[0] == 1 and known["force_constant"] > 0
     radius = axis.radius_m if kind == "q_rotary" else 1.0
@@ -120,6 +120,6 @@ def test_keys_state_the_parameters_in_the_axis_own_units(kind: AxisKind) -> None
         axis.friction.coulomb_force_n / axis.mass_kg / radius
     )
     if kind == "q_rotary":
-        pairs = axis.motor.guideway_density_per_m * axis.radius_m
+        pairs = axis.motor.electrical_wavenumber_per_m * axis.radius_m
         assert pairs == pytest.approx(round(pairs)) and 2 <= round(pairs) <= 6
     assert thrust_per_ampere(axis) == pytest.approx(thrust_per_ampere(draw_axis("axis", np.random.default_rng(3))))

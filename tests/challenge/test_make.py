@@ -190,7 +190,7 @@ def test_drawn_axes_are_realistic_and_move_plausibly(seed: int) -> None:
     axis = draw_axis("axis", np.random.default_rng(seed))
     assert 0.3 <= axis.mass_kg <= 3.0
     double = 2 if axis.motor.kind == "theta" else 1
-    assert 8e-3 <= np.pi / (double * axis.motor.guideway_density_per_m) <= 30e-3
+    assert 8e-3 <= np.pi / (double * axis.motor.electrical_wavenumber_per_m) <= 30e-3
     mean = np.mean([thrust(y, 1.0, plant_parameters(axis)) for y in np.linspace(0, 0.3, 2000)])
     assert thrust_per_ampere(axis) == pytest.approx(mean, rel=0.02)
     # Open-loop oscillations and free wheels of the axis without effects stay within the stroke.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from linid.challenge.axes import TRAVEL
-from linid.challenge.catalogue import OUTSIDE, Scales
+from linid.challenge.catalogue import OUTSIDE, AxisSizes
 from linid.challenge.strength import COARSE, HALF_WIDTH, bump, calibrate, run_all
 from linid.stand.description import AxisDescription
 from tests.challenge.conftest import effect
@@ -16,7 +16,7 @@ Array = np.ndarray
 
 def forms(axis: AxisDescription, y: Array, v: Array, thrust: Array, current: Array, t: Array) -> dict[str, list[Array]]:
     """Generous textbook forms of the listed effects, as columns of force, and `base`, what refitting the base takes."""
-    angle = (2 if axis.motor.kind == "theta" else 1) * axis.motor.guideway_density_per_m * y
+    angle = (2 if axis.motor.kind == "theta" else 1) * axis.motor.electrical_wavenumber_per_m * y
     place = (y - axis.stroke.upper_m / 2) / (TRAVEL * axis.stroke.upper_m)
     side, heat = np.tanh(v / 5e-3), np.cumsum(current**2) * 1e-3
     return {
@@ -36,7 +36,7 @@ def forms(axis: AxisDescription, y: Array, v: Array, thrust: Array, current: Arr
     }
 
 
-def explained(axis: AxisDescription, sizes: Scales, name: str) -> dict[str, float]:
+def explained(axis: AxisDescription, sizes: AxisSizes, name: str) -> dict[str, float]:
     """Share of what a refitted base leaves that each listed form explains."""
     reached = calibrate(axis, effect(name, axis), 0.3, sizes)
     assert reached is not None
@@ -61,11 +61,11 @@ def explained(axis: AxisDescription, sizes: Scales, name: str) -> dict[str, floa
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
-def test_no_listed_effect_explains_one_outside(calm: AxisDescription, sizes: Scales, name: str) -> None:
+def test_no_listed_effect_explains_one_outside(calm: AxisDescription, sizes: AxisSizes, name: str) -> None:
     assert max(explained(calm, sizes, name).values()) < 0.5
 
 
 @pytest.mark.parametrize("name", ["quadratic_drag", "thermal_derating", "constant_force"])
-def test_the_same_forms_do_explain_the_listed_ones(calm: AxisDescription, sizes: Scales, name: str) -> None:
+def test_the_same_forms_do_explain_the_listed_ones(calm: AxisDescription, sizes: AxisSizes, name: str) -> None:
     form = "asymmetric_friction" if name == "constant_force" else name
     assert explained(calm, sizes, name)[form] > 0.7

@@ -161,7 +161,7 @@ def test_what_belongs_to_the_pole_pitch_repeats_with_it(axis: AxisDescription, n
     good = np.abs(scale) > 0.3 * np.abs(scale).max()
     motor = axis.motor
     double = 2 if motor.kind == "theta" else 1
-    angle = motor.guideway_density_per_m * double * run.y[good]
+    angle = motor.electrical_wavenumber_per_m * double * run.y[good]
     design = np.stack([f(k * angle) for k in (2, 4, 6, 8) for f in (np.sin, np.cos)] + [np.ones(good.sum())], 1)
     ratio = missing(run)[good] / scale[good]
     left = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]

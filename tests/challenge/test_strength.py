@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.challenge.catalogue import ENTRIES, Scales
+from linid.challenge.catalogue import ENTRIES, AxisSizes
 from linid.challenge.plant import simulate
 from linid.challenge.strength import HALF_WIDTH, VISIBLE, bump, calibrate, run_all, scope_of, strength
 from linid.stand.description import AxisDescription
@@ -45,7 +45,7 @@ def test_strength_is_the_share_of_missing_force(calm: AxisDescription, name: str
         elif name == "cogging":
             motor, shape = calm.motor, hidden.shape
             double = 2 if motor.kind == "theta" else 1
-            angle = 2 * double * motor.guideway_density_per_m * run.y
+            angle = 2 * double * motor.electrical_wavenumber_per_m * run.y
             force = hidden.amplitude * (1 + shape["swell"] * np.sin(2 * np.pi * run.y / shape["swell_length"]))
             force *= np.sin(angle + shape["phase"]) + shape["second"] * np.sin(2 * angle + shape["second_phase"])
         else:
@@ -57,8 +57,8 @@ def test_strength_is_the_share_of_missing_force(calm: AxisDescription, name: str
                 one *= 8 * motor.nome * math.sin(2 * motor.winding_length_rad)
             force = np.zeros(run.y.size)
             for j, phase in zip((-1, 0, 1), "uvw", strict=True):
-                angle = double * (motor.guideway_density_per_m * run.y + j * motor.winding_displacement_rad)
-                field = one * np.sin(angle + double * motor.shift_rad)
+                angle = double * (motor.electrical_wavenumber_per_m * run.y + j * motor.winding_displacement_rad)
+                field = one * np.sin(angle + double * motor.commutation_offset_rad)
                 force -= field * hidden.amplitude * hidden.shape[phase]
         missing.append(force)
         total.append(run.mass * run.acceleration if mode.mode == "free_wheel" else run.thrust)
@@ -68,7 +68,7 @@ def test_strength_is_the_share_of_missing_force(calm: AxisDescription, name: str
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_amplitudes_are_scaled_to_the_wanted_strength(calm: AxisDescription, sizes: Scales, name: str) -> None:
+def test_amplitudes_are_scaled_to_the_wanted_strength(calm: AxisDescription, sizes: AxisSizes, name: str) -> None:
     reached = calibrate(calm, effect(name, calm), 0.12, sizes)
     assert reached is not None
     hidden, found = reached
@@ -76,7 +76,7 @@ def test_amplitudes_are_scaled_to_the_wanted_strength(calm: AxisDescription, siz
     assert abs(hidden.amplitude) <= ENTRIES[name].limit(sizes)
 
 
-def test_the_coarse_step_of_the_search_measures_what_the_fine_one_does(calm: AxisDescription, sizes: Scales) -> None:
+def test_the_coarse_step_of_the_search_measures_what_the_fine_one_does(calm: AxisDescription, sizes: AxisSizes) -> None:
     for name in ("asymmetric_friction", "flexible_load"):
         reached = calibrate(calm, effect(name, calm), 0.3, sizes)
         assert reached is not None
@@ -90,5 +90,5 @@ def test_no_effect_has_no_strength(calm: AxisDescription) -> None:
     assert strength(run_all(calm, [replace(effect("cogging", calm), amplitude=0.0)]), calm.campaign) < 1e-8
 
 
-def test_what_cannot_become_that_strong_is_refused(calm: AxisDescription, sizes: Scales) -> None:
+def test_what_cannot_become_that_strong_is_refused(calm: AxisDescription, sizes: AxisSizes) -> None:
     assert calibrate(calm, effect("end_effect", calm), 50.0, sizes) is None

@@ -12,7 +12,7 @@ from linid.diagnosis.gap import RecordingGap
 from linid.diagnosis.measures import measure_gaps
 from linid.errors import UsageError
 from linid.identification.objectives.acceleration import Acceleration, bump
-from linid.identification.objectives.ahead import HORIZON
+from linid.identification.settings import HORIZON
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 

@@ -9,7 +9,7 @@ import pytest
 
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.repeats import aligned, repeats_of
-from linid.identification.objectives.ahead import HORIZON
+from linid.identification.settings import HORIZON
 
 from .machine import Noise, drift, recording, result
 

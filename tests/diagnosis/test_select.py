@@ -9,7 +9,7 @@ import pytest
 
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.screen import Screened
-from linid.diagnosis.select import CONTENDING, Part, contenders, look_alike, stands, structural_of
+from linid.diagnosis.select import CONTENDING, Part, contenders, look_alike, preset_of, stands
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
 
@@ -81,5 +81,5 @@ def test_look_alikes_say_so_on_either_side() -> None:
 
 def test_marks_are_not_searched() -> None:
     model = Model("sine", ("payload_change", "cogging"))
-    held = structural_of(model, {"payload_recordings": 6.0, "payload_mass": 0.2, "cogging_order_1": 1.0})
+    held = preset_of(model, {"payload_recordings": 6.0, "payload_mass": 0.2, "cogging_order_1": 1.0})
     assert held == {"payload_recordings": 6.0, "cogging_order_1": 1.0}

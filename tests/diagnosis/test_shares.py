@@ -87,8 +87,8 @@ def test_a_fit_follows_a_curved_valley_to_its_end() -> None:
     astray = {"coulomb_force": 1.23, "viscous_friction": 9.82, "drag_coefficient": 0.98, "drag_power": 2.96}
     start = {**best.values, **astray}
     fits = base.judge.fits
-    assert fits.level_at(best.model, start, best.structural, best.recordings) > 0.03
-    one = fits.fit(best.model, start, best.structural, best.recordings, THOROUGH)
+    assert fits.level_at(best.model, start, best.preset, best.recordings) > 0.03
+    one = fits.fit(best.model, start, best.preset, best.recordings, THOROUGH)
     assert one.values["drag_power"] == pytest.approx(2.0, abs=0.02)
     assert one.values["viscous_friction"] == pytest.approx(VISCOUS, rel=0.02)
     assert one.values["drag_coefficient"] == pytest.approx(4.0, rel=0.05)

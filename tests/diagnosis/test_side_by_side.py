@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.balance import Balance
-from linid.diagnosis.parallel_tasks import side_by_side
+from linid.diagnosis.parallel_tasks import in_parallel
 from linid.physics.model import Model
 from tests.diagnosis.machine import Noise, recording
 
@@ -22,15 +22,15 @@ def test_results_come_in_order_and_the_threads_are_shared_out(jobs: int, each: i
         time.sleep(0.02 * (4 - item))  # the last one ends first
         return item**2, threads
 
-    assert list(side_by_side(function, [1, 2, 3, 4], jobs)) == [(k, (k**2, each)) for k in (1, 2, 3, 4)]
-    assert list(side_by_side(function, [], jobs)) == []
+    assert list(in_parallel(function, [1, 2, 3, 4], jobs)) == [(k, (k**2, each)) for k in (1, 2, 3, 4)]
+    assert list(in_parallel(function, [], jobs)) == []
 
 
 def test_a_single_item_gets_all_threads_and_no_pool() -> None:
     def function(item: int, threads: int) -> tuple[int, str]:
         return threads, threading.current_thread().name
 
-    assert list(side_by_side(function, [7], 4)) == [(7, (4, threading.main_thread().name))]
+    assert list(in_parallel(function, [7], 4)) == [(7, (4, threading.main_thread().name))]
 
 
 def test_an_error_drops_what_has_not_begun() -> None:
@@ -44,7 +44,7 @@ def test_an_error_drops_what_has_not_begun() -> None:
         return item
 
     with pytest.raises(ValueError, match="no such fit"):
-        list(side_by_side(function, range(20), 2))
+        list(in_parallel(function, range(20), 2))
     assert len(begun) < 10
 
 
@@ -62,8 +62,8 @@ def doubled(item: int, threads: int) -> tuple[int, int, str]:
 
 def test_workers_do_several_items_and_a_single_one_stays_here() -> None:
     here = threading.main_thread().name
-    assert list(side_by_side(doubled, [1, 2], 4, Elsewhere())) == [(1, (2, 1, here)), (2, (4, 1, here))]  # type: ignore[arg-type]
-    assert list(side_by_side(doubled, [3], 4, Elsewhere())) == [(3, (6, 4, here))]  # type: ignore[arg-type]
+    assert list(in_parallel(doubled, [1, 2], 4, Elsewhere())) == [(1, (2, 1, here)), (2, (4, 1, here))]  # type: ignore[arg-type]
+    assert list(in_parallel(doubled, [3], 4, Elsewhere())) == [(3, (6, 4, here))]  # type: ignore[arg-type]
 
 
 def test_a_balance_that_has_travelled_gives_the_same_bits() -> None:

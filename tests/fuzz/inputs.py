@@ -140,9 +140,9 @@ def checkpoint(r: random.Random) -> Input:
     return Input("checkpoints", ".json", _saved(r.choice(["genetic", "cma"])))
 
 
-def parabola(genes: Any) -> Any:
+def parabola(point: Any) -> Any:
     """The cost of the fuzz's searches."""
-    return ((genes - 0.3) ** 2).sum(axis=1)
+    return ((point - 0.3) ** 2).sum(axis=1)
 
 
 @cache
@@ -150,7 +150,8 @@ def _saved(method: str) -> bytes:
     import tempfile
     from pathlib import Path
 
-    from linid.identification.optimise.genetic import SearchSettings, search
+    from linid.identification.optimise.genetic import search
+    from linid.identification.settings import SearchSettings
     from linid.workflow.run.checkpoint import Checkpoint
 
     with tempfile.TemporaryDirectory() as folder:

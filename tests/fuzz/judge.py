@@ -47,7 +47,8 @@ def _used(one: Input, path: Path) -> str:
 
         load_model(path)
     elif one.kind == "checkpoints":
-        from linid.identification.optimise.genetic import SearchSettings, search
+        from linid.identification.optimise.genetic import search
+        from linid.identification.settings import SearchSettings
         from linid.workflow.run.checkpoint import Checkpoint, Memory
         from tests.fuzz.inputs import parabola
 

@@ -13,9 +13,8 @@ from linid.identification.fit import fit
 from linid.identification.guess.effect_values import Regression, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.first_values import first_values, guess_effects, seed_candidates
 from linid.identification.guess.scales import look_out
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.space.bounds import build_space
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
@@ -35,7 +34,7 @@ KNOWN = {"phase_gain_imbalance": {"winding_displacement": AXIS["winding_displace
 
 def given(name: str) -> dict[str, float]:
     """Structural parameters that a person would know; the marked recordings have to be found."""
-    ends = {k: SAMPLES[name][k] for k in find_effect(name).structural if "recording" not in k and k in SAMPLES[name]}
+    ends = {k: SAMPLES[name][k] for k in find_effect(name).preset if "recording" not in k and k in SAMPLES[name]}
     return ends | KNOWN.get(name, {})
 
 
@@ -111,10 +110,8 @@ def test_two_effects_are_guessed_together() -> None:
     effects = ("cogging", "quadratic_drag")
     recordings = campaign_with(effects)
     first, densities = first_values(Model("sine"), recordings, {}, None)
-    (found, *_), structural = guess_effects(
-        Model("sine", effects), recordings, first, {}, densities, FitSettings(jobs=2)
-    )
-    orders = {name: order for name, order in structural.items() if name.startswith("cogging_order_")}
+    (found, *_), preset = guess_effects(Model("sine", effects), recordings, first, {}, densities, FitSettings(jobs=2))
+    orders = {name: order for name, order in preset.items() if name.startswith("cogging_order_")}
     assert orders == {f"cogging_order_{k}": float(n) for k, n in enumerate((1, 2, 4, 6), 1)}
     assert found["cogging_sine_2"] == pytest.approx(1.5, rel=0.5)
     assert found["drag_coefficient"] == pytest.approx(6.0, rel=0.5)

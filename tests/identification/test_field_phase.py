@@ -42,8 +42,8 @@ def test_second_differences_are_exact_for_quadratics() -> None:
     random = np.random.default_rng(1)
     a, b, c = random.standard_normal((3, 20))
 
-    def residuals(genes: np.ndarray) -> np.ndarray:
-        d, e = genes[:, 2:3], genes[:, 0:1]
+    def residuals(point: np.ndarray) -> np.ndarray:
+        d, e = point[:, 2:3], point[:, 0:1]
         return 0.5 * a * d**2 + b * d * e + 0.5 * c * e**2 + 3.0 * d - e
 
     found = second_differences(residuals, np.array([0.3, 0.9, 0.4]), (2, 0), np.array([0.01, 0.02]))

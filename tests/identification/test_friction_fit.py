@@ -10,9 +10,8 @@ from scipy.stats import binom
 
 from linid.errors import DataError, UsageError
 from linid.identification.fit import fit
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.recording.splines import trim
 from linid.stand.generate import resample_noise
 

@@ -8,11 +8,13 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from linid.identification.optimise.genetic import SearchSettings, SearchState, search
+from linid.identification.optimise.genetic import search
+from linid.identification.optimise.search_state import SearchState
+from linid.identification.settings import SearchSettings
 
 
-def bowls(genes: np.ndarray) -> np.ndarray:
-    return np.sum((genes - 0.3) ** 2, axis=1) + 0.05 * np.sum(np.cos(20.0 * genes) ** 2, axis=1)
+def bowls(point: np.ndarray) -> np.ndarray:
+    return np.sum((point - 0.3) ** 2, axis=1) + 0.05 * np.sum(np.cos(20.0 * point) ** 2, axis=1)
 
 
 def searched(method: str, seed: int) -> SearchState:

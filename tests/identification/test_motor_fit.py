@@ -10,9 +10,8 @@ import pytest
 
 from linid.errors import UsageError
 from linid.identification.fit import fit
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.physics.theta import Theta0
 
 from .stand import FREE_WHEELS, stand
@@ -36,11 +35,11 @@ def test_theta_motor_and_friction_are_recovered() -> None:
     assert result.converged
     for name in ("winding_displacement", "coulomb_force", "viscous_friction", "mass", "bristle_stiffness"):
         assert abs(found[name].value - truth[name]) < 4.5 * found[name].std, found[name]
-    for name in ("guideway_density", "shift"):  # their intervals are not symmetric
+    for name in ("electrical_wavenumber", "commutation_offset"):  # their intervals are not symmetric
         reach = 2.0 * (found[name].high - found[name].low)
         assert found[name].low - reach < truth[name] < found[name].high + reach, found[name]
         assert found[name].low < found[name].value < found[name].high
-    assert found["guideway_density"].std < 2e-3 * truth["guideway_density"]
+    assert found["electrical_wavenumber"].std < 2e-3 * truth["electrical_wavenumber"]
 
 
 def test_what_the_field_means() -> None:
@@ -57,7 +56,7 @@ def thrust(motor: dict[str, float]) -> np.ndarray:
     """Thrust over position within a pole pitch under currents of 1 A that turn with the true field."""
     y = np.linspace(0.0, np.pi / 111.0, 200)
     angle = 2.0 * (111.0 * y + 0.768)
-    z = motor["guideway_density"] * y + motor["shift"]
+    z = motor["electrical_wavenumber"] * y + motor["commutation_offset"]
     parts = [
         np.sin(angle + j * 2.0 * np.pi / 3.0)
         * Theta0(z + j * motor["winding_displacement"], motor["nome"], motor["winding_length"])

@@ -8,9 +8,8 @@ from functools import cache
 import numpy as np
 
 from linid.identification.fit import fit
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.physics.field.guideway import k_of
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -56,12 +55,12 @@ def theta_fit() -> FitResult:
 def test_a_theta_fit_tells_the_magnets() -> None:
     truth, result = narrow(), theta_fit()
     found = {e.name: e for e in (*result.estimates, *result.derived)}
-    pitch = math.pi / (2.0 * truth["guideway_density"])
+    pitch = math.pi / (2.0 * truth["electrical_wavenumber"])
     true = {
         "pole_pitch": pitch,
         "field_shape": k_of(truth["nome"]),
-        "coil_length": 2.0 * truth["winding_length"] / truth["guideway_density"],
-        "phase_spacing": truth["winding_displacement"] / truth["guideway_density"],
+        "coil_length": 2.0 * truth["winding_length"] / truth["electrical_wavenumber"],
+        "phase_spacing": truth["winding_displacement"] / truth["electrical_wavenumber"],
         "force_constant": truth["force_constant"],
         "nome": truth["nome"],
     }

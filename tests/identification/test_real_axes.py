@@ -7,9 +7,8 @@ import pytest
 from scipy.signal import butter, decimate, filtfilt
 
 from linid.identification.fit import fit
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.recording.mapping import ChannelMapping
 from linid.recording.read import read_recording
 from linid.recording.recording import Recording

@@ -13,9 +13,8 @@ from scipy.stats import binom
 from linid.identification.fit import fit
 from linid.identification.fit_windings import fit_windings
 from linid.identification.model_file import model_from_text, model_to_text
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import Estimate, FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.physics.electrical import SEPARATE
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -32,7 +31,12 @@ FRICTION = {
     "viscous_friction": 2.517,
     "mass": 0.588,
 }
-MOTOR = {"force_constant": 30.0, "guideway_density": 222.0, "winding_displacement": 2.0 * math.pi / 3.0, "shift": 0.4}
+MOTOR = {
+    "force_constant": 30.0,
+    "electrical_wavenumber": 222.0,
+    "winding_displacement": 2.0 * math.pi / 3.0,
+    "commutation_offset": 0.4,
+}
 WINDINGS = {"phase_resistance": 5.0, "phase_inductance": 1.7e-3, "mutual_inductance": -4e-4}
 SETTINGS = FitSettings(search=SearchSettings(population=32, generations=20), jobs=1)
 POSITION_NOISE, CURRENT_NOISE, VOLTAGE_NOISE = 1e-7, 0.003, 0.02  # m, A, V
@@ -42,7 +46,7 @@ def voltages(t: np.ndarray, common: float) -> np.ndarray:
     """Voltages that carry the forcer to and fro, commutated, and a chirp of `common` V on all three windings."""
     path = 0.05 * np.sin(2.0 * np.pi * t) ** 2
     push = 1.75 * np.cos(4.0 * np.pi * t) + MOTOR["force_constant"] * np.gradient(path, t)
-    angle = MOTOR["guideway_density"] * path + MOTOR["shift"]
+    angle = MOTOR["electrical_wavenumber"] * path + MOTOR["commutation_offset"]
     chirp = common * np.sin(2.0 * np.pi * (5.0 * t + 10.0 * t * t))
     return np.array([push * np.sin(angle + (j - 2) * 2.0 * np.pi / 3.0) + chirp for j in (1, 2, 3)])
 

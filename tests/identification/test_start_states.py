@@ -10,8 +10,7 @@ import pytest
 from linid.diagnosis.measures import measure_gaps
 from linid.identification.fit import fit
 from linid.identification.objectives.ahead import Ahead
-from linid.identification.optimise.genetic import SearchSettings
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs

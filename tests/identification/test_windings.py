@@ -15,9 +15,8 @@ from linid.identification.fit import fit
 from linid.identification.fit_windings import first_winding_values, fit_windings
 from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
-from linid.identification.optimise.genetic import SearchSettings
 from linid.identification.result import FitResult, ModelKind
-from linid.identification.settings import FitSettings
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.uncertainty.voltage_noise import noise_gain, voltage_noise_level
 from linid.physics.electrical import STAR
 from linid.physics.model import Model
@@ -41,7 +40,10 @@ def truth() -> dict[str, float]:
     """The true parameters with a positive force constant: poles exchanged are a field phase of half a turn."""
     values = true_parameters(stand(CONFIG).description)
     if values["force_constant"] < 0.0:
-        values |= {"force_constant": -values["force_constant"], "shift": values["shift"] - math.pi}
+        values |= {
+            "force_constant": -values["force_constant"],
+            "commutation_offset": values["commutation_offset"] - math.pi,
+        }
     return values
 
 
@@ -98,7 +100,7 @@ def test_voltages_sharpen_the_force_constant() -> None:
 def test_first_values_are_near() -> None:
     """Of the motor they need the pole pitch alone: its fit to the currents may have a wrong shape or spacing."""
     driven = [r for r in recordings() if r.kind != "free_wheel"]
-    resistance, inductance = first_winding_values(truth()["guideway_density"], driven)
+    resistance, inductance = first_winding_values(truth()["electrical_wavenumber"], driven)
     assert resistance == pytest.approx(truth()["phase_resistance"], rel=0.05)
     assert inductance == pytest.approx(truth()["phase_inductance"], rel=0.3)
 

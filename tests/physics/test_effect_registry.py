@@ -1,4 +1,4 @@
-"""The registry: effects of other packages, malformed ones, names that clash; the README's table of effects."""
+"""The registry: effects of other packages, malformed ones, names that clash; the documentation's table of effects."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from linid.physics.effects import constant_force, quadratic_drag
 from linid.physics.effects.effect import Effect, check_effect, term
 from linid.physics.effects.registry import BUILT_IN, EFFECTS, active_mask, collect, find_effect
 from linid.physics.parameter import Parameter
-from tests.readme_effects import README, between_markers, effects_table
+from tests.effects_table import PAGE, between_markers, effects_table
 
 PACKAGE = Path(__file__).parent / "example_effect_package"
 
@@ -40,7 +40,7 @@ def three_states(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, s_3, c):
 DRAG = replace(
     quadratic_drag.EFFECT,
     parameters=quadratic_drag.EFFECT.parameters[:1],
-    structural=(),
+    preset=(),
     force=drag,
     grid=constant_force.EFFECT.grid,
 )
@@ -74,7 +74,7 @@ def test_an_unknown_effect_is_answered_with_the_nearest() -> None:
         (renamed("a", force=None), "no term"),
         (renamed("a", slot="MOTOR"), "slot"),
         (renamed("no name"), "identifier"),
-        (renamed("a", structural=("b",)), "no parameter"),
+        (renamed("a", preset=("b",)), "no parameter"),
         (replace(renamed("a"), amplitudes=()), "empty"),
         (replace(DRAG, parameters=(replace(DRAG.parameters[0], default=1.0),)), "default 0"),
         (replace(DRAG, parameters=(replace(DRAG.parameters[0], lower=1.0),)), "outside its bounds"),
@@ -161,6 +161,6 @@ def test_a_package_brings_its_effects_each_in_one_file(tmp_path: Path) -> None:
         assert error < (1e-8 if "rubber" not in effects else 1e-7), effects
 
 
-def test_the_readme_lists_the_effects_as_they_are() -> None:
-    """Otherwise run `python -m tests.readme_effects`."""
-    assert between_markers(README.read_text(encoding="utf-8")) == effects_table(BUILT_IN)
+def test_the_documentation_lists_the_effects_as_they_are() -> None:
+    """Otherwise run `python -m tests.effects_table`."""
+    assert between_markers(PAGE.read_text(encoding="utf-8")) == effects_table(BUILT_IN)

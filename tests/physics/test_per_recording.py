@@ -89,7 +89,7 @@ def mark(name: str) -> Parameter:
                 FORCE,
                 parameters=(mark("a_1"), mark("a_2"), mark("b_1")),
                 amplitudes=("a_1",),
-                structural=("b_1",),
+                preset=("b_1",),
                 mark="b_1",
                 acts="one",
                 parts=2,

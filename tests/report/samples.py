@@ -35,20 +35,22 @@ ESTIMATES = (
     estimate("viscous_friction", "sigma_2", "N s/m", 6.5312, 0.0312),
     estimate("mass", "m", "kg", 2.34567, 0.00321),
     estimate("force_constant", "K_f", "N/A", 38.21, 0.0421),
-    estimate("guideway_density", "omega_g", "1/m", 222.013, 0.0135),
+    estimate("electrical_wavenumber", "omega_g", "1/m", 222.013, 0.0135),
     estimate("winding_displacement", "alpha_p", "1", 2.0944, 0.0007),
-    estimate("shift", "alpha_S", "1", -0.4011, 0.0021),
+    estimate("commutation_offset", "alpha_S", "1", -0.4011, 0.0021),
     estimate("constant_force", "F_0", "N", 0.003, 0.02),
 )
 FITTED = tuple(e.name for e in ESTIMATES if e.status == "fitted")
 
 
 def history() -> tuple[Generation, ...]:
-    """A genetic search and its polish."""
+    """A genetic search and its least squares."""
     genetic = [Generation("genetic", i, 120 * (i + 1), 20 * 0.93**i + 1, 60 * 0.94**i + 1.2) for i in range(90)]
     cma = [Generation("cma", i, 10800 + 40 * (i + 1), 1.03 * 0.999**i, 1.4 * 0.99**i + 0.05) for i in range(60)]
-    polish = [Generation("polish", i, 13200 + 14 * (i + 1), 0.96 - 0.001 * i, 0.96 - 0.001 * i) for i in range(8)]
-    return (*genetic, *cma, *polish)
+    levenberg_marquardt = [
+        Generation("polish", i, 13200 + 14 * (i + 1), 0.96 - 0.001 * i, 0.96 - 0.001 * i) for i in range(8)
+    ]
+    return (*genetic, *cma, *levenberg_marquardt)
 
 
 def fit_result(**changes: Any) -> FitResult:

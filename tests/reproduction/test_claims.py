@@ -27,7 +27,12 @@ from linid.reproduction.evidence import (
 from linid.reproduction.printed import TABLE_1, TABLE_2, TABLE_3, meant
 from tests.report.samples import fit_result
 
-STAND = {"force_constant": 30.0, "guideway_density": 222.0, "winding_displacement": 2 * math.pi / 3, "shift": 1.5}
+STAND = {
+    "force_constant": 30.0,
+    "electrical_wavenumber": 222.0,
+    "winding_displacement": 2 * math.pi / 3,
+    "commutation_offset": 1.5,
+}
 
 
 def test_the_thrust_is_that_of_the_compiled_motor() -> None:
@@ -35,7 +40,14 @@ def test_the_thrust_is_that_of_the_compiled_motor() -> None:
     y, currents = random.uniform(0.0, 0.5, 50), random.normal(size=(3, 50))
     values = meant(TABLE_2)
     p = np.array(
-        [*(values[n] for n in ("force_constant", "guideway_density", "winding_displacement", "shift")), 0.0, 0.0]
+        [
+            *(
+                values[n]
+                for n in ("force_constant", "electrical_wavenumber", "winding_displacement", "commutation_offset")
+            ),
+            0.0,
+            0.0,
+        ]
     )
     table = np.zeros((3, 12))
     count = prepare_motor(MOTORS["sine"].code, p, table)

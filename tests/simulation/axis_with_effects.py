@@ -23,9 +23,9 @@ AXIS = {
     "viscous_friction": 2.517,
     "mass": 0.588,
     "force_constant": 30.0,
-    "guideway_density": 200.0,
+    "electrical_wavenumber": 200.0,
     "winding_displacement": 2.0 * math.pi / 3.0,
-    "shift": 0.3,
+    "commutation_offset": 0.3,
 }
 
 SAMPLES: dict[str, dict[str, float]] = {
@@ -135,7 +135,7 @@ def synchronous_run(duration: float = 0.8, number: int = 5) -> Recording:
     """Currents that turn the field to and fro; the axis follows, with reversals and a rest at the end."""
     t = np.arange(0.0, duration, 1e-3)
     path = 0.05 * np.sin(2.0 * np.pi * 1.7 * t) * np.minimum(1.0, np.maximum(0.0, (duration - 0.1 - t) / 0.2))
-    angle = AXIS["guideway_density"] * path
+    angle = AXIS["electrical_wavenumber"] * path
     turns = np.array([[-1.0], [0.0], [1.0]]) * AXIS["winding_displacement"]
     currents = (0.55 + 0.15 * np.sin(9.0 * t)) * np.sin(angle + turns)
     return Recording("synchronous", t, np.zeros_like(t), phase_currents=currents, number=number, elapsed=4.0)
@@ -143,7 +143,7 @@ def synchronous_run(duration: float = 0.8, number: int = 5) -> Recording:
 
 def start_of_run() -> tuple[float, float, float]:
     """Where the field holds the axis at the start of `synchronous_run`."""
-    return ((0.5 * math.pi - AXIS["shift"]) / AXIS["guideway_density"], 0.0, 0.0)
+    return ((0.5 * math.pi - AXIS["commutation_offset"]) / AXIS["electrical_wavenumber"], 0.0, 0.0)
 
 
 def simulate(
@@ -187,7 +187,7 @@ def campaign_with(effects: tuple[str, ...], seed: int = 0, noise: float = 1e-7) 
     for k, (level, times, path) in enumerate(_campaign_paths()):
         turns = np.array([[-1.0], [0.0], [1.0]]) * AXIS["winding_displacement"]
         wave = level * (1.0 + 0.3 * np.sin(7.0 * times + k))
-        currents = wave * np.sin(AXIS["guideway_density"] * path + turns)
+        currents = wave * np.sin(AXIS["electrical_wavenumber"] * path + turns)
         recordings.append(Recording(f"run_{k}", times, np.zeros_like(times), phase_currents=currents))
     out = []
     for recording in in_order(recordings):

@@ -93,7 +93,7 @@ def vectors(model: Model) -> np.ndarray:
     for sample in SAMPLES.values():
         values |= sample
     full = Model(model.kind, NAMES)
-    return np.array([full.vector(values), full.vector({**values, "mass": 0.9, "shift": -0.2})])
+    return np.array([full.vector(values), full.vector({**values, "mass": 0.9, "commutation_offset": -0.2})])
 
 
 def runs(model: Model, params: np.ndarray, *, specialised: bool = False, jobs: int = 1) -> np.ndarray:

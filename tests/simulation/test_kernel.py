@@ -105,7 +105,9 @@ def test_forces_shared_by_windows_are_those_of_each(kind: str, substeps: int) ->
     recordings = tuple(r for r in campaign.recordings if r.name in ("freewheel_1", "moves_1", "sine_position_1"))
     values = dict(campaign.truth)
     if kind == "sine":
-        values |= {name: 2.0 * values[name] for name in ("guideway_density", "winding_displacement", "shift")}
+        values |= {
+            name: 2.0 * values[name] for name in ("electrical_wavenumber", "winding_displacement", "commutation_offset")
+        }
     plain, guarded = Model(kind), Model(kind, ("constant_force",))
 
     def known(model: Model) -> np.ndarray:

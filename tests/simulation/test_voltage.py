@@ -29,12 +29,17 @@ FRICTION = {
     "viscous_friction": 2.517,
     "mass": 0.588,
 }
-SINE = {"force_constant": 30.0, "guideway_density": 222.0, "winding_displacement": 2.0 * math.pi / 3.0, "shift": 0.4}
+SINE = {
+    "force_constant": 30.0,
+    "electrical_wavenumber": 222.0,
+    "winding_displacement": 2.0 * math.pi / 3.0,
+    "commutation_offset": 0.4,
+}
 THETA = {
     "force_constant": 7.75,
-    "guideway_density": 111.0,
+    "electrical_wavenumber": 111.0,
     "winding_displacement": math.pi / 3.0,
-    "shift": 0.2,
+    "commutation_offset": 0.2,
     "winding_length": 0.688,
     "nome": 0.493,
 }
@@ -52,7 +57,7 @@ def voltages(t: np.ndarray, kind: str) -> np.ndarray:
     """Voltages that carry the forcer to and fro: commutated along a planned path, with a common part."""
     path = 0.12 * np.sin(1.5 * np.pi * t) ** 2
     speed = np.gradient(path, t)
-    angle = 222.0 * path + (SINE["shift"] if kind == "sine" else 2.0 * THETA["shift"])
+    angle = 222.0 * path + (SINE["commutation_offset"] if kind == "sine" else 2.0 * THETA["commutation_offset"])
     push = 0.35 * np.cos(3.0 * np.pi * t) * 5.0
     rows = [
         (push + 30.0 * speed) * np.sin(angle + (j - 2) * 2.0 * np.pi / 3.0) + 0.4 * np.sin(9.0 * t) for j in (1, 2, 3)
@@ -131,7 +136,7 @@ def test_strong_coupling_of_motion_and_currents() -> None:
     t = np.arange(301) * 1e-3
     path = 0.02 * np.sin(5.0 * np.pi * t) ** 2
     push = 120.0 * np.gradient(path, t) + 0.2 * np.sin(10.0 * np.pi * t)
-    rows = [push * np.sin(222.0 * path + SINE["shift"] + (j - 2) * 2.0 * np.pi / 3.0) for j in (1, 2, 3)]
+    rows = [push * np.sin(222.0 * path + SINE["commutation_offset"] + (j - 2) * 2.0 * np.pi / 3.0) for j in (1, 2, 3)]
     one = Recording("light", t, np.zeros_like(t), phase_voltages=np.array(rows))
     exact = simulate_voltage_reference("sine", STAR, values("sine", **changes), one, START, (0.0, 0.0, 0.0))
     y, _, i = simulate("sine", STAR, 2, one, **changes)

@@ -111,9 +111,9 @@ def test_truth_names_the_described_values(
         "viscous_friction": 2.517,
         "mass": 0.588,
         "force_constant": 7.7531248,
-        "guideway_density": 111.0,
+        "electrical_wavenumber": 111.0,
         "winding_displacement": np.pi / 3,
-        "shift": 0.768,
+        "commutation_offset": 0.768,
         "winding_length": 0.688,
         "nome": 0.493,
     }

@@ -122,7 +122,7 @@ def test_motion_agrees_with_an_implicit_solver_of_the_printed_equations(sine_sta
         i_q = amplitude * -math.expm1(-t / sine_stand.drive.current_time_constant_s)
         force = 0.0
         for j in (1, 2, 3):
-            angle = motor.guideway_density_per_m * y + motor.shift_rad
+            angle = motor.electrical_wavenumber_per_m * y + motor.commutation_offset_rad
             current = -i_q * math.sin(angle + 2 * math.pi / 3 * (j - 2))  # K_f < 0: phases inverted
             force += motor.force_constant_n_per_a * math.sin(angle + motor.winding_displacement_rad * (j - 2)) * current
         return [v, (force - resist) / sine_stand.mass_kg, w_rate]
@@ -139,9 +139,9 @@ def test_theta_field_is_the_difference_of_jacobi_thetas(nome: float, winding: fl
     motor = ThetaMotor(
         kind="theta",
         force_constant_n_per_a=1.0,
-        guideway_density_per_m=0.5,
+        electrical_wavenumber_per_m=0.5,
         winding_displacement_rad=1.0,
-        shift_rad=0.0,
+        commutation_offset_rad=0.0,
         winding_length_rad=winding,
         nome=nome,
     )

@@ -26,8 +26,8 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 THETA = {
     "kind": "theta",
     "force_constant_n_per_a": 7.75,
-    "guideway_density_per_m": 111.0,
-    "shift_rad": 0.768,
+    "electrical_wavenumber_per_m": 111.0,
+    "commutation_offset_rad": 0.768,
     "winding_displacement_rad": 0.9,
     "winding_length_rad": 0.688,
     "nome": 0.493,

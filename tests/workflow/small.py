@@ -16,7 +16,7 @@ from linid.cli.main import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 STAND = ROOT / "data" / "stand"
-TINY = ("--population", "10", "--generations", "4", "--set", "polish_steps=4", "--no-figures")
+TINY = ("--population", "10", "--generations", "4", "--set", "least_squares_steps=4", "--no-figures")
 
 
 def campaign(folder: Path, *, motor: bool = False) -> Path:

@@ -21,7 +21,7 @@ from linid.workflow.batch.file import (
 )
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
-DEFAULTS = "defaults: {population: 10, generations: 4, polish_steps: 4, figures: false}\n"
+DEFAULTS = "defaults: {population: 10, generations: 4, least_squares_steps: 4, figures: false}\n"
 
 
 def write(folder: Path, jobs: str, *, defaults: str = DEFAULTS) -> Path:
@@ -50,7 +50,7 @@ def test_any_number_of_jobs_gives_the_same_results(tmp_path: Path) -> None:
     assert (tmp_path / "o1" / "friction" / "log.txt").read_text(encoding="utf-8")
     assert (tmp_path / "o1" / "summary.csv").read_text(encoding="utf-8").count("\n") == 4
     single = tmp_path / "single"
-    options = ("--population", 10, "--generations", 4, "--set", "polish_steps=4", "--no-figures")
+    options = ("--population", 10, "--generations", 4, "--set", "least_squares_steps=4", "--no-figures")
     linid("fit-friction", tmp_path / "campaign.yaml", "--out", single, *options)
     assert (single / "parameters.json").read_bytes() == (tmp_path / "o1/friction/parameters.json").read_bytes()
 

@@ -11,15 +11,17 @@ import numpy as np
 import pytest
 
 from linid.errors import ConfigError
-from linid.identification.optimise.genetic import SearchSettings, SearchState, search
+from linid.identification.optimise.genetic import search
+from linid.identification.optimise.search_state import SearchState
+from linid.identification.settings import SearchSettings
 from linid.workflow.run.checkpoint import Checkpoint, Memory
 
 Change = Callable[[dict[str, Any]], None]
 METHODS = ("genetic", "cma", "plain")
 
 
-def cost(genes: np.ndarray) -> np.ndarray:
-    return np.asarray(((genes - 0.3) ** 2).sum(axis=1))
+def cost(point: np.ndarray) -> np.ndarray:
+    return np.asarray(((point - 0.3) ** 2).sum(axis=1))
 
 
 def settings(method: str, generations: int = 6) -> SearchSettings:

@@ -25,7 +25,7 @@ from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 distributed = pytest.importorskip("distributed", reason='needs the extra: pip install "linid[cluster]"')
 
-DEFAULTS = "defaults: {population: 10, generations: 4, polish_steps: 4, figures: false}\njobs:\n"
+DEFAULTS = "defaults: {population: 10, generations: 4, least_squares_steps: 4, figures: false}\njobs:\n"
 FRICTION = "  - {name: friction, command: fit-friction, files: [campaign.yaml]}\n"
 CMA = "  - {name: cma, command: fit-friction, files: [campaign.yaml], settings: {method: cma}, after: [friction]}\n"
 CHECK = "  - {name: check, command: validate, files: [campaign.yaml], model: friction}\n"

@@ -157,7 +157,9 @@ def test_a_fit_agrees_with_the_dimensions_it_came_from(made: MotorDesign) -> Non
     assert set(rows) == {"pole_pitch", "phase_spacing", "coil_length", "field_shape", "fundamental_force_constant"}
     assert all(row.agrees for row in rows.values()), rows
     assert rows["coil_length"].identified == pytest.approx(0.0124)
-    wrong = derived(fitted(made, {**made.matched, "guideway_density": 1.2 * made.matched["guideway_density"]}, 0.01))
+    wrong = derived(
+        fitted(made, {**made.matched, "electrical_wavenumber": 1.2 * made.matched["electrical_wavenumber"]}, 0.01)
+    )
     rows = {row.name: row for row in against_dimensions(wrong, made)}
     assert rows["pole_pitch"].agrees is False
 

@@ -176,7 +176,7 @@ def test_a_motor_fit_keeps_its_friction_stage_and_rechecks_the_free_wheels(tmp_p
         "sine_current_3",
     }
     found = {p["name"]: p["value"] for p in body["parameters"]}
-    assert found["guideway_density"] == pytest.approx(222.0, rel=0.02)
+    assert found["electrical_wavenumber"] == pytest.approx(222.0, rel=0.02)
     again = tmp_path / "again"
     given = ("--friction", out / "friction" / "parameters.json")
     linid("fit-motor", "--model", "sine", tmp_path / "campaign.yaml", *given, "--out", again, *TINY)

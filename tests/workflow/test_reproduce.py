@@ -33,7 +33,7 @@ def campaign(folder: Path, *, cases: tuple[str, ...] = CASES) -> Path:
 def batch(folder: Path, files: Path) -> Path:
     geometry = ROOT / "configs" / "motor_geometry.yaml"
     text = f"""
-defaults: {{population: 10, generations: 2, polish_steps: 4, figures: false, figure_formats: [png]}}
+defaults: {{population: 10, generations: 2, least_squares_steps: 4, figures: false, figure_formats: [png]}}
 jobs:
   - {{name: friction, command: fit-friction, files: [{files}]}}
   - {{name: motor, command: fit-motor, model: [sine, theta], friction: friction, files: [{files}]}}

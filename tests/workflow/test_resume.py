@@ -24,7 +24,7 @@ SEARCH = (
     "--set",
     "patience=1000",
     "--set",
-    "polish_steps=4",
+    "least_squares_steps=4",
     "--no-figures",
 )
 MINUTES = 5.0

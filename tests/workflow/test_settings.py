@@ -41,7 +41,11 @@ def test_one_added_mass_is_for_all_files() -> None:
 
 def test_mass_stands_above_the_campaign() -> None:
     settings = make_settings({"mass": 2.0, "known": {"nome": 0.4}})
-    assert settings.known_values({"mass": 1.0, "shift": 0.1}) == {"mass": 2.0, "nome": 0.4, "shift": 0.1}
+    assert settings.known_values({"mass": 1.0, "commutation_offset": 0.1}) == {
+        "mass": 2.0,
+        "nome": 0.4,
+        "commutation_offset": 0.1,
+    }
 
 
 @pytest.mark.parametrize(
@@ -56,7 +60,7 @@ def test_wrong_values_are_refused(raw: dict[str, Any]) -> None:
     seed=st.integers(0, 2**31),
     mass=st.none() | st.floats(1e-6, 1e6),
     horizon=st.floats(1e-3, 10),
-    known=st.dictionaries(st.sampled_from(["mass", "nome", "shift"]), st.floats(-1e9, 1e9)),
+    known=st.dictionaries(st.sampled_from(["mass", "nome", "commutation_offset"]), st.floats(-1e9, 1e9)),
     window=st.none() | st.tuples(st.floats(-10, 0), st.floats(1, 10)),
 )
 def test_resolved_settings_read_back_exactly(tmp_path_factory: pytest.TempPathFactory, **raw: Any) -> None:

@@ -14,7 +14,8 @@ from linid.errors import UsageError
 from linid.identification.guess.scales import amplitude_range, force_scale, look_out
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import polish
+from linid.identification.optimise.least_squares import levenberg_marquardt
+from linid.identification.settings import Ending
 from linid.identification.signals.reading_spectrum import likely_periods
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.effect import Effect, Outlook, Values
@@ -26,7 +27,7 @@ from linid.recording.recording import Recording
 Array = NDArray[np.float64]
 _STRIDE = 5
 _CHUNK = 48  # candidates per batch
-_GENE_STEP = 1e-4
+_COORDINATE_STEP = 1e-4
 _FLOOR = 1e-5  # of a recording's mean square residual: what is below it does not count
 _PERIODS = 16  # periods of a reading error that are tried, with their doubles
 _SHORTEST_PERIOD = 0.3e-3  # m (rotary: rad)
@@ -159,7 +160,7 @@ class Regression:
     def __init__(
         self,
         base: SearchSpace,
-        genes: Array,
+        point: Array,
         recordings: Sequence[Recording],
         jobs: int,
         scales: Array | None = None,
@@ -169,9 +170,9 @@ class Regression:
         self.jobs = jobs
         self.base = base
         part = Acceleration(base.model, self.recordings, jobs, stride=_STRIDE)
-        p = genes.size
-        steps = np.where(genes + _GENE_STEP > 1.0, -_GENE_STEP, _GENE_STEP)
-        rows = part.model_acceleration(base.vectors(np.vstack([genes, genes + np.diag(steps)])))
+        p = point.size
+        steps = np.where(point + _COORDINATE_STEP > 1.0, -_COORDINATE_STEP, _COORDINATE_STEP)
+        rows = part.model_acceleration(base.vectors(np.vstack([point, point + np.diag(steps)])))
         residual = part.target - rows[0]
         rms = np.sqrt(np.bincount(part.classes, residual**2) / np.maximum(np.bincount(part.classes), 1))
         self.part = part
@@ -182,7 +183,7 @@ class Regression:
         self.residual = residual * self.weights
         self.columns = ((rows[1 : 1 + p] - rows[0]) / steps[:, None] * self.weights).T
         self._span: Array | None = None
-        self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, genes), strict=True)}
+        self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, point), strict=True)}
         self.effects = effects or EffectColumns(base.model.kind, self.values, self.recordings, jobs)
 
     @property
@@ -236,8 +237,8 @@ class Regression:
         self.columns = np.hstack([self.columns, self.effect_columns(effect, [trial.values], sizes)])
 
 
-def _values(space: SearchSpace, genes: Array) -> Array:
-    vector = space.vectors(genes)[0]
+def _values(space: SearchSpace, point: Array) -> Array:
+    vector = space.vectors(point)[0]
     return np.array([vector[space.model.slot(q.name)] for q in space.model.parameters])
 
 
@@ -253,7 +254,7 @@ def effect_guess(
     known: dict[str, float],
     jobs: int = 1,
 ) -> tuple[tuple[Values, ...], Values]:
-    """Rival first values of all parameters, and those of effects that are structural (never searched).
+    """Rival first values of all parameters, and those of effects that are preset (never searched).
 
     The rivals, since a force balance hardly tells the scale of all forces, nor effects of a few samples: in the scale
     that suits the recordings' added masses best, in that of `first`, and there without the effects.
@@ -265,12 +266,14 @@ def effect_guess(
     # The effect is still missing: a free mass would shrink to hide it, and all forces with it.
     held = base.holding({"mass": known.get("mass", first["mass"])})
     balance = Problem(held, (Acceleration(base.model, tuple(recordings), jobs, stride=2 * _STRIDE),))
-    genes = polish(balance, Cost(balance), held.encode(first), steps=10, precision=0.3, final=False, bend=False).genes
-    values = dict(zip((p.name for p in base.model.parameters), _values(held, genes).tolist(), strict=True))
+    point = levenberg_marquardt(
+        balance, Cost(balance), held.encode(first), ending=Ending(10, 0.3), final=False, bend=False
+    ).point
+    values = dict(zip((p.name for p in base.model.parameters), _values(held, point).tolist(), strict=True))
     regression = Regression(base, base.encode(values), recordings, jobs)
     outlook = look_out(base.model, recordings, regression.values)
     found: dict[str, float] = {}
-    structural: dict[str, float] = {}
+    preset: dict[str, float] = {}
     for name in effects:
         effect = find_effect(name)
         if not effect.applies(base.model.kind, outlook):
@@ -283,11 +286,11 @@ def effect_guess(
         best = best_trial(regression, effect, outlook, known, sizes)
         regression.add(effect, best, sizes)
         found |= best.values | best.amplitudes
-        structural |= effect.held({**best.values, **known})
+        preset |= effect.held({**best.values, **known})
     model = Model(base.model.kind, tuple(effects))
     plain = {**first, **regression.values, **found, **known}
     without = {name: 0.0 for effect in effects for name in find_effect(effect).amplitudes}
-    return (scaled_to_masses(model, recordings, plain, known, jobs), plain, {**plain, **without, **known}), structural
+    return (scaled_to_masses(model, recordings, plain, known, jobs), plain, {**plain, **without, **known}), preset
 
 
 def scaled_to_masses(model: Model, recordings: Sequence[Recording], values: Values, known: Values, jobs: int) -> Values:

@@ -16,7 +16,8 @@ from scipy.ndimage import convolve1d
 
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import polish
+from linid.identification.optimise.least_squares import levenberg_marquardt
+from linid.identification.settings import Ending
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.field.winding import theta_harmonic
 
@@ -32,11 +33,11 @@ _ORDERS = (1, 3, 5, 7, 9, 11)
 def field_shapes(space: SearchSpace, balance: Acceleration, values: dict[str, float]) -> list[dict[str, float]]:
     """Values with the shapes of field, one for each kind of magnets, that leave least of the force balance.
 
-    balance: force balance along the measured motion of driven recordings; values: SI, polished on it. The first
+    balance: force balance along the measured motion of driven recordings; values: SI, refined on it. The first
     harmonic of the thrust is kept while the shapes are looked at; the field's phase is not, for commutated currents
     tell it badly and its error counts five times in the fifth harmonic. None where the shape is known or has no part.
     """
-    if not {"force_constant", "nome", "winding_length", "shift"} <= set(space.names):
+    if not {"force_constant", "nome", "winding_length", "commutation_offset"} <= set(space.names):
         return []
     problem = Problem(space, (balance,))
     cost = Cost(problem)
@@ -53,11 +54,16 @@ def field_shapes(space: SearchSpace, balance: Acceleration, values: dict[str, fl
         )
         turn, nome, length = shapes[int(np.argmin(cost.of_residuals([rows])))]
         constant = first / float(_amplitudes(nome, length)[0])
-        best = {"nome": nome, "winding_length": length, "force_constant": constant, "shift": values["shift"] + turn}
-        polished = polish(
-            problem, cost, space.encode({**values, **best}), steps=40, precision=0.1, creep=0.4, final=False, bend=False
+        best = {
+            "nome": nome,
+            "winding_length": length,
+            "force_constant": constant,
+            "commutation_offset": values["commutation_offset"] + turn,
+        }
+        solution = levenberg_marquardt(
+            problem, cost, space.encode({**values, **best}), ending=Ending(40, 0.1, 0.4), final=False, bend=False
         )
-        vector = space.vectors(polished.genes)[0]
+        vector = space.vectors(solution.point)[0]
         found.append({p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters})
     return found
 
@@ -82,7 +88,7 @@ def _thrust_waves(balance: Acceleration, values: dict[str, float]) -> Array:
     currents = np.concatenate([r.phase_currents for r in recordings if r.phase_currents is not None], axis=1)
     out = np.empty((len(_TURNS), len(_ORDERS), balance.rows.size))
     for (t, turn), (h, order) in product(enumerate(_TURNS), enumerate(_ORDERS)):
-        z = values["guideway_density"] * y + values["shift"] + turn
+        z = values["electrical_wavenumber"] * y + values["commutation_offset"] + turn
         spaced = np.multiply.outer((-1.0, 0.0, 1.0), np.full(y.size, values["winding_displacement"]))
         thrust = np.sum(np.sin(2.0 * order * (z + spaced)) * currents, axis=0) / mass
         at = 0

@@ -13,9 +13,9 @@ from linid.identification.guess.effect_values import effect_guess, scaled_to_mas
 from linid.identification.guess.field_shape import field_shapes
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import polish
+from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings
+from linid.identification.settings import Ending, FitSettings
 from linid.identification.space.bounds import build_space
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.effect import Values
@@ -44,14 +44,14 @@ def first_values(
     if driven and model.kind == "force":
         values = {**guess.force_guess(driven, known.get("force_constant"), mass), **values}
     elif driven and model.phases:
-        given = known.get("guideway_density")
+        given = known.get("electrical_wavenumber")
         motor, densities = guess.phase_guess(
             driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * model.turns
         )
         if model.kind == "theta":
             motor = _as_theta(motor, known)
         densities = tuple(d / model.turns for d in densities)
-        values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "shift")}}
+        values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "commutation_offset")}}
     return {**values, **known}, densities
 
 
@@ -63,7 +63,7 @@ def guess_effects(
     densities: tuple[float, ...],
     settings: FitSettings,
 ) -> tuple[tuple[Values, ...], Values]:
-    """Rival first values of all parameters, and those of effects that are structural; see `effect_guess`."""
+    """Rival first values of all parameters, and those of effects that are preset; see `effect_guess`."""
     base = Model(model.kind)
     own = {p.name for p in base.parameters}
     space = build_space(
@@ -82,7 +82,7 @@ def guess_effects(
 def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, float]:
     nome, length = known.get("nome", 0.5), known.get("winding_length", 0.25 * math.pi)
     out = dict(sine)
-    for name in ("guideway_density", "winding_displacement", "shift"):
+    for name in ("electrical_wavenumber", "winding_displacement", "commutation_offset"):
         out[name] = 0.5 * sine[name]
     out["force_constant"] = sine["force_constant"] / fundamental_force_constant(1.0, length, nome)
     out["nome"], out["winding_length"] = nome, length
@@ -106,10 +106,11 @@ def seed_candidates(
     settings: FitSettings,
     rivals: Sequence[Values] = (),
 ) -> tuple[Array, Array]:
-    """First candidates (S, p) that lie in valleys of their own and are worth a polish, and more (T, p) as they are.
+    """First candidates (S, p) that lie in valleys of their own and are worth a least-squares fit, and more (T, p) as
+    they are.
 
-    The regression's guess after a polish of the force balance, and with other shapes of the field; first values of
-    `rivals`; the guess itself and with rival densities.
+    The regression's guess after a least-squares fit of the force balance, and with other shapes of the field; first
+    values of `rivals`; the guess itself and with rival densities.
     """
     guess_row = space.encode(first)
     rows: list[Array] = []
@@ -121,10 +122,10 @@ def seed_candidates(
         part = Acceleration(model, driven, settings.jobs, stride=10)
         balance = Problem(space.holding(held), (part,))
         # Straight steps: a force balance is biased, and the bottom of its valley is no better a start than its side.
-        refined = polish(
-            balance, Cost(balance), balance.space.encode(first), steps=12, precision=0.3, final=False, bend=False
+        refined = levenberg_marquardt(
+            balance, Cost(balance), balance.space.encode(first), ending=Ending(12, 0.3), final=False, bend=False
         )
-        vector = balance.space.vectors(refined.genes)[0]
+        vector = balance.space.vectors(refined.point)[0]
         values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
         for shaped in field_shapes(balance.space, part, values):
             motor = {p.name: shaped[p.name] for p in MOTORS[model.kind].parameters}
@@ -134,5 +135,5 @@ def seed_candidates(
         rows.insert(0, space.encode(values))
     rows = (rows or [guess_row]) + [space.encode(values) for values in rivals]
     for density in densities[1:]:
-        others.append(space.encode({**first, "guideway_density": density}))
+        others.append(space.encode({**first, "electrical_wavenumber": density}))
     return np.array(rows), np.array(others)

@@ -18,11 +18,11 @@ _MOST_WAVES = 120  # in a regression beside a periodic force
 
 
 @dataclass(frozen=True)
-class Scales:
+class Guess:
     """What a look at the data tells: SI values to start from.
 
     friction_per_mass: Coulomb force per mass, m/s^2; travel, speed: largest in m, m/s; resolution: position
-    noise in m; values: first guesses by parameter name; densities: best guideway densities, 1/m.
+    noise in m; values: first guesses by parameter name; densities: best electrical wavenumbers, 1/m.
     """
 
     values: dict[str, float]
@@ -159,7 +159,7 @@ def _sequences(inputs: Array) -> tuple[Array, Array]:
 
 
 def _scan(rows: _Rows, densities: Array) -> tuple[Array, Array]:
-    """Residual sum of squares and regression coefficients for each guideway density."""
+    """Residual sum of squares and regression coefficients for each electrical wavenumber."""
     real, imaginary = _sequences(rows.inputs)
     rest = np.column_stack([_friction_columns(rows.v), np.ones(rows.v.size)])
     costs = np.empty(densities.size)
@@ -179,7 +179,7 @@ def _scan(rows: _Rows, densities: Array) -> tuple[Array, Array]:
 def phase_guess(
     recordings: Sequence[Recording], mass: float, lower: float, upper: float, known: float | None = None
 ) -> tuple[dict[str, float], tuple[float, ...]]:
-    """Force constant, guideway density, winding displacement and shift of a sine motor, and rival densities.
+    """Force constant, electrical wavenumber, winding displacement and shift of a sine motor, and rival densities.
 
     A scan over the density with everything else linear: with the currents' space vector s,
     F = K_f/3 Im(exp(i (omega_g y + alpha_S)) (D(alpha_p - 2 pi/3) s + D(alpha_p + 2 pi/3) s*)), D(x) = 1 + 2 cos x.
@@ -221,9 +221,9 @@ def phase_guess(
             break
     values = {
         "force_constant": abs(total) * mass,
-        "guideway_density": best,
+        "electrical_wavenumber": best,
         "winding_displacement": displacement,
-        "shift": math.atan2(total.imag, total.real),
+        "commutation_offset": math.atan2(total.imag, total.real),
         "coulomb_force": float(coefficient[4]) * mass,
         "viscous_friction": float(coefficient[5]) * mass,
         "constant_force": float(coefficient[6]) * mass,

@@ -22,7 +22,7 @@ _BINS, _SHARES = 400, 10  # of the stroke, and of the places visited
 
 def look_out(model: Model, recordings: Sequence[Recording], values: dict[str, float]) -> Outlook:
     """What the recordings look like; values: SI values of the base model, for the wavenumber of its field."""
-    density = values.get("guideway_density") if model.phases else None
+    density = values.get("electrical_wavenumber") if model.phases else None
     motion = measure_motion(recordings)
     low, high = min(float(np.min(r.y)) for r in recordings), max(float(np.max(r.y)) for r in recordings)
     return Outlook(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from linid.identification.objectives.objective import TRAVEL_CLASSES, travel_class
 from linid.identification.objectives.start_states import predicted_from_before
+from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -17,8 +18,6 @@ from linid.simulation.run import Segments, Simulator
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-HORIZON = 0.1  # s, how far `ahead` looks
 
 
 @dataclass

@@ -17,7 +17,7 @@ LOST = 1e6  # cost of a candidate whose simulation failed
 
 @dataclass(frozen=True)
 class Problem:
-    """Genes (p,) and start offsets -> residuals of all parts.
+    """Search coordinates (p,) and start offsets -> residuals of all parts.
 
     The noise of each class of residuals is unknown; eliminating it from the Gaussian likelihood leaves
     sum over classes of n log(RMS). The cost is exp of its mean with the RMS taken relative to the measured
@@ -32,9 +32,9 @@ class Problem:
         """Number of start-state offsets of all parts."""
         return sum(part.nuisances for part in self.parts)
 
-    def residuals(self, genes: Array, offsets: Array) -> list[Array]:
-        """Residuals (C, N) of each part for genes (C, p) and offsets (C, nuisances)."""
-        params = self.space.vectors(genes)
+    def residuals(self, point: Array, offsets: Array) -> list[Array]:
+        """Residuals (C, N) of each part for search coordinates (C, p) and offsets (C, nuisances)."""
+        params = self.space.vectors(point)
         out, at = [], 0
         for part in self.parts:
             out.append(part.residuals(params, offsets[:, at : at + part.nuisances]))
@@ -79,7 +79,7 @@ class Cost:
         self.evaluations = 0
 
     def __call__(self, population: Array) -> Array:
-        """Costs (C,) of genes (C, p); a failed simulation costs LOST."""
+        """Costs (C,) of search coordinates (C, p); a failed simulation costs LOST."""
         population = np.atleast_2d(population)
         chunk = max(1, _CHUNK_FLOATS // max(self.size, 1))
         pieces = [population[a : a + chunk] for a in range(0, population.shape[0], chunk)]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from types import FunctionType
 from typing import Any
 
@@ -15,55 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.errors import ConfigError
-from linid.identification.result import Generation
+from linid.identification.optimise.search_state import SearchState
+from linid.identification.settings import PLAIN, SearchSettings
 
 Array = NDArray[np.float64]
 CostFunction = Callable[[Array], Array]
 Watcher = Callable[["SearchState"], None]
-PLAIN = "plain"
-
-
-@dataclass(frozen=True)
-class SearchSettings:
-    """Budget and operators. method: genetic, cma, or plain: a genetic algorithm from random candidates that uses all
-    its generations; patience: generations without relative gain `tolerance` before the others stop."""
-
-    method: str = "genetic"
-    population: int = 64
-    generations: int = 120
-    patience: int = 6
-    tolerance: float = 1e-3
-    crossover: float = 0.9
-    crossover_eta: float = 10.0
-    mutation_eta: float = 20.0
-    tournament: int = 3
-    elite: int = 2
-    seed: int = 1
-
-
-@dataclass
-class SearchState:
-    """All that is needed to go on: population, costs, best so far, random state and history (JSON-able).
-
-    starts: first candidates that lay in minima of their own.
-    """
-
-    method: str
-    generation: int
-    population: list[list[float]]
-    costs: list[float]
-    best: list[float]
-    best_cost: float
-    stalled: int
-    evaluations: int
-    random_state: Any
-    extra: dict[str, Any] = field(default_factory=dict)
-    history: list[list[float]] = field(default_factory=list)
-    starts: list[list[float]] = field(default_factory=list)
-
-    def generations(self) -> tuple[Generation, ...]:
-        """The convergence history."""
-        return tuple(Generation(self.method, int(g), int(n), b, m) for g, n, b, m in self.history)
 
 
 class _Fitness:
@@ -80,15 +36,15 @@ class _Fitness:
 
 
 class _Individual(list):  # type: ignore[type-arg]
-    """Genes with their fitness."""
+    """Search coordinates with their fitness."""
 
-    def __init__(self, genes: list[float], cost: float = np.inf) -> None:
-        super().__init__(genes)
+    def __init__(self, point: list[float], cost: float = np.inf) -> None:
+        super().__init__(point)
         self.fitness = _Fitness(cost)
 
 
-def _clip(genes: list[float]) -> list[float]:
-    return [min(max(float(gene), 0.0), 1.0) for gene in genes]
+def _clip(point: list[float]) -> list[float]:
+    return [min(max(float(coordinate), 0.0), 1.0) for coordinate in point]
 
 
 def _latin_hypercube(size: int, dimension: int, generator: random.Random) -> list[list[float]]:
@@ -108,7 +64,7 @@ def initial_population(seeds: Array, size: int, dimension: int, seed: int) -> Ar
     count = len(rows)
     for k in range(near):
         spread = 0.02 * 4.0 ** (k % 3)
-        rows.append(_clip([gene + generator.gauss(0.0, spread) for gene in rows[k % count]]))
+        rows.append(_clip([coordinate + generator.gauss(0.0, spread) for coordinate in rows[k % count]]))
     rows += _latin_hypercube(size - len(rows), dimension, generator) if len(rows) < size else []
     return np.array(rows)
 
@@ -252,8 +208,8 @@ def search(
 ) -> tuple[SearchState, str]:
     """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
 
-    cost: genes (C, p) -> (C,); seeds: (S, p) start candidates; starts: those in minima of their own, kept in the state;
-    spent: evaluations that these took; watch: called after each generation.
+    cost: search coordinates (C, p) -> (C,); seeds: (S, p) start candidates; starts: those in minima of their own, kept
+    in the state; spent: evaluations that these took; watch: called after each generation.
     The same seed gives the same result on any number of threads, resumed or not.
     """
     if resume is not None:

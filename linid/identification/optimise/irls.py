@@ -1,8 +1,8 @@
 """Least squares in rounds of frozen weights, for the force balance.
 
 The robust weights of a force balance in which an effect is missing follow the residual wherever it goes: re-estimated
-at every step (as `polish` does, ten times faster) they may lead to another minimum than when each round is brought to
-its end first, and candidates are compared by minima that must be the same ones.
+at every step (as `levenberg_marquardt` does, ten times faster) they may lead to another minimum than when each round
+is brought to its end first, and candidates are compared by minima that must be the same ones.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SETTLED = 3e-4  # relative change of the cost between rounds
 
 
 def at_frozen_weights(line: Linearisation, x: Array, *, evaluations: int, tolerance: float) -> OptimizeResult:
-    """Least squares from x (p + k,), genes and offsets, within the box, with the weights as they are.
+    """Least squares from x (p + k,), search coordinates and offsets, within the box, with the weights as they are.
 
     evaluations: at most; tolerance: relative change of the cost or of x that ends it.
     """
@@ -42,16 +42,16 @@ def at_frozen_weights(line: Linearisation, x: Array, *, evaluations: int, tolera
     )
 
 
-def polish_in_rounds(cost: Cost, genes: Array, *, rounds: int, evaluations: int, tolerance: float) -> Array:
-    """Genes (p,) refined by scipy's bounded trust-region least squares.
+def reweighted_least_squares(cost: Cost, point: Array, *, iterations: int, evaluations: int, tolerance: float) -> Array:
+    """Search coordinates (p,) refined by scipy's bounded trust-region least squares.
 
     rounds: at most, each with weights of its own; evaluations: per round, at most; tolerance: relative change of cost
-    or genes that ends a round. cost: of a problem without start offsets.
+    or search coordinates that ends a round. cost: of a problem without start offsets.
     """
     line = Linearisation(cost.problem, cost)
-    x = np.clip(genes, 1e-9, 1.0 - 1e-9)
+    x = np.clip(point, 1e-9, 1.0 - 1e-9)
     best = line.reweight(x)
-    for number in range(rounds):
+    for number in range(iterations):
         solution = at_frozen_weights(line, x, evaluations=evaluations, tolerance=tolerance)
         x = np.asarray(solution.x)
         current = line.reweight(x)

@@ -1,4 +1,5 @@
-"""The local polish: damped least squares on genes and start offsets, with the class noise re-estimated."""
+"""The local least squares: damped least squares on search coordinates and start offsets, with the class noise
+re-estimated."""
 
 from __future__ import annotations
 
@@ -11,20 +12,19 @@ from numpy.typing import NDArray
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.result import Generation
+from linid.identification.settings import Ending
 from linid.identification.space.field_vector import FieldVector, field_vector
 
 Array = NDArray[np.float64]
-_GENE_STEP = 1e-5
+_COORDINATE_STEP = 1e-5
 _OFFSET_STEP = 0.3
 _OFFSET_LIMIT = 1e4
-POLISH_STEPS = 60
-POLISH_PRECISION = 1e-4  # 1 % of a standard deviation; at 10 % all fits end on the same side, which shows in coverage
 _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
 _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
-_REACH = 0.3  # of the search box at most in a step: genes that hardly matter here may matter there
-_LEAST_KEPT = 1e-3  # of the promised gain
-_CREEPING_STEPS = 4
+_TRUST_RADIUS = 0.3  # of the search box at most in a step: search coordinates that hardly matter here may matter there
+_LEAST_GAIN_RATIO = 1e-3  # of the promised gain
+_VALLEY_STEPS = 4
 # A step is bent by the second derivative of the residuals along it, probed at a tenth of the step; if the bend is too
 # long beside the step, the curve is not known well enough (Transtrum and Sethna 2012).
 _CURVE_PROBE = 0.1
@@ -34,13 +34,13 @@ _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstabl
 
 
 @dataclass(frozen=True)
-class PolishResult:
-    """genes (p,), offsets (k,), cost, whether it converged and why, history, and the final linearisation.
+class LeastSquaresFit:
+    """search coordinates (p,), offsets (k,), cost, whether it converged and why, history, and the final linearisation.
 
     residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; sigma: class RMS per part.
     """
 
-    genes: Array
+    point: Array
     offsets: Array
     cost: float
     converged: bool
@@ -57,14 +57,14 @@ class Linearisation:
     def __init__(self, problem: Problem, cost: Cost) -> None:
         self.problem = problem
         self.cost = cost
-        self.p = len(problem.space.genes)
+        self.p = len(problem.space.parameters)
         self.k = problem.nuisances
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Least and greatest genes and offsets, (p + k,) each."""
+        """Least and greatest search coordinates and offsets, (p + k,) each."""
         offsets = np.full(self.k, _OFFSET_LIMIT)
         return np.concatenate([np.zeros(self.p), -offsets]), np.concatenate([np.ones(self.p), offsets])
 
@@ -87,7 +87,7 @@ class Linearisation:
         return self._latest[1]
 
     def residuals(self, x: Array) -> Array:
-        """Weighted residuals (N,) at x = genes and offsets; a failed simulation gives large ones."""
+        """Weighted residuals (N,) at x = search coordinates and offsets; a failed simulation gives large ones."""
         rows = self._rows(x)
         joined = np.concatenate([row[0] * weight for row, weight in zip(rows, self.weights, strict=True)])
         return np.asarray(np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3))
@@ -113,9 +113,9 @@ class Linearisation:
         Offsets of all recordings are shifted together.
         """
         p, k = self.p, self.k
-        steps = np.full(p, _GENE_STEP)
+        steps = np.full(p, _COORDINATE_STEP)
         if not central:
-            steps[x[:p] + _GENE_STEP > 1.0] *= -1.0
+            steps[x[:p] + _COORDINATE_STEP > 1.0] *= -1.0
         kinds = 2 if k else 0
         rows = [x]
         rows += [x + np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
@@ -145,7 +145,7 @@ class Linearisation:
         return base, np.nan_to_num(out, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
     def batch(self, batch: Array) -> Array:
-        """Weighted residuals (C, N) of rows (C, p + k) of genes and offsets."""
+        """Weighted residuals (C, N) of rows (C, p + k) of search coordinates and offsets."""
         self.cost.evaluations += batch.shape[0]
         parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
         weighted = [part * weight for part, weight in zip(parts, self.weights, strict=True)]
@@ -180,92 +180,97 @@ def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
     return np.asarray(np.sqrt(np.minimum(1.0, limit / np.maximum(power, 1e-300)))[groups])
 
 
-def polish(
+def levenberg_marquardt(
     problem: Problem,
     cost: Cost,
-    genes: Array,
+    point: Array,
     offsets: Array | None = None,
     *,
-    steps: int = POLISH_STEPS,
-    precision: float = POLISH_PRECISION,
-    creep: float = 0.0,
+    ending: Ending | None = None,
     final: bool = True,
     bend: bool = True,
     watch: Callable[[int, float], None] | None = None,
-) -> PolishResult:
-    """Refine genes (p,) by Levenberg and Marquardt's method within the box, the noise re-estimated at each step.
+) -> LeastSquaresFit:
+    """Refine search coordinates (p,) within the box, the noise re-estimated at each step.
 
-    offsets: start offsets (k,) to begin with; steps: at most; precision: the polish ends when no step promises to
-    lessen the weighted sum of squares by more (a parameter one standard deviation off its optimum weighs 1), or when
-    `_CREEPING_STEPS` steps have gained less than `creep`, as along a valley in which the data hardly tell the
-    parameters; final: also return the linearisation at the end; bend: follow curved valleys, field and residuals being
-    taken to second order; watch: called after each step with its number and the cost.
+    offsets: start offsets (k,) to begin with; final: also return the linearisation at the end; bend: follow curved
+    valleys, field and residuals being taken to second order; watch: called after each step with its number and cost.
     Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares; steps
     bent by geodesic acceleration.
     """
+    ending = Ending() if ending is None else ending
     line = Linearisation(problem, cost)
-    field = field_vector(problem.space) if bend else None
+    steps = _Steps(line, field_vector(problem.space) if bend else None, bend, ending.precision)
     p, k = line.p, line.k
-    x = np.concatenate([np.clip(genes, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
-    lower, upper = line.bounds
+    x = np.concatenate([np.clip(point, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
     best = line.reweight(x)
     history = []
     gains: list[float] = []
-    converged, reason = False, f"polish: {steps} steps used"
-    damping = _DAMPING
-    reach = np.concatenate([np.full(p, _REACH), np.full(k, np.inf)])
-    for number in range(1, steps + 1):
-        base, slopes = line.differences(x)
-        residual, jacobian = rotated(base, slopes)
-        before = float(residual @ residual)
-        if all(_damped_step(residual, jacobian, d, lower - x, upper - x)[1] < precision for d in (_UNDAMPED, damping)):
-            converged = True
-            reason = f"polish: no step promises to gain {precision:g} (one standard deviation weighs 1)"
+    reason = ""
+    for number in range(1, ending.steps + 1):
+        trial, gain, reason = steps.next(x)
+        if reason:
             break
-        while True:
-            room = np.maximum(lower - x, -reach), np.minimum(upper - x, reach)
-            move, promised = _damped_step(residual, jacobian, damping, *room)
-            if bend and promised > _WORTH_BENDING:
-                probed = line.residuals(_moved(field, x, _CURVE_PROBE * move, lower, upper))
-                move = _bent(move, probed, base, slopes, jacobian, damping)
-            trial = _moved(field, x, move, lower, upper)
-            gain = before - float(np.sum(line.residuals(trial) ** 2))
-            kept = gain / promised
-            if kept > _LEAST_KEPT or promised < _LEAST_KEPT * precision:
-                break
-            damping = max(10.0 * damping, _DAMPING_AGAIN)
-        del base, slopes  # before the next ones take their memory
-        if kept <= _LEAST_KEPT:
-            converged = True
-            reason = (
-                f"polish: no step gains anything (the next promises {promised:.1g}, one standard deviation weighs 1)"
-            )
-            break
-        damping *= 0.1 if kept > 0.75 else 1.0 if kept > 0.25 else 4.0
         x = trial
         current = line.reweight(x)
-        history.append(Generation("polish", number, cost.evaluations, min(current, best), current))
+        history.append(Generation("least_squares", number, cost.evaluations, min(current, best), current))
         if watch is not None:
             watch(number, current)
         best = min(best, current)
         gains.append(gain)
-        if len(gains) >= _CREEPING_STEPS and sum(gains[-_CREEPING_STEPS:]) < creep:
-            converged = True
-            gained = sum(gains[-_CREEPING_STEPS:])
-            reason = f"polish: {_CREEPING_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
+        gained = sum(gains[-_VALLEY_STEPS:])
+        if len(gains) >= _VALLEY_STEPS and gained < ending.valley_gain:
+            reason = f"{_VALLEY_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
-    return PolishResult(
+    return LeastSquaresFit(
         x[:p],
         x[p:],
         best,
-        converged,
-        reason,
+        bool(reason),
+        f"least squares: {reason or f'{ending.steps} steps used'}",
         tuple(history),
         cost.evaluations,
         line.residuals(x),
         line.jacobian(x, central=central) if final else np.zeros((0, 0)),
     )
+
+
+class _Steps:
+    """Damped steps with a trust region; the damping follows how well the linearisation predicted the gain."""
+
+    def __init__(self, line: Linearisation, field: FieldVector | None, bend: bool, precision: float) -> None:
+        self.line, self.field, self.bend, self.precision = line, field, bend, precision
+        self.lower, self.upper = line.bounds
+        self.damping = _DAMPING
+        self.trust_radius = np.concatenate([np.full(line.p, _TRUST_RADIUS), np.full(line.k, np.inf)])
+
+    def next(self, x: Array) -> tuple[Array, float, str]:
+        """The next point (p + k,), what it gains in the sum of squares, and why it is the last (else empty)."""
+        line, lower, upper = self.line, self.lower, self.upper
+        base, slopes = line.differences(x)
+        residual, jacobian = rotated(base, slopes)
+        before = float(residual @ residual)
+        outlooks = (_damped_step(residual, jacobian, d, lower - x, upper - x)[1] for d in (_UNDAMPED, self.damping))
+        if all(predicted < self.precision for predicted in outlooks):
+            return x, 0.0, f"no step promises to gain {self.precision:g} (one standard deviation weighs 1)"
+        while True:
+            room = np.maximum(lower - x, -self.trust_radius), np.minimum(upper - x, self.trust_radius)
+            move, predicted = _damped_step(residual, jacobian, self.damping, *room)
+            if self.bend and predicted > _WORTH_BENDING:
+                probed = line.residuals(_moved(self.field, x, _CURVE_PROBE * move, lower, upper))
+                move = _bent(move, probed, base, slopes, jacobian, self.damping)
+            trial = _moved(self.field, x, move, lower, upper)
+            gain = before - float(np.sum(line.residuals(trial) ** 2))
+            gain_ratio = gain / predicted
+            if gain_ratio > _LEAST_GAIN_RATIO or predicted < _LEAST_GAIN_RATIO * self.precision:
+                break
+            self.damping = max(10.0 * self.damping, _DAMPING_AGAIN)
+        if gain_ratio <= _LEAST_GAIN_RATIO:
+            why = f"no step gains anything (the next promises {predicted:.1g}, one standard deviation weighs 1)"
+            return x, 0.0, why
+        self.damping *= 0.1 if gain_ratio > 0.75 else 1.0 if gain_ratio > 0.25 else 4.0
+        return trial, gain, ""
 
 
 def _moved(field: FieldVector | None, x: Array, move: Array, lower: Array, upper: Array) -> Array:
@@ -310,7 +315,7 @@ def _damped_step(residual: Array, jacobian: Array, damping: float, lower: Array,
     return move, -float(2.0 * residual @ change + change @ change)
 
 
-def polish_starts(part: FreeRun, vector: Array, rounds: int = 3) -> Array:
+def fit_start_offsets(part: FreeRun, vector: Array, rounds: int = 3) -> Array:
     """Start offsets (1, 2 R) that bring free runs with given parameters (1, VECTOR_SIZE) nearest to the data."""
     offsets = np.zeros((1, part.nuisances))
     edges = part.simulator.inputs.sample_offsets

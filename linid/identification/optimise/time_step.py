@@ -19,7 +19,7 @@ _PHASE_PER_STEP = 0.15
 
 def choose_substeps(model: Model, recordings: Sequence[Recording], first: dict[str, float]) -> int:
     """Internal steps per sample, 2 to 32, so that the field phase turns little within one step."""
-    density = first.get("guideway_density", 0.0) * model.turns
+    density = first.get("electrical_wavenumber", 0.0) * model.turns
     motion = measure_motion(recordings)
     speed = float(np.quantile(np.abs(motion.v), 0.999))
     period = max(r.period for r in recordings)

@@ -10,7 +10,7 @@ import numpy as np
 from linid.errors import UsageError
 from linid.identification.guess.scales import amplitude_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
-from linid.identification.space.search_space import Gene, SearchSpace
+from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.motors import fundamental_force_constant
@@ -30,7 +30,7 @@ def build_space(
     densities: tuple[float, ...] = (),
     stribeck: bool = True,
 ) -> SearchSpace:
-    """Genes for all parameters that are not fixed, with bounds that scale with the axis.
+    """Search coordinates for all parameters that are not fixed, with bounds that scale with the axis.
 
     stribeck: False ties F_S to F_C; first: first guesses in SI; bounds: the user's own bounds by name (SI).
     Raises UsageError for a name that the model has not, or bounds that are not in order.
@@ -61,17 +61,17 @@ def build_space(
     if "mutual_inductance" in first:
         box["mutual_inductance"] = (-0.5 * first["phase_inductance"], first["phase_inductance"])
     if densities:
-        box["guideway_density"] = (0.9 * min(densities), 1.1 * max(densities))
-    if "shift" in first:
+        box["electrical_wavenumber"] = (0.9 * min(densities), 1.1 * max(densities))
+    if "commutation_offset" in first:
         half = math.pi / model.turns
-        box["shift"] = (first["shift"] - half, first["shift"] + half)
+        box["commutation_offset"] = (first["commutation_offset"] - half, first["commutation_offset"] + half)
     fundamental = model.kind == "theta" and "force_constant" in box and "force_constant" not in bounds
     if fundamental:
         at = {**first, **fixed}
         share = fundamental_force_constant(1.0, at["winding_length"], at["nome"])
         box["force_constant"] = (share * box["force_constant"][0], share * box["force_constant"][1])
     box |= _effect_box(model, recordings, first, fixed)
-    genes = []
+    point = []
     held = dict(fixed)
     for parameter in model.parameters:
         if parameter.name in fixed:
@@ -81,8 +81,8 @@ def build_space(
             continue
         if not stribeck and parameter.name in ("static_force", "stribeck_velocity"):
             continue
-        genes.append(_gene(parameter, box, bounds))
-    return SearchSpace(model, tuple(genes), held, stribeck, fundamental)
+        point.append(_gene(parameter, box, bounds))
+    return SearchSpace(model, tuple(point), held, stribeck, fundamental)
 
 
 def travel_between_reversals(recordings: Sequence[Recording]) -> float:
@@ -130,7 +130,9 @@ def _effect_box(
     return box
 
 
-def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dict[str, tuple[float, float]]) -> Gene:
+def _gene(
+    parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dict[str, tuple[float, float]]
+) -> SearchParameter:
     lower, upper = box.get(parameter.name, (parameter.lower, parameter.upper))
     if parameter.name in bounds and parameter.name not in ("static_force", "bristle_damping"):
         lower, upper = bounds[parameter.name]
@@ -140,4 +142,4 @@ def _gene(parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dic
             f"{lower:g} to {upper:g} is not a search range",
             "Give the lower bound first" + (", and above zero" if parameter.log else ""),
         )
-    return Gene(parameter.name, lower, upper, parameter.log)
+    return SearchParameter(parameter.name, lower, upper, parameter.log)

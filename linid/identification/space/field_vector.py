@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FieldVector:
-    """The genes of force constant and shift, and what a unit of each turns or stretches the vector by.
+    """The search coordinates of force constant and shift, and what a unit of each turns or stretches the vector by.
 
     Thrust is K cos(phase) A(t) + K sin(phase) B(t) (theta: of its first harmonic), so that a valley of equal
     cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase.
@@ -23,11 +23,12 @@ class FieldVector:
 
     constant: int
     shift: int
-    stretch: float  # of log K per gene
-    turn: float  # rad per gene
+    stretch: float  # of log K per search coordinate
+    turn: float  # rad per search coordinate
 
     def moved(self, x: Array, move: Array) -> Array:
-        """Genes x (n,) moved by `move`, the field's vector in a straight line; also with other unknowns behind."""
+        """Search coordinates x (n,) moved by `move`, the field's vector in a straight line; also with other unknowns
+        behind."""
         out = np.asarray(x + move)
         along = 1.0 + self.stretch * float(move[self.constant])
         across = self.turn * float(move[self.shift])
@@ -38,14 +39,19 @@ class FieldVector:
 
 
 def field_vector(space: SearchSpace) -> FieldVector | None:
-    """The field's vector among the genes; None unless force constant (by its logarithm) and shift are searched."""
-    places = {gene.name: place for place, gene in enumerate(space.genes)}
-    if "force_constant" not in places or "shift" not in places or not space.genes[places["force_constant"]].log:
+    """The field's vector among the search coordinates; None unless force constant (by its logarithm) and shift are
+    searched."""
+    places = {searched.name: place for place, searched in enumerate(space.parameters)}
+    if (
+        "force_constant" not in places
+        or "commutation_offset" not in places
+        or not space.parameters[places["force_constant"]].log
+    ):
         return None
-    constant, shift = (space.genes[places[name]] for name in ("force_constant", "shift"))
+    constant, shift = (space.parameters[places[name]] for name in ("force_constant", "commutation_offset"))
     return FieldVector(
         places["force_constant"],
-        places["shift"],
+        places["commutation_offset"],
         math.log(constant.upper / constant.lower),
         space.model.turns * (shift.upper - shift.lower),
     )

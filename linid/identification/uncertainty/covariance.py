@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from linid.identification.objectives.objective import Part
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import Linearisation, PolishResult
+from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.signals.motion import with_input_noise
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
@@ -28,12 +28,12 @@ _FEIGNED = 0.5
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """gene_covariance: (p, p) robust covariance in gene units; condition_number: of the scaled information
-    matrix; conditional_std: (p,) gene standard deviation if all other parameters were known; intervals: 95 %
-    intervals in gene units of those genes that the covariance cannot describe; aligned: the currents keep with the
-    field, so that its phase shows to second order only."""
+    """gene_covariance: (p, p) robust covariance in search coordinates; condition_number: of the scaled information
+    matrix; conditional_std: (p,) search coordinate standard deviation if all other parameters were known; intervals:
+    95 % intervals in search coordinates of those search coordinates that the covariance cannot describe; aligned: the
+    currents keep with the field, so that its phase shows to second order only."""
 
-    gene_covariance: Array
+    search_covariance: Array
     condition_number: float
     conditional_std: Array
     intervals: dict[int, tuple[float, float]] = field(default_factory=dict)
@@ -95,14 +95,14 @@ def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64]) ->
     return np.asarray(meat)
 
 
-def _spurious_information(problem: Problem, fit: PolishResult, seed: int) -> Array:
+def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int) -> Array:
     """What the noise of the logged inputs adds to J'J, from Jacobians with that noise added once more.
 
     Where a commutated motion itself says little (field phase, pole pitch), noise in the currents makes up
     most of the Jacobian; counted as information it would make the intervals far too narrow.
     """
     generator = np.random.default_rng(seed)
-    x = np.concatenate([fit.genes, fit.offsets])
+    x = np.concatenate([fit.point, fit.offsets])
     clean = Linearisation(problem, Cost(problem))
     clean.reweight(x)
     base = clean.jacobian(x)
@@ -157,13 +157,13 @@ def _with_deviations(covariance: Array, pair: list[int], factors: Array) -> Arra
     return np.asarray(covariance + slopes @ changed @ slopes.T)
 
 
-def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) -> Uncertainty:
+def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) -> Uncertainty:
     """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
     Information that only the noise of the inputs feigns is taken off. Directions that the data do not see keep
     the spread of the search box. seed: of the noise draws.
     """
-    p = len(problem.space.genes)
+    p = len(problem.space.parameters)
     told = np.any(fit.jacobian != 0.0, axis=0)
     told[:p] = True  # a start that moves nothing, such as the speed of an axis at rest, has no share in the rest
     jacobian = fit.jacobian[:, told]
@@ -202,12 +202,12 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     intervals = {}
     if pair is not None:
         full[:n, :n] = regular
-        room = np.array([[-fit.genes[column], 1.0 - fit.genes[column]] for column in pair])
+        room = np.array([[-fit.point[column], 1.0 - fit.point[column]] for column in pair])
         ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
         deviations = np.sqrt(np.maximum(np.diag(block)[list(pair)], 1e-300))
         widths = np.array([high - low for low, high in ends]) / (2.0 * _NORMAL)
         intervals = {
-            column: (float(fit.genes[column]) + low, float(fit.genes[column]) + high)
+            column: (float(fit.point[column]) + low, float(fit.point[column]) + high)
             for column, (low, high) in zip(pair, ends, strict=True)
         }
         block = _with_deviations(block, list(pair), widths / deviations)
@@ -219,16 +219,16 @@ def estimate_uncertainty(problem: Problem, fit: PolishResult, *, seed: int = 1) 
     return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals, aligned)
 
 
-def _second_order(problem: Problem, fit: PolishResult, pair: tuple[int, int]) -> Array:
-    """Second derivatives (N, 3) of the weighted residuals along guideway density and shift."""
+def _second_order(problem: Problem, fit: LeastSquaresFit, pair: tuple[int, int]) -> Array:
+    """Second derivatives (N, 3) of the weighted residuals along electrical wavenumber and shift."""
     line = Linearisation(problem, Cost(problem))
-    line.reweight(np.concatenate([fit.genes, fit.offsets]))
+    line.reweight(np.concatenate([fit.point, fit.offsets]))
     driven = [r for part in problem.parts for r in part.recordings if r.kind != "free_wheel"]
     reach = max(float(np.ptp(r.y)) for r in driven)
-    step = np.array(field_phase.steps(problem.space, fit.genes, reach))
+    step = np.array(field_phase.steps(problem.space, fit.point, reach))
     return field_phase.second_differences(
-        lambda genes: line.batch(np.column_stack([genes, np.repeat(fit.offsets[None], genes.shape[0], axis=0)])),
-        fit.genes,
+        lambda point: line.batch(np.column_stack([point, np.repeat(fit.offsets[None], point.shape[0], axis=0)])),
+        fit.point,
         pair,
         step,
     )

@@ -1,4 +1,4 @@
-"""From genes and their covariance to parameters with units, intervals and status."""
+"""From search coordinates and their covariance to parameters with units, intervals and status."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from linid.physics.wording import scaled_unit
 
 Array = NDArray[np.float64]
 _NORMAL = 1.959964
-_EDGE = 1e-3  # genes nearer to 0 or 1 than this sit at their bound
+_EDGE = 1e-3  # search coordinates nearer to 0 or 1 than this sit at their bound
 
 
 def make_estimates(
-    space: SearchSpace, genes: Array, uncertainty: Uncertainty, axis: str, input_unit: str, per_mass: bool
+    space: SearchSpace, point: Array, uncertainty: Uncertainty, axis: str, input_unit: str, per_mass: bool
 ) -> tuple[tuple[Estimate, ...], tuple[str, ...], Array, Array]:
     """Estimates of all parameters, the names of the fitted ones, their covariance (SI) and correlation.
 
     Intervals of positive scale parameters are symmetric on the logarithmic scale.
     """
-    vector = space.vectors(genes)[0]
-    jacobian = space.natural_jacobian(np.clip(genes, 1e-5, 1.0 - 1e-5))
-    covariance = jacobian @ uncertainty.gene_covariance @ jacobian.T
+    vector = space.vectors(point)[0]
+    jacobian = space.natural_jacobian(np.clip(point, 1e-5, 1.0 - 1e-5))
+    covariance = jacobian @ uncertainty.search_covariance @ jacobian.T
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     correlation = covariance / np.maximum(np.outer(deviations, deviations), 1e-300)
-    gene_std = np.sqrt(np.maximum(np.diag(uncertainty.gene_covariance), 0.0))
+    search_std = np.sqrt(np.maximum(np.diag(uncertainty.search_covariance), 0.0))
     names = space.names
-    structural = {name for effect in space.model.effects for name in find_effect(effect).held(space.fixed)}
+    preset = {name for effect in space.model.effects for name in find_effect(effect).held(space.fixed)}
     estimates = []
     for parameter in space.model.parameters:
         value = float(vector[space.model.slot(parameter.name)])
@@ -43,7 +43,7 @@ def make_estimates(
         if parameter.name not in names:
             note = "per kilogram: no mass is known" if axis != "rotary" else "per kg m^2: no inertia is known"
             note = note if per_mass and parameter.name == "mass" else "given"
-            if parameter.name in structural:
+            if parameter.name in preset:
                 note = "set by the recordings"
             if not space.stribeck and parameter.name in ("static_force", "stribeck_velocity"):
                 note = "F_S is tied to F_C: no Stribeck effect is modelled"
@@ -55,9 +55,9 @@ def make_estimates(
             continue
         column = names.index(parameter.name)
         std = float(deviations[column])
-        status, note = _status(space, column, float(genes[column]), float(gene_std[column]), value, std, axis)
+        status, note = _status(space, column, float(point[column]), float(search_std[column]), value, std, axis)
         if column in uncertainty.intervals:
-            ends = space.genes[column].value(np.array(uncertainty.intervals[column]))
+            ends = space.parameters[column].value(np.array(uncertainty.intervals[column]))
             low, high = float(ends[0]), float(ends[1])
         elif parameter.log and value > 0.0:
             spread = math.exp(min(_NORMAL * std / value, 50.0))
@@ -76,18 +76,18 @@ def plain_estimates(model: Model, values: dict[str, float]) -> tuple[Estimate, .
 
 
 def _status(
-    space: SearchSpace, column: int, gene: float, gene_std: float, value: float, std: float, axis: str
+    space: SearchSpace, column: int, coordinate: float, search_std: float, value: float, std: float, axis: str
 ) -> tuple[Status, str]:
     name = space.names[column]
-    useless = is_useless(space, column, gene_std)
-    if space.genes[column].log and value > 0.0:
+    useless = is_useless(space, column, search_std)
+    if space.parameters[column].log and value > 0.0:
         useless = useless or is_useless_ratio(std / value)
     if useless:
         return "not_identifiable", f"these recordings do not tell it: {advice(name, axis, space.model.kind)}"
-    if gene < _EDGE or gene > 1.0 - _EDGE:
-        if name == "static_force" and gene < _EDGE:
+    if coordinate < _EDGE or coordinate > 1.0 - _EDGE:
+        if name == "static_force" and coordinate < _EDGE:
             return "at_bound", "equals F_C: no Stribeck effect is visible"
-        side = "lower" if gene < 0.5 else "upper"
+        side = "lower" if coordinate < 0.5 else "upper"
         return "at_bound", f"at the {side} bound of the search; give wider bounds if that is not meant"
     return "fitted", ""
 

@@ -2,7 +2,7 @@
 
 A drive keeps its currents aligned with the field, where the thrust is at its maximum: a phase error phi costs
 only phi^2/2 of the force. The first derivative of the residuals then vanishes at the truth, and intervals from it
-mean nothing. Here the residuals are expanded to second order in guideway density and shift.
+mean nothing. Here the residuals are expanded to second order in electrical wavenumber and shift.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from linid.statistics import CHI_SQUARED_95
 
 Array = NDArray[np.float64]
 
-NAMES = ("guideway_density", "shift")
+NAMES = ("electrical_wavenumber", "commutation_offset")
 PHASE_STEP = 0.02  # rad, by which the field phase is moved for the second differences
 _POINTS = 400  # of the scan for the ends of an interval, per side
 
 
 def columns(space: SearchSpace) -> tuple[int, int] | None:
-    """Genes of guideway density and shift; None unless both are searched."""
+    """Search coordinates of electrical wavenumber and shift; None unless both are searched."""
     names = space.names
     if any(name not in names for name in NAMES):
         return None
     return names.index(NAMES[0]), names.index(NAMES[1])
 
 
-def steps(space: SearchSpace, genes: Array, reach: float) -> tuple[float, float]:
-    """Gene steps that move the field phase by `PHASE_STEP` at `reach` (m) from position zero."""
+def steps(space: SearchSpace, point: Array, reach: float) -> tuple[float, float]:
+    """Coordinate steps that move the field phase by `PHASE_STEP` at `reach` (m) from position zero."""
     density, shift = columns(space) or (0, 0)
-    slopes = np.diag(space.natural_jacobian(np.clip(genes, 1e-5, 1.0 - 1e-5)))
+    slopes = np.diag(space.natural_jacobian(np.clip(point, 1e-5, 1.0 - 1e-5)))
     return PHASE_STEP / (slopes[density] * max(reach, 1e-12)), PHASE_STEP / slopes[shift]
 
 
-def second_differences(residuals: Callable[[Array], Array], genes: Array, pair: tuple[int, int], step: Array) -> Array:
+def second_differences(residuals: Callable[[Array], Array], point: Array, pair: tuple[int, int], step: Array) -> Array:
     """(N, 3) second derivatives of residuals (C, p) -> (C, N): density twice, mixed, shift twice."""
-    a, b = np.zeros((2, genes.size))
+    a, b = np.zeros((2, point.size))
     a[pair[0]], b[pair[1]] = step
-    rows = np.array([genes, genes + a, genes - a, genes + b, genes - b, genes + a + b, genes - a - b])
+    rows = np.array([point, point + a, point - a, point + b, point - b, point + a + b, point - a - b])
     at, up_a, down_a, up_b, down_b, up, down = residuals(rows)
     twice_a = (up_a + down_a - 2.0 * at) / step[0] ** 2
     twice_b = (up_b + down_b - 2.0 * at) / step[1] ** 2
@@ -53,7 +53,7 @@ def second_differences(residuals: Callable[[Array], Array], genes: Array, pair: 
 def profile_intervals(
     scores: Array, information: Array, meat: Array, pair: tuple[int, int], room: Array
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """95 % intervals of the two genes as offsets from the estimate, all others profiled out.
+    """95 % intervals of the two search coordinates as offsets from the estimate, all others profiled out.
 
     The scores s(x) = scores + information x with x = (offsets of all parameters, and the second-order terms
     d^2/2, d e, e^2/2 of the pair d, e) have mean zero and covariance `meat` at the truth; the interval holds

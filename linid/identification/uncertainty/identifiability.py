@@ -20,7 +20,7 @@ LOG_LIMIT = np.log(3.0) / NORMAL_95
 RANGE_LIMIT = 0.25 / NORMAL_95
 PAIR_LIMIT = 0.95
 LOOSE = 0.002  # standard deviation from which on a correlation is worth a note
-_FIELD = {"force_constant", "winding_displacement", "winding_length", "nome", "shift"}
+_FIELD = {"force_constant", "winding_displacement", "winding_length", "nome", "commutation_offset"}
 
 ADVICE = {
     "bristle_stiffness": "record a slow current ramp around breakaway (pre-sliding) or keep the stop in the free wheel",
@@ -35,8 +35,8 @@ ADVICE = {
     "winding_displacement": "feed one phase alone, so that the currents do not sum to zero",
     "winding_length": "feed one phase alone: the third field harmonic is invisible while the currents sum to zero",
     "nome": "feed one phase alone: the third field harmonic is invisible while the currents sum to zero",
-    "guideway_density": "record moves over more pole pitches",
-    "shift": "record moves over more pole pitches",
+    "electrical_wavenumber": "record moves over more pole pitches",
+    "commutation_offset": "record moves over more pole pitches",
 }
 
 
@@ -49,12 +49,12 @@ def advice(name: str, axis: str, kind: str) -> str:
     return fitting_words(text, axis, kind)
 
 
-def without_effect(space: SearchSpace, cost: Cost, genes: Array) -> tuple[str, ...]:
+def without_effect(space: SearchSpace, cost: Cost, point: Array) -> tuple[str, ...]:
     """Parameters whose perturbation by a tenth of their range changes no residual (checked before a fit)."""
-    p = genes.size
-    rows = [genes]
+    p = point.size
+    rows = [point]
     for column in range(p):
-        moved = genes.copy()
+        moved = point.copy()
         moved[column] += 0.1 if moved[column] <= 0.5 else -0.1
         rows.append(moved)
     costs = cost(np.array(rows))
@@ -63,12 +63,12 @@ def without_effect(space: SearchSpace, cost: Cost, genes: Array) -> tuple[str, .
     )
 
 
-def is_useless(space: SearchSpace, column: int, gene_std: float) -> bool:
-    """Whether the interval of a gene says nothing useful."""
-    gene = space.genes[column]
-    if gene.log:
-        return bool(gene_std * np.log(gene.upper / gene.lower) > LOG_LIMIT)
-    return bool(gene_std > RANGE_LIMIT)
+def is_useless(space: SearchSpace, column: int, search_std: float) -> bool:
+    """Whether the interval of a search coordinate says nothing useful."""
+    searched = space.parameters[column]
+    if searched.log:
+        return bool(search_std * np.log(searched.upper / searched.lower) > LOG_LIMIT)
+    return bool(search_std > RANGE_LIMIT)
 
 
 def inseparable_pairs(

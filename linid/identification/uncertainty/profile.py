@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from linid.errors import UsageError
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.irls import at_frozen_weights
-from linid.identification.optimise.least_squares import Linearisation, PolishResult
+from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.result import Profile
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty
@@ -25,7 +25,7 @@ _EVALUATIONS = 8
 
 def profile_likelihood(
     problem: Problem,
-    fit: PolishResult,
+    fit: LeastSquaresFit,
     uncertainty: Uncertainty,
     name: str,
     *,
@@ -40,35 +40,35 @@ def profile_likelihood(
     column = names.index(name)
     p = len(names)
     full = Linearisation(problem, Cost(problem))
-    full.reweight(np.concatenate([fit.genes, fit.offsets]))
+    full.reweight(np.concatenate([fit.point, fit.offsets]))
     least = float(fit.residuals @ fit.residuals)
     # 1/naive variance is what the column keeps when all others are regressed out.
     others = np.delete(fit.jacobian, column, axis=1)
     others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
     own = fit.jacobian[:, column]
     left = own - others @ np.linalg.lstsq(others, own, rcond=1e-10)[0]
-    deviation = float(np.sqrt(uncertainty.gene_covariance[column, column]))
+    deviation = float(np.sqrt(uncertainty.search_covariance[column, column]))
     scale = 1.0 / (float(left @ left) * deviation**2)
     free = np.delete(np.arange(p), column)
-    centre = float(fit.genes[column])
+    centre = float(fit.point[column])
     points = {centre: 0.0}
     total = 2 * len(_STANDARD_DEVIATIONS)
     for side in (-1.0, 1.0):
-        x = np.concatenate([fit.genes[free], fit.offsets])
+        x = np.concatenate([fit.point[free], fit.offsets])
         for reach in _STANDARD_DEVIATIONS:
-            gene = centre + side * reach * deviation
-            if 1e-6 < gene < 1.0 - 1e-6:
-                held = Problem(_without(problem.space, fit.genes, column, gene), problem.parts)
+            coordinate = centre + side * reach * deviation
+            if 1e-6 < coordinate < 1.0 - 1e-6:
+                held = Problem(_without(problem.space, fit.point, column, coordinate), problem.parts)
                 line = Linearisation(held, full.cost)
                 line.weights = full.weights
                 solution = at_frozen_weights(line, x, evaluations=_EVALUATIONS, tolerance=1e-8)
                 x = np.asarray(solution.x)
-                points[gene] = max(0.0, (2.0 * float(solution.cost) - least) * scale)
+                points[coordinate] = max(0.0, (2.0 * float(solution.cost) - least) * scale)
             if watch is not None:
                 watch(len(points) - 1, total)
-    genes = np.array(sorted(points))
-    statistic = np.array([points[gene] for gene in genes])
-    values = _si_values(problem.space, fit.genes, column, genes)
+    point = np.array(sorted(points))
+    statistic = np.array([points[coordinate] for coordinate in point])
+    values = _si_values(problem.space, fit.point, column, point)
     low, high = _crossing(values, statistic, -1), _crossing(values, statistic, 1)
     return Profile(name, tuple(values.tolist()), tuple(statistic.tolist()), low, high)
 
@@ -81,19 +81,19 @@ def check_profile(space: SearchSpace, name: str) -> None:
         )
 
 
-def _si_values(space: SearchSpace, genes: Array, column: int, values: Array) -> Array:
-    """SI values of one parameter for several of its genes, all others as fitted."""
-    rows = np.repeat(genes[None, :], values.size, axis=0)
+def _si_values(space: SearchSpace, point: Array, column: int, values: Array) -> Array:
+    """SI values of one parameter for several of its search coordinates, all others as fitted."""
+    rows = np.repeat(point[None, :], values.size, axis=0)
     rows[:, column] = values
     return np.asarray(space.vectors(rows)[:, space.model.slot(space.names[column])])
 
 
-def _without(space: SearchSpace, genes: Array, column: int, gene: float) -> SearchSpace:
-    """The search space with one parameter held at a gene."""
+def _without(space: SearchSpace, point: Array, column: int, coordinate: float) -> SearchSpace:
+    """The search space with one parameter held at a search coordinate."""
     name = space.names[column]
-    value = float(_si_values(space, genes, column, np.array([gene]))[0])
-    others = tuple(g for g in space.genes if g.name != name)
-    return replace(space, genes=others, fixed={**space.fixed, name: value})
+    value = float(_si_values(space, point, column, np.array([coordinate]))[0])
+    others = tuple(g for g in space.parameters if g.name != name)
+    return replace(space, parameters=others, fixed={**space.fixed, name: value})
 
 
 def _crossing(values: Array, statistic: Array, side: int) -> float:

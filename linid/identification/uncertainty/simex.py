@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import Linearisation, PolishResult
+from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.signals.motion import input_noise, with_inputs_moved
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 _PAIRS = 6
 
 
-def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) -> PolishResult:
+def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) -> LeastSquaresFit:
     """The fit moved by what the noise of its inputs has shifted it, to first order.
 
     Pole pitch and field phase stay: their residuals have no first order. seed: of the draws.
@@ -30,7 +30,7 @@ def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) ->
     if not any(r.kind != "free_wheel" for part in problem.parts for r in part.recordings):
         return fit
     generator = np.random.default_rng([seed, 2])
-    x = np.concatenate([fit.genes, fit.offsets])
+    x = np.concatenate([fit.point, fit.offsets])
     line = Linearisation(problem, Cost(problem))
     line.reweight(x)
     plain = line.residuals(x)
@@ -48,7 +48,7 @@ def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) ->
             noisy.weights = line.weights
             bias += (noisy.residuals(x) - plain) / (2.0 * _PAIRS)
             del parts, noisy  # before the next ones, as large, are made
-    p = fit.genes.size
+    p = fit.point.size
     pair = field_phase.columns(problem.space) or ()
     moved = np.array([column for column in range(x.size) if column not in pair])
     jacobian = fit.jacobian[:, moved]
@@ -56,6 +56,6 @@ def without_noise_bias(problem: Problem, fit: PolishResult, *, seed: int = 1) ->
     information[np.diag_indices_from(information)] += np.where(moved < p, 1.0 / BOX_STD**2, 1e-12)
     shift = np.zeros_like(x)
     shift[moved] = np.linalg.solve(information, jacobian.T @ bias)
-    genes = np.clip(fit.genes + shift[:p], 0.0, 1.0)
+    point = np.clip(fit.point + shift[:p], 0.0, 1.0)
     residuals = fit.residuals + fit.jacobian @ shift
-    return replace(fit, genes=genes, offsets=fit.offsets + shift[p:], residuals=residuals)
+    return replace(fit, point=point, offsets=fit.offsets + shift[p:], residuals=residuals)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
-from linid.identification.optimise.least_squares import Linearisation, PolishResult
+from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.space.search_space import BOX_STD, SearchSpace
 from linid.physics.electrical import PARAMETERS
 from linid.physics.model import Model
@@ -26,21 +26,21 @@ from linid.statistics import MEDIAN_ABSOLUTE
 
 Array = NDArray[np.float64]
 _ROUNDS = 3
-_STEP = 1e-4  # of a gene
+_STEP = 1e-4  # of a search coordinate
 _TAPS = 256  # samples of an impulse's answer
 # Share of what seems to tell the mutual inductance that noise may feign: with twice as much its interval is too narrow.
 _FEIGNED = 0.1
 
 
-def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
+def without_voltage_noise(problem: Problem, fit: LeastSquaresFit) -> LeastSquaresFit:
     """The fit moved back by what the noise of its voltages has shifted it."""
     found = _winding_part(problem)
     if found is None:
         return fit
     place, part = found
-    x = np.concatenate([fit.genes, fit.offsets])
+    x = np.concatenate([fit.point, fit.offsets])
     line = _weighted(problem, x)
-    p = fit.genes.size
+    p = fit.point.size
     residuals, jacobian = fit.residuals, fit.jacobian
     for _ in range(_ROUNDS):
         excess = np.zeros(x.size)
@@ -50,7 +50,7 @@ def without_voltage_noise(problem: Problem, fit: PolishResult) -> PolishResult:
         x = x + np.linalg.solve(information, excess - jacobian.T @ residuals)
         x[:p] = np.clip(x[:p], 0.0, 1.0)
         residuals, jacobian = line.residuals(x), line.jacobian(x)
-    return replace(fit, genes=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian)
+    return replace(fit, point=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian)
 
 
 def _winding_part(problem: Problem) -> tuple[int, WindingCurrents] | None:
@@ -59,46 +59,46 @@ def _winding_part(problem: Problem) -> tuple[int, WindingCurrents] | None:
 
 
 def _weighted(problem: Problem, x: Array) -> Linearisation:
-    """The linearisation with its weights taken at x, genes and offsets."""
+    """The linearisation with its weights taken at x, search coordinates and offsets."""
     line = Linearisation(problem, Cost(problem))
     line.reweight(x)
     return line
 
 
-def noise_curvature(problem: Problem, fit: PolishResult) -> Array:
+def noise_curvature(problem: Problem, fit: LeastSquaresFit) -> Array:
     """Second derivatives (p, p) of half the noise's weighted square: information that only the voltages' noise feigns.
 
     Zeros where no voltages were fitted.
     """
-    genes = fit.genes
-    out = np.zeros((genes.size, genes.size))
+    point = fit.point
+    out = np.zeros((point.size, point.size))
     found = _winding_part(problem)
     if found is None:
         return out
     place, part = found
-    weights = _weighted(problem, np.concatenate([genes, fit.offsets])).weights[place]
-    names = [gene.name for gene in problem.space.genes]
+    weights = _weighted(problem, np.concatenate([point, fit.offsets])).weights[place]
+    names = [searched.name for searched in problem.space.parameters]
     for name in (q.name for q in PARAMETERS[problem.space.model.winding] if q.name in names):
-        step = np.zeros(genes.size)
+        step = np.zeros(point.size)
         step[names.index(name)] = 10.0 * _STEP
-        high = _excess(problem.space, part, genes + step, weights)
-        low = _excess(problem.space, part, genes - step, weights)
+        high = _excess(problem.space, part, point + step, weights)
+        low = _excess(problem.space, part, point - step, weights)
         out[names.index(name)] = (high - low) / (20.0 * _STEP)
     return np.asarray(0.5 * (out + out.T))
 
 
-def _excess(space: SearchSpace, part: WindingCurrents, genes: Array, weights: Array) -> Array:
+def _excess(space: SearchSpace, part: WindingCurrents, point: Array, weights: Array) -> Array:
     """Gradient (p,) of half the weighted square that the voltages' noise has in the simulated currents.
 
     Along a measured motion the windings are a linear filter, so its gain is all that is needed.
     weights: (N,) of the part's residuals.
     """
-    names = [gene.name for gene in space.genes]
-    excess = np.zeros(genes.size)
+    names = [searched.name for searched in space.parameters]
+    excess = np.zeros(point.size)
     for name in (p.name for p in PARAMETERS[space.model.winding]):
         if name in names:
             column = names.index(name)
-            moved = np.repeat(genes[None], 2, axis=0)
+            moved = np.repeat(point[None], 2, axis=0)
             moved[:, column] += (-_STEP, _STEP)
             low, high = (_noise_square(space.model, vector, part, weights) for vector in space.vectors(moved))
             excess[column] = 0.5 * (high - low) / (2.0 * _STEP)

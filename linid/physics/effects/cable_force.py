@@ -48,7 +48,7 @@ EFFECT = Effect(
         Parameter("cable_middle", "y_m", "m", -1e3, 1e3, 0.0, meaning="middle of the stroke"),
     ),
     amplitudes=("cable_preload", "cable_stiffness", "cable_hysteresis"),
-    structural=("cable_middle",),
+    preset=("cable_middle",),
     grid=grid,
     force=force,
     initial=initial,

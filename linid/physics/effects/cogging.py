@@ -115,7 +115,7 @@ EFFECT = Effect(
         *_AMPLITUDES,
     ),
     amplitudes=tuple(p.name for p in _AMPLITUDES),
-    structural=tuple(p.name for p in _ORDERS),
+    preset=tuple(p.name for p in _ORDERS),
     single_only=tuple(p.name for p in (*_ORDERS, *_AMPLITUDES) if p.name[-1] in "5678"),
     orders=tuple(p.name for p in _ORDERS),
     grid=grid,

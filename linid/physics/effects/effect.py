@@ -106,14 +106,14 @@ class Effect:
     t, y, v, i are those of the middle of the step and a (m/s^2) is its mean acceleration.
 
     amplitudes: parameters that enter (nearly) linearly; the effect is absent where all are 0, their default.
-    structural: parameters that are never searched but set by whoever fits. phase_only: parameters that exist only
-    with three phase currents, single_only: only without. orders: structural parameters, one per pair of
+    preset: parameters that are never searched but set by whoever fits. phase_only: parameters that exist only
+    with three phase currents, single_only: only without. orders: preset parameters, one per pair of
     amplitudes (sine, cosine), that are chosen one after the other by what they explain where there are no phase
     currents; the grid then holds the candidates for the first. period: the parameter that is a period in position of
     a reading error, sought in the residual besides the grid. kinds: motors that the effect makes sense with.
     grid(outlook) -> starting values of all parameters but the amplitudes, the likeliest first; an empty grid: nothing
     to be seen in such recordings.
-    acts: in all recordings, in one or in some; mark: the structural parameter that says in which: of one its number, of
+    acts: in all recordings, in one or in some; mark: the preset parameter that says in which: of one its number, of
     some the sum of 2^(number - 1). parts: how often the effect can occur, each time with parameters of its own, whose
     names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
@@ -128,7 +128,7 @@ class Effect:
     exposed_by: str
     confused_with: tuple[str, ...] = ()
     includes: tuple[str, ...] = ()
-    structural: tuple[str, ...] = ()
+    preset: tuple[str, ...] = ()
     phase_only: tuple[str, ...] = ()
     single_only: tuple[str, ...] = ()
     orders: tuple[str, ...] = ()
@@ -213,8 +213,8 @@ class Effect:
         return 1 + marks.index(0.0) if 0.0 in marks else 0
 
     def held(self, values: Values) -> Values:
-        """What is not searched, given the values: the structural ones of them, and all of parts that act nowhere."""
-        out = {p.name: values[p.name] for p in self.parameters if p.name in self.structural and p.name in values}
+        """What is not searched, given the values: the preset ones of them, and all of parts that act nowhere."""
+        out = {p.name: values[p.name] for p in self.parameters if p.name in self.preset and p.name in values}
         for k in range(1, self.parts + 1) if self.parts > 1 else ():
             if not values.get(self._in_part(self.mark, k), 0.0):
                 out |= {p.name: p.default for p in self.part(k)}
@@ -253,7 +253,7 @@ def _fault(effect: Effect) -> str:
         return "it has `initial` but no `advance`"
     if len(set(names)) < len(names):
         return "two of its parameters have the same name"
-    for listed in ("amplitudes", "structural", "phase_only", "single_only", "orders"):
+    for listed in ("amplitudes", "preset", "phase_only", "single_only", "orders"):
         strange = sorted(set(getattr(effect, listed)) - set(names))
         if strange:
             return f"`{listed}` names {strange[0]!r}, which is no parameter of it"
@@ -265,7 +265,7 @@ def _fault(effect: Effect) -> str:
         return f"it acts in {effect.acts!r}, expected all, one or some"
     if effect.per_recording != bool(effect.mark):
         return "`mark` and `acts` do not go together: a mark says in which recordings, if not in all"
-    if effect.mark and effect.mark not in effect.structural:
+    if effect.mark and effect.mark not in effect.preset:
         return f"`mark` names {effect.mark!r}, which is no structural parameter of it"
     if effect.parts > 1 and not effect.mark.endswith("_1"):
         return "it has several parts, but no mark of part 1"

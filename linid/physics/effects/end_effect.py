@@ -50,7 +50,7 @@ EFFECT = Effect(
         Parameter("end_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
     ),
     amplitudes=("end_loss_low", "end_loss_high"),
-    structural=("end_low", "end_high"),
+    preset=("end_low", "end_high"),
     kinds=MOTORS,
     grid=grid,
     thrust=thrust,

@@ -34,7 +34,7 @@ EFFECT = Effect(
         Parameter("drift_campaign_time", "T_c", "s", 1e-2, 1e7, 1.0, log=True, meaning="campaign's running time"),
     ),
     amplitudes=("drift_warm_up", "drift_per_campaign"),
-    structural=("drift_campaign_time",),
+    preset=("drift_campaign_time",),
     grid=grid,
     friction=friction,
     exposed_by="the same slow move at the beginning and at the end of the campaign",

@@ -35,7 +35,7 @@ EFFECT = Effect(
         ),
     ),
     amplitudes=("friction_change",),
-    structural=("friction_change_recordings",),
+    preset=("friction_change_recordings",),
     acts="some",
     mark="friction_change_recordings",
     grid=grid,

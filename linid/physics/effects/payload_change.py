@@ -35,7 +35,7 @@ EFFECT = Effect(
         ),
     ),
     amplitudes=("payload_mass",),
-    structural=("payload_recordings",),
+    preset=("payload_recordings",),
     acts="some",
     mark="payload_recordings",
     grid=grid,

@@ -33,7 +33,7 @@ EFFECT = Effect(
         Parameter("pitch_high", "y_2", "m", -1e3, 1e3, 1.0, meaning="upper end of the stroke"),
     ),
     amplitudes=("pitch_error_2", "pitch_error_3"),
-    structural=("pitch_low", "pitch_high"),
+    preset=("pitch_low", "pitch_high"),
     kinds=PHASE_MOTORS,
     grid=grid,
     field=field,

@@ -29,7 +29,7 @@ EFFECT = Effect(
         Parameter("drag_speed", "v_d", "m/s", 1e-6, 1e6, 1.0, log=True, meaning="half the top speed"),
     ),
     amplitudes=("drag_coefficient",),
-    structural=("drag_speed",),
+    preset=("drag_speed",),
     grid=grid,
     force=force,
     exposed_by="fast free wheels beside slow ones",

@@ -142,15 +142,15 @@ def design(geometry: MotorGeometry) -> MotorDesign:
     sine_constant = sine_force_constant(gaussian.peak, gaussian.sigma_x, winding, pitch)
     sine = {
         "force_constant": sine_constant,
-        "guideway_density": math.pi / pitch,
+        "electrical_wavenumber": math.pi / pitch,
         "winding_displacement": math.pi * geometry.phase_spacing / pitch,
-        "shift": 0.0,
+        "commutation_offset": 0.0,
     }
     theta = {
         "force_constant": theta_force_constant(gaussian.peak, gaussian.sigma_x, winding, magnitude),
-        "guideway_density": 0.5 * math.pi / pitch,
+        "electrical_wavenumber": 0.5 * math.pi / pitch,
         "winding_displacement": 0.5 * math.pi * geometry.phase_spacing / pitch,
-        "shift": 0.0,
+        "commutation_offset": 0.0,
         "winding_length": half_coil_angle(winding, pitch),
         "nome": nome,
     }

@@ -164,8 +164,10 @@ def _harmonics(design: MotorDesign) -> str:
 def _identified(values: Mapping[str, float], kind: str, y: Any) -> Any:
     """Thrust over current of the middle winding, its field phase put to zero and its first harmonic made positive."""
     if kind == "sine":
-        return abs(values["force_constant"]) * np.sin(values["guideway_density"] * y)
-    thrust = values["force_constant"] * Theta0(values["guideway_density"] * y, values["nome"], values["winding_length"])
+        return abs(values["force_constant"]) * np.sin(values["electrical_wavenumber"] * y)
+    thrust = values["force_constant"] * Theta0(
+        values["electrical_wavenumber"] * y, values["nome"], values["winding_length"]
+    )
     return thrust * (1.0 if values["force_constant"] * math.sin(2.0 * values["winding_length"]) > 0.0 else -1.0)
 
 

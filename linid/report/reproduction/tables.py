@@ -60,7 +60,7 @@ def table(title: str, printed: Sequence[Printed], result: FitResult, truth: Mapp
 
 def table_csv(made: Table) -> str:
     """Every number exact, SI but for the printed one."""
-    header = ("name", "symbol", "printed", "printed_unit", "meant", "stand")
+    header: tuple[str, ...] = ("name", "symbol", "printed", "printed_unit", "meant", "stand")
     header += ("found", "std", "low", "high", "unit", "status")
     rows = []
     for row in made.rows:

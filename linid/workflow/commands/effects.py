@@ -51,7 +51,7 @@ def _role(effect: Effect, name: str) -> str:
     """amplitude (0: the effect is absent), given (set by the recordings, not searched) or shape."""
     if name in effect.amplitudes:
         return "amplitude"
-    return "given" if name in effect.structural else "shape"
+    return "given" if name in effect.preset else "shape"
 
 
 def _overview(effects: tuple[Effect, ...]) -> Any:
@@ -73,7 +73,7 @@ def _one(effect: Effect) -> Any:
     for p in effect.parameters:
         rotary = p.unit_on("rotary")
         unit = p.unit if rotary == p.unit else f"{p.unit}, rotary {rotary}"
-        scale = "set by the recordings" if p.name in effect.structural else f"within {p.lower:g} to {p.upper:g}"
+        scale = "set by the recordings" if p.name in effect.preset else f"within {p.lower:g} to {p.upper:g}"
         table.add_row("parameter", f"{p.name} ({p.symbol}) in {unit}: {p.meaning}; {_role(effect, p.name)}, {scale}")
     table.add_row("shown by", effect.exposed_by)
     rotary_words = fitting_words(effect.exposed_by, "rotary", "sine")

@@ -147,7 +147,9 @@ def _truth(files: Sequence[Path]) -> dict[str, dict[str, float]]:
     values = {name: float(value) for name, value in data["parameters"].items()}
     if data["motor"] != "theta":
         return {"friction": values, "sine": values, "theta": {}}
-    doubled = {name: 2.0 * values[name] for name in ("guideway_density", "winding_displacement", "shift")}
+    doubled = {
+        name: 2.0 * values[name] for name in ("electrical_wavenumber", "winding_displacement", "commutation_offset")
+    }
     first = fundamental_force_constant(values["force_constant"], values["winding_length"], values["nome"])
     return {"friction": values, "theta": values, "sine": {**values, **doubled, "force_constant": first}}
 

@@ -17,7 +17,7 @@ from linid.report.files import write_atomic
 from linid.workflow.run.checkpoint_schema import STEPS, StateBody
 
 if TYPE_CHECKING:
-    from linid.identification.optimise.genetic import SearchState
+    from linid.identification.optimise.search_state import SearchState
 
 SCHEMA = 1
 _ANEW = "Delete it to start this search anew."
@@ -51,7 +51,7 @@ class Checkpoint:
 
     def load(self) -> SearchState | None:
         """The saved state, None if there is none; another problem's or a damaged one raises ConfigError."""
-        from linid.identification.optimise.genetic import SearchState
+        from linid.identification.optimise.search_state import SearchState
 
         state = _saved_state(self.path, self.identity)
         if state is None:

@@ -12,8 +12,8 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 # The search happens in a box of size 1.
 Moderate = Annotated[float, Field(ge=-50.0, le=50.0)]
 Large = Annotated[float, Field(ge=-1e12, le=1e12)]
-Gene = Annotated[float, Field(ge=0.0, le=1.0)]
-Genes = Annotated[list[Gene], Field(min_length=1)]
+SearchParameter = Annotated[float, Field(ge=0.0, le=1.0)]
+Genes = Annotated[list[SearchParameter], Field(min_length=1)]
 Word = Annotated[int, Field(ge=0, lt=2**32)]
 Place = Annotated[int, Field(ge=0, le=624)]
 _Exact = ConfigDict(strict=True, extra="forbid")

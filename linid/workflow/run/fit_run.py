@@ -59,7 +59,7 @@ def measure(
     among: where repeats of a recording are looked for (default: recordings).
     """
     from linid.diagnosis.measures import measure_gaps
-    from linid.diagnosis.parallel_tasks import side_by_side
+    from linid.diagnosis.parallel_tasks import in_parallel
 
     def measured(recording: Recording, jobs: int) -> tuple[tuple[RecordingGap, ...], tuple[Trace, ...]] | LinidError:
         try:
@@ -69,7 +69,7 @@ def measure(
 
     gaps: list[RecordingGap] = []
     traces: list[Trace] = []
-    for done, (_, found) in enumerate(side_by_side(measured, recordings, jobs), 1):
+    for done, (_, found) in enumerate(in_parallel(measured, recordings, jobs), 1):
         if isinstance(found, LinidError):
             if strict:
                 raise found

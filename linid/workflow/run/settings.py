@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from linid.config import YamlFile, parse_yaml, validate_yaml
 from linid.errors import ConfigError
+from linid.former_names import present_name, with_present_keys
+from linid.identification.settings import HORIZON, Ending, SearchSettings
 from linid.recording.mapping import ChannelMapping
 from linid.recording.recording import Axis, Kind
 
@@ -26,10 +28,21 @@ def _masses(value: Any) -> Any:
 Masses = Annotated[dict[str, Annotated[float, Field(ge=0, allow_inf_nan=False)]], BeforeValidator(_masses)]
 
 
+def _present(data: Any) -> Any:
+    """Raw keys of settings, and the parameters that they name, as they are called today."""
+    data = with_present_keys(data)
+    if isinstance(data, dict):
+        data |= {key: with_present_keys(data[key]) for key in ("known", "bounds") if key in data}
+        if isinstance(data.get("profiles"), list | tuple):
+            data["profiles"] = [present_name(name) for name in data["profiles"]]
+    return data
+
+
 class Settings(BaseModel):
     """Everything that decides a result apart from the files, the model and the start."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    _names = model_validator(mode="before")(_present)
 
     # The recordings.
     axis: Axis | None = Field(
@@ -58,15 +71,25 @@ class Settings(BaseModel):
     objective: Literal["auto", "free_run", "ahead", "acceleration"] = Field(
         default="auto", description="auto: free_run for free wheels, ahead for driven recordings"
     )
-    horizon: Positive = Field(default=0.1, description="how far `ahead` looks, in s")
+    horizon: Positive = Field(default=HORIZON, description="how far `ahead` looks, in s")
     method: Literal["genetic", "cma", "plain"] = Field(
         default="genetic", description="genetic algorithm, CMA-ES, or a genetic algorithm from random candidates"
     )
-    population: int = Field(default=64, ge=8, le=100_000, description="candidates per generation")
-    generations: int = Field(default=120, ge=1, le=10**9, description="largest number of generations")
-    patience: int = Field(default=6, ge=1, le=10**9, description="generations without gain before the search stops")
-    tolerance: Positive = Field(default=1e-3, description="relative gain below which a generation counts as none")
-    polish_steps: int = Field(default=60, ge=1, le=10**6, description="largest number of steps of the local polish")
+    population: int = Field(
+        default=SearchSettings.population, ge=8, le=100_000, description="candidates per generation"
+    )
+    generations: int = Field(
+        default=SearchSettings.generations, ge=1, le=10**9, description="largest number of generations"
+    )
+    patience: int = Field(
+        default=SearchSettings.patience, ge=1, le=10**9, description="generations without gain before the search stops"
+    )
+    tolerance: Positive = Field(
+        default=SearchSettings.tolerance, description="relative gain below which a generation counts as none"
+    )
+    least_squares_steps: int = Field(
+        default=Ending.steps, ge=1, le=10**6, description="largest number of steps of the local least squares"
+    )
     substeps: int | None = Field(
         default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
     )
@@ -120,7 +143,7 @@ def make_settings(*layers: Mapping[str, Any]) -> Settings:
     """
     merged: dict[str, Any] = {}
     for layer in layers:
-        for key, value in layer.items():
+        for key, value in _present_layer(layer).items():
             below = merged.get(key)
             if key == "added_mass":
                 below, value = _masses(below), _masses(value)
@@ -140,6 +163,13 @@ def make_settings(*layers: Mapping[str, Any]) -> Settings:
             ) from None
         where = ".".join(str(step) for step in first["loc"])
         raise ConfigError(f"setting '{where}'", f"found {first['input']!r}: {first['msg']}", "Correct it.") from None
+
+
+def _present_layer(layer: Mapping[str, Any]) -> dict[str, Any]:
+    try:
+        return dict(_present(dict(layer)))
+    except ValueError as error:
+        raise ConfigError("settings", str(error), "Give one of them.") from None
 
 
 def parse_assignment(text: str) -> dict[str, Any]:

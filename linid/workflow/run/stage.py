@@ -150,8 +150,7 @@ def run_windings(
 
 def fit_settings(settings: Settings, jobs: int) -> FitSettings:
     """The settings as the identification takes them."""
-    from linid.identification.optimise.genetic import SearchSettings
-    from linid.identification.settings import FitSettings
+    from linid.identification.settings import FitSettings, SearchSettings
 
     search = SearchSettings(
         method=settings.method,
@@ -170,7 +169,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         stribeck=settings.stribeck,
         bounds=dict(settings.bounds),
         jobs=jobs,
-        polish_steps=settings.polish_steps,
+        least_squares_steps=settings.least_squares_steps,
         profiles=settings.profiles,
     )
 

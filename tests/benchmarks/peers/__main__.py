@@ -96,7 +96,8 @@ def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
     """Lowest cost of long polishes: from the truth and from linid's search, by repeated least squares."""
     from linid.identification.objectives.problem import Cost
     from linid.identification.objectives.problem import Problem as FitProblem
-    from linid.identification.optimise.least_squares import polish
+    from linid.identification.optimise.least_squares import levenberg_marquardt
+    from linid.identification.settings import Ending
 
     cost = judge(problem)
     lines: list[dict[str, Any]] = []
@@ -112,7 +113,7 @@ def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
             break
     for start in starts:
         fit = FitProblem(problem.space, (PositionError(problem, Watch(1e9, 0.0), problem.substeps),))
-        x = polish(fit, Cost(fit), start, steps=400, precision=1e-8).genes
+        x = levenberg_marquardt(fit, Cost(fit), start, ending=Ending(400, 1e-8)).point
         found.append((cost(x), x))
     value, x = min(found, key=lambda pair: pair[0])
     return {"cost": value, "x": [float(g) for g in x], "from": "a long polish by linid"}

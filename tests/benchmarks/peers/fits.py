@@ -1,4 +1,5 @@
-"""Every peer's fit of a problem, set up as its own documentation advises, all in the unit cube of linid's genes."""
+"""Every peer's fit of a problem, set up as its own documentation advises, all in the unit cube of linid's search
+coordinates."""
 
 from __future__ import annotations
 
@@ -14,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.identification.fit import ALIKE, APART, polish_starts_of_search
 from linid.identification.guess.first_values import seed_candidates
 from linid.identification.objectives.problem import Cost
 from linid.identification.objectives.problem import Problem as FitProblem
-from linid.identification.optimise.genetic import SearchSettings, search
-from linid.identification.optimise.least_squares import polish
-from linid.identification.settings import FitSettings
+from linid.identification.optimise.genetic import search
+from linid.identification.optimise.least_squares import levenberg_marquardt
+from linid.identification.optimise.stages import ALIKE, APART, refine_first_candidates
+from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.signals.motion import Motion, measure_motion
 from tests.benchmarks.peers.problems import LOST, Problem, linid_simulation, rms
 from tests.benchmarks.peers.simulators import SIMULATORS
@@ -143,22 +144,22 @@ def _linid(problem: Problem, seed: int, watch: Watch, starts: Array, others: Arr
     coarse = FitProblem(problem.space, (PositionError(problem, watch, 1),))
     fine = FitProblem(problem.space, (PositionError(problem, watch, problem.substeps),))
     cost = Cost(coarse)
-    polished = starts
+    solution = starts
     if starts.size:
-        polished = polish_starts_of_search(coarse, cost, starts)
-        others = np.vstack([polished, starts, others])
-        values = cost(polished)
-        polished = polished[values <= ALIKE * np.min(values)]
-    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed), starts=polished)
+        solution = refine_first_candidates(coarse, cost, starts)
+        others = np.vstack([solution, starts, others])
+        values = cost(solution)
+        solution = solution[values <= ALIKE * np.min(values)]
+    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed), starts=solution)
     last = Cost(fine)
-    rivals = [x for x in polished if np.max(np.abs(x - state.best)) > APART]
+    rivals = [x for x in solution if np.max(np.abs(x - state.best)) > APART]
     for rival in (np.array(state.best), *rivals):
-        polish(fine, last, rival, final=False)
+        levenberg_marquardt(fine, last, rival, final=False)
 
 
 def linid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """linid's own way: first guesses polished and genetic search of whole populations at a coarse step, then a polish
-    at the usual one."""
+    """linid's own way: first guesses refined and genetic search of whole populations at a coarse step, then a
+    least-squares fit at the usual one."""
     candidates = seed_candidates(
         problem.space, problem.space.model, problem.sources, problem.first, problem.densities, FitSettings()
     )
@@ -166,7 +167,7 @@ def linid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
 
 
 def linid_blind(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """linid without its first guess: what search, polish and speed do alone."""
+    """linid without its first guess: what search, least squares and speed do alone."""
     _linid(problem, seed, watch, *np.zeros((2, 0, problem.dimension)))
 
 
@@ -201,7 +202,7 @@ def deap_ga(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
     cost = _cost(problem, simulation, watch)
     box = base.Toolbox()
     box.register("gene", random.random)
-    box.register("individual", tools.initRepeat, creator.PeerIndividual, box.gene, problem.dimension)
+    box.register("individual", tools.initRepeat, creator.PeerIndividual, box.coordinate, problem.dimension)
     box.register("population", tools.initRepeat, list, box.individual)
     box.register("evaluate", lambda individual: (cost(individual),))
     box.register("mate", tools.cxSimulatedBinaryBounded, eta=20.0, low=0.0, up=1.0)
@@ -211,7 +212,7 @@ def deap_ga(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
 
 
 def scipy_evolution(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """differential_evolution with its defaults, L-BFGS-B polish included."""
+    """differential_evolution with its defaults, L-BFGS-B least squares included."""
     from scipy.optimize import differential_evolution
 
     bounds = [(0.0, 1.0)] * problem.dimension

@@ -44,7 +44,8 @@ LOST = 1.0  # m, the cost of a simulation that failed
 class Problem:
     """sources: recordings as measured; recordings: what is simulated (pieces of them for motors); states: (R, 3)
     start y in m, v in m/s, bristle w in m (nan: that of steady sliding); space: what is searched, with its bounds;
-    first: linid's first guess; densities: its candidates of the guideway density; substeps: linid's internal steps."""
+    first: linid's first guess; densities: its candidates of the electrical wavenumber; substeps: linid's internal
+    steps."""
 
     name: str
     sources: tuple[Recording, ...]
@@ -63,7 +64,7 @@ class Problem:
     @property
     def dimension(self) -> int:
         """Number of searched parameters."""
-        return len(self.space.genes)
+        return len(self.space.parameters)
 
     def values(self, x: Array) -> dict[str, float]:
         """A point of the unit cube (p,) -> SI values of all parameters; logarithmic where linid searches so."""

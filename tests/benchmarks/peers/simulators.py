@@ -71,7 +71,7 @@ def candidate(kind: str, values: dict[str, float], added_mass: float) -> Array:
     out[7] += added_mass
     if kind in ("sine", "theta"):
         turns = 2.0 if kind == "theta" else 1.0
-        out[8:11] = [turns * values[n] for n in ("guideway_density", "winding_displacement", "shift")]
+        out[8:11] = [turns * values[n] for n in ("electrical_wavenumber", "winding_displacement", "commutation_offset")]
         out[HEAD:] = harmonics(kind, values)
         significant = np.flatnonzero(np.abs(out[HEAD:]) > 1e-12 * np.max(np.abs(out[HEAD:])))
         out[11] = significant[-1] + 1 if significant.size else 0

@@ -115,10 +115,10 @@ def test_a_design_agrees_with_what_a_fit_would_report() -> None:
     theta = found.theta
     fundamental = fundamental_force_constant(theta["force_constant"], theta["winding_length"], theta["nome"])
     assert found.best_sine_constant == pytest.approx(fundamental, rel=1e-12)
-    assert found.sine["guideway_density"] == pytest.approx(2.0 * theta["guideway_density"])
+    assert found.sine["electrical_wavenumber"] == pytest.approx(2.0 * theta["electrical_wavenumber"])
     assert found.sine["winding_displacement"] == pytest.approx(2.0 * theta["winding_displacement"])
-    assert 0.5 * math.pi / theta["guideway_density"] == pytest.approx(0.01415)
-    assert 2.0 * theta["winding_length"] / theta["guideway_density"] == pytest.approx(0.0124)
+    assert 0.5 * math.pi / theta["electrical_wavenumber"] == pytest.approx(0.01415)
+    assert 2.0 * theta["winding_length"] / theta["electrical_wavenumber"] == pytest.approx(0.0124)
 
 
 def test_exact_thrust_is_the_integral_along_the_wires() -> None:

@@ -19,7 +19,7 @@ from linid.recording.source import open_source
 from ..exports import lines, write
 
 MODULE = "tests.recording.readers.example_reader"
-README = Path(__file__).parents[3] / "README.md"
+PAGE = Path(__file__).parents[3] / "docs" / "readers.md"
 
 
 def point(name: str) -> EntryPoint:
@@ -30,7 +30,7 @@ def point(name: str) -> EntryPoint:
 @pytest.mark.parametrize("reader", BUILT_IN, ids=lambda r: r.name)
 def test_names_and_words(reader: Reader) -> None:
     assert len(reader.about) <= 120 and reader.about == reader.about.strip()
-    assert f"`{reader.name}`" in README.read_text(encoding="utf-8")
+    assert f"| `{reader.name}` |" in PAGE.read_text(encoding="utf-8")
     assert ChannelMapping(layout=reader.name).layout == reader.name
 
 

@@ -1,4 +1,4 @@
-"""The local polish on problems whose minimum is known in closed form."""
+"""The local least squares on problems whose minimum is known in closed form."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ import pytest
 from numpy.typing import NDArray
 
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import polish
+from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.signals.motion import Motion
 from linid.identification.space.field_vector import FieldVector, field_vector
-from linid.identification.space.search_space import Gene, SearchSpace
+from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 Array = NDArray[np.float64]
 SAMPLES = 400
-FIELD = (Gene("force_constant", 4.0, 256.0, True), Gene("shift", -math.pi, math.pi, False))
+FIELD = (
+    SearchParameter("force_constant", 4.0, 256.0, True),
+    SearchParameter("commutation_offset", -math.pi, math.pi, False),
+)
 
 
 @dataclass
@@ -45,10 +48,10 @@ class Formula:
         return np.array([self.formula(row) for row in params])  # type: ignore[operator]
 
 
-def problem_of(kind: str, genes: tuple[Gene, ...], formula: object) -> Problem:
+def problem_of(kind: str, point: tuple[SearchParameter, ...], formula: object) -> Problem:
     model = Model(kind)
-    fixed = {p.name: p.default for p in model.parameters if p.name not in {gene.name for gene in genes}}
-    return Problem(SearchSpace(model, genes, fixed), (Formula(model, formula),))  # type: ignore[arg-type]
+    fixed = {p.name: p.default for p in model.parameters if p.name not in {searched.name for searched in point}}
+    return Problem(SearchSpace(model, point, fixed), (Formula(model, formula),))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("kind", "turns"), [("sine", 1.0), ("theta", 2.0)])
@@ -59,8 +62,8 @@ def test_the_fields_vector_moves_in_a_straight_line(kind: str, turns: float) -> 
     x, move = np.array([0.4, 0.5, 0.3]), np.array([0.11, -0.07, 0.2])
     moved = field.moved(x, move)
 
-    def vector(genes: Array) -> complex:
-        return complex(FIELD[0].value(genes[0]) * np.exp(1j * turns * FIELD[1].value(genes[1])))
+    def vector(point: Array) -> complex:
+        return complex(FIELD[0].value(point[0]) * np.exp(1j * turns * FIELD[1].value(point[1])))
 
     size = float(FIELD[0].value(x[0]))
     along = size * math.log(64.0) * move[0] + 1j * size * turns * 2.0 * math.pi * move[1]
@@ -84,24 +87,24 @@ def test_thrust_of_the_wrong_phase_is_found_in_two_steps() -> None:
     """Linear in the field's vector, so that one undamped Gauss-Newton step arrives from an error of 1.2 rad."""
     generator = np.random.default_rng(1)
     basis, noise = generator.normal(size=(2, SAMPLES)), 1e-3 * generator.normal(size=SAMPLES)
-    slot = {name: Model("sine").slot(name) for name in ("force_constant", "shift")}
+    slot = {name: Model("sine").slot(name) for name in ("force_constant", "commutation_offset")}
 
     def thrust(row: Array) -> Array:
-        size, phase = row[slot["force_constant"]], row[slot["shift"]]
+        size, phase = row[slot["force_constant"]], row[slot["commutation_offset"]]
         return np.asarray(size * (math.cos(phase) * basis[0] + math.sin(phase) * basis[1]))
 
     problem = problem_of("sine", FIELD, lambda row: thrust(row) - truth - noise)
-    at = problem.space.encode({"force_constant": 30.0, "shift": 0.4})
+    at = problem.space.encode({"force_constant": 30.0, "commutation_offset": 0.4})
     truth = thrust(problem.space.vectors(at)[0])
-    start = problem.space.encode({"force_constant": 80.0, "shift": 1.6})
-    result = polish(problem, Cost(problem), start, final=False)
-    assert np.abs(result.genes - at).max() < 1e-4
+    start = problem.space.encode({"force_constant": 80.0, "commutation_offset": 1.6})
+    result = levenberg_marquardt(problem, Cost(problem), start, final=False)
+    assert np.abs(result.point - at).max() < 1e-4
     assert len(result.history) <= 3
 
 
 def test_a_bent_valley_is_followed_around_its_bend() -> None:
     """Rosenbrock's valley, 100 times as narrow as long: straight steps can only creep along it."""
-    genes = (Gene("coulomb_force", 1.0, 4.0, False), Gene("viscous_friction", 1.0, 16.0, False))
+    point = (SearchParameter("coulomb_force", 1.0, 4.0, False), SearchParameter("viscous_friction", 1.0, 16.0, False))
     slot = {name: Model("friction").slot(name) for name in ("coulomb_force", "viscous_friction")}
     pattern = np.random.default_rng(2).normal(size=(2, SAMPLES))
 
@@ -109,10 +112,10 @@ def test_a_bent_valley_is_followed_around_its_bend() -> None:
         x, y = row[slot["coulomb_force"]], row[slot["viscous_friction"]]
         return np.asarray((x - 3.2) * pattern[0] + 100.0 * (y - x**2) * pattern[1] + 0.01)
 
-    problem = problem_of("friction", genes, residual)
+    problem = problem_of("friction", point, residual)
     start = problem.space.encode({"coulomb_force": 1.1, "viscous_friction": 1.21})
-    result = polish(problem, Cost(problem), start, final=False)
-    found = problem.space.vectors(result.genes)[0]
+    result = levenberg_marquardt(problem, Cost(problem), start, final=False)
+    found = problem.space.vectors(result.point)[0]
     assert found[slot["coulomb_force"]] == pytest.approx(3.2, abs=0.01)
     assert found[slot["viscous_friction"]] == pytest.approx(3.2**2, abs=0.06)
     assert len(result.history) < 20

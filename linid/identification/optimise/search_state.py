@@ -1,0 +1,33 @@
+"""The state of a global search, from which it goes on to the same result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from linid.identification.result import Generation
+
+
+@dataclass
+class SearchState:
+    """All that is needed to go on: population, costs, best so far, random state and history (JSON-able).
+
+    starts: first candidates that lay in minima of their own.
+    """
+
+    method: str
+    generation: int
+    population: list[list[float]]
+    costs: list[float]
+    best: list[float]
+    best_cost: float
+    stalled: int
+    evaluations: int
+    random_state: Any
+    extra: dict[str, Any] = field(default_factory=dict)
+    history: list[list[float]] = field(default_factory=list)
+    starts: list[list[float]] = field(default_factory=list)
+
+    def generations(self) -> tuple[Generation, ...]:
+        """The convergence history."""
+        return tuple(Generation(self.method, int(g), int(n), b, m) for g, n, b, m in self.history)

@@ -1,0 +1,132 @@
+"""A fit's optimisation in stages: first candidates refined, the global search, least squares on part and all of the
+data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.genetic import search
+from linid.identification.optimise.irls import reweighted_least_squares
+from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.optimise.search_state import SearchState
+from linid.identification.result import Generation
+from linid.identification.settings import PLAIN, Ending, FitSettings, Hooks
+from linid.identification.uncertainty.identifiability import without_effect
+
+Array = NDArray[np.float64]
+_PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares on a part of the data
+_VALLEY_GAIN = 0.15
+# Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
+APART, ALIKE = 0.02, 1.1
+
+
+def search_from(
+    problem: Problem, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
+) -> tuple[SearchState, str, tuple[str, ...]]:
+    """The global search; returns its last state, why it stopped, and the names of parameters without effect.
+
+    starts: (S, p) are refined first: what is left to the search is to look for other minima; others: (T, p) as they
+    are. The plain genetic algorithm knows none of them.
+    """
+    cost = Cost(problem)
+    silent = without_effect(problem.space, cost, starts[0])
+    seeds = np.vstack([starts, others])
+    solution = None
+    if settings.search.method == PLAIN:
+        seeds = np.empty((0, seeds.shape[1]))
+    elif hooks.resume is None:
+
+        def told(done: int, value: float) -> None:
+            if hooks.progress is not None:
+                hooks.progress("first candidates", done, starts.shape[0], value)
+
+        solution = refine_first_candidates(problem, cost, starts, told)
+        seeds = np.vstack([solution, seeds])
+        values = cost(solution)
+        solution = solution[values <= ALIKE * np.min(values)]
+
+    def watch(state: SearchState) -> None:
+        if hooks.save is not None:
+            hooks.save(state)
+        if hooks.progress is not None:
+            hooks.progress(state.method, state.generation, settings.search.generations, state.best_cost)
+
+    state, reason = search(
+        cost,
+        seeds,
+        len(problem.space.parameters),
+        settings.search,
+        starts=solution,
+        spent=cost.evaluations,
+        resume=hooks.resume,
+        watch=watch,
+    )
+    return state, reason, silent
+
+
+def refine_first_candidates(
+    problem: Problem, cost: Cost, starts: Array, watch: Callable[[int, float], None] | None = None
+) -> Array:
+    """First candidates (S, p), each refined on the problem of the search; watch: called with number and cost."""
+    rows = []
+    for number, start in enumerate(starts):
+        rows.append(
+            levenberg_marquardt(
+                problem, cost, start, ending=Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN), final=False
+            )
+        )
+        if watch is not None:
+            watch(number + 1, rows[-1].cost)
+    return np.array([row.point for row in rows])
+
+
+def least_squares_in_stages(
+    stages: Sequence[Problem], state: SearchState, settings: FitSettings, hooks: Hooks
+) -> LeastSquaresFit:
+    """Least squares from the best candidate on the thinned problem first, then on all data.
+
+    Rivals that the coarse look could hardly tell apart are compared on the thinned problem.
+    """
+    point = np.array(state.best)
+    evaluations = state.evaluations
+    if all(isinstance(part, Acceleration) for part in stages[-1].parts):
+        cost = Cost(stages[-1])
+        point = reweighted_least_squares(cost, point, iterations=10, evaluations=15, tolerance=1e-6)
+        evaluations += cost.evaluations
+    offsets = None
+    total = settings.least_squares_steps * len(stages)
+    history: tuple[Generation, ...] = ()
+    for number, problem in enumerate(stages):
+        cost = Cost(problem)
+        cost.evaluations = evaluations
+
+        def watch(done: int, value: float, before: int = number * settings.least_squares_steps) -> None:
+            if hooks.progress is not None:
+                hooks.progress("least squares", before + done, total, value)
+
+        last = number == len(stages) - 1
+        steps, precision = settings.least_squares_steps, settings.least_squares_precision
+        part = Ending(steps, max(precision, _PART_PRECISION), _PART_VALLEY_GAIN)
+        ending = Ending(steps, precision, _VALLEY_GAIN) if last else part
+        rivals = [point]
+        if number == 0 and not last:
+            rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - point)) > APART]
+        solution = min(
+            (
+                levenberg_marquardt(problem, cost, rival, offsets, ending=ending, watch=watch, final=last)
+                for rival in rivals
+            ),
+            key=lambda result: result.cost,
+        )
+        evaluations = cost.evaluations
+        point, offsets = solution.point, solution.offsets
+        # The thinned problem has a cost of its own, which must not be read against the next.
+        stage = "least_squares" if last else "least_squares of a part"
+        history += tuple(replace(row, stage=stage) for row in solution.history)
+    return replace(solution, history=history)
