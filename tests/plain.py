@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import CellType, FunctionType
+from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 from linid.simulation.bundle import Bundle
@@ -23,6 +23,8 @@ class Plain:
             return lambda p, where: tuple(0.0 if k is None else p[k] for k in where.places)
         if isinstance(value, Bundle):
             return Bundle(**{name: self.of(member) for name, member in value})
+        if isinstance(value, ModuleType) and value.__name__.startswith("linid."):
+            return _Room(self, value)
         function = getattr(value, "py_func", value)
         inside = isinstance(function, FunctionType) and function.__module__.startswith("linid.")
         if not inside:
@@ -38,3 +40,13 @@ class Plain:
             for cell, old in zip(cells, function.__closure__ or (), strict=True):
                 cell.cell_contents = self.of(old.cell_contents)
         return self._known[id(function)]
+
+
+class _Room:
+    """A module whose compiled functions are plain ones, where they are reached through its name."""
+
+    def __init__(self, plain: Plain, module: ModuleType) -> None:
+        self._plain, self._module = plain, module
+
+    def __getattr__(self, name: str) -> Any:
+        return self._plain.of(getattr(self._module, name))

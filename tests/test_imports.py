@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
-    ("errors", "former_names", "statistics", "stop_signals"),
+    ("arrays", "errors", "former_names", "statistics", "stop_signals"),
     ("config", "entry_points"),
     ("recording",),
     ("physics",),
@@ -24,7 +24,7 @@ ORDER = (
     ("plot",),
     ("cli",),
 )
-STAND = {"errors", "former_names", "statistics", "config", "recording", "physics"}
+STAND = {"arrays", "errors", "former_names", "statistics", "config", "recording", "physics"}
 USES_STAND = {"challenge", "workflow", "cli"}
 
 

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from linid.arrays import Array
 
 # Columns logged: position, velocity, bristle deflection, q-current, work, friction loss, bristle of the base model.
 Y, V, W, IQ, WORK, LOSS, BASE_W = range(7)

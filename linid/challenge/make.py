@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.challenge.axes import FRESH_PLAN, draw_axis, draw_modes, scales, tamed
 from linid.challenge.catalogue import ENTRIES, FIRST, LISTED, OUTSIDE, HiddenEffect, draw_effect
 from linid.challenge.hidden_axis import AXES, LAWS, AxisKind, HiddenAxis, Law, varied
@@ -20,7 +20,6 @@ from linid.errors import UsageError
 from linid.stand.measurement import measure
 from linid.stand.mode_descriptions import FreeWheel, Mode, SlowRamp
 
-Array = NDArray[np.float64]
 Kind = Literal["single", "pair", "none", "unknown", "crowd"]
 # Of ten campaigns with the first four kinds.
 _SHARES: dict[Kind, int] = {"single": 6, "pair": 2, "none": 1, "unknown": 1, "crowd": 2}

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.challenge import kernel
 from linid.challenge.catalogue import ENTRIES, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis
@@ -17,7 +17,6 @@ from linid.stand.mode_descriptions import Mode
 from linid.stand.modes import Command, command
 from linid.stand.plant import motor_harmonics
 
-Array = NDArray[np.float64]
 WALK_STEP = 0.01  # s
 _LAW = {"lugre": kernel.LUGRE, "dahl": kernel.DAHL, "maxwell": kernel.MAXWELL}
 

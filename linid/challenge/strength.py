@@ -21,15 +21,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.challenge.catalogue import ENTRIES, AxisSizes, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis
 from linid.challenge.plant import HiddenRun, acts, simulate
 from linid.stand.mode_descriptions import FreeWheel, Mode
 from linid.stand.modes import Command, command
 
-Array = NDArray[np.float64]
 VISIBLE = 0.1
 HALF_WIDTH = 8  # samples at 1 kHz
 COARSE = 1  # integration steps per drive loop period while an amplitude is sought

@@ -36,6 +36,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.challenge import kernel
 from linid.challenge.catalogue import LISTED, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
@@ -44,7 +45,6 @@ from linid.challenge.strength import bump, half_width
 from linid.stand.mode_descriptions import Mode
 from linid.stand.modes import Command, command
 
-Array = NDArray[np.float64]
 SUBSTEPS = 2  # integration steps per loop period; the motion need not be the recorded one to the last bit
 _STEP = 0.02  # of the current limit: a larger change of the command from one loop to the next is a step
 _TOLD = 1e-6  # of the strongest combination of the base's columns: weaker ones are noise of the integration

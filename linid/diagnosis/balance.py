@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
 from linid.physics.model import Model
@@ -18,8 +19,6 @@ from linid.physics.motors import fundamental_force_constant
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Memory = MutableMapping[str, Any]
 
 BIN = 0.05  # s; rows of one bin have one weight in a fit: a reversal that no model follows spoils its own bin only

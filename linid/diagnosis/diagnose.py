@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.balance import Memory
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.combinations import base_combinations, effect_combinations
@@ -48,7 +48,6 @@ from linid.physics.model import Model
 from linid.recording.checks import checks_of
 from linid.recording.recording import Recording
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, int, int], None]
 # The models start from where the force balance has brought them.
 _STEPS, _PRECISION = 10, 0.1

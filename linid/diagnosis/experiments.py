@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.acceleration import Acceleration
 from linid.physics.model import Model
 from linid.recording.recording import Recording
-
-Array = NDArray[np.float64]
 
 _MARGIN = 0.08  # of the stroke, kept free at both ends
 _LONGEST = 8.0  # s, of a planned recording

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.balance import Balance, Noise, gain_of
 from linid.diagnosis.linear_problem import LinearProblem
 from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded, vectors_of
@@ -23,7 +24,6 @@ from linid.identification.space.search_space import SearchSpace
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
-Array = NDArray[np.float64]
 Columns = dict[str, Array]
 Chosen = NDArray[np.bool_]
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.balance import Balance, Noise, scale_of
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
-Array = NDArray[np.float64]
 Chosen = NDArray[np.bool_]
 
 # What nobody knows of the floor (in floors, and in its logarithm): the noise is estimated from the recordings.

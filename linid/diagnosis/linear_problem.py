@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from linid.arrays import Array
+
 _PRIOR = 1e-6  # of a bin's weight: holds what no row tells where it is
 
 

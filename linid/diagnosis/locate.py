@@ -9,14 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.diagnosis.balance import Balance, Rows
 from linid.diagnosis.report_data import Share
 from linid.diagnosis.roll_null import Draws, p_value, slot_sums, with_rolled
 from linid.recording.check_field import space_vector
 from linid.recording.recording import Recording
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _BINS = 24
 LEAST_ROWS = 8  # in a bin, to have a say

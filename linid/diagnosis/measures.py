@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.gap import AheadPieces, RecordingGap, Trace
 from linid.diagnosis.repeats import aligned, repeats_of
 from linid.errors import UsageError
@@ -21,7 +21,6 @@ from linid.identification.signals.motion import measure_motion, retaken, with_in
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
-Array = NDArray[np.float64]
 _DRAWS = 8
 # Times the median of its square, from where a draw is odd (of squares of Gaussians one in a hundred and fifty): now
 # and then noise looks like a bend, the speed there is smoothed hardly at all, and a prediction from there is far off.

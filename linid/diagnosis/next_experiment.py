@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.experiments import Experiment
 from linid.diagnosis.joint import Fitted
 from linid.identification.objectives.acceleration import Acceleration
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
-
-Array = NDArray[np.float64]
 
 _STRIDE = 5
 _COORDINATE_STEP = 1e-4

@@ -7,15 +7,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.locate import LEAST_ROWS, Coordinate, bin_edges, bins_of
 from linid.diagnosis.report_data import Form, PairShare
 from linid.diagnosis.roll_null import Draws, p_value, slot_sums, with_rolled
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _BINS = 12  # per coordinate; 24 by 24 cells of a campaign would hold some dozen rows
 _LINE_BINS = 24  # where only a slope in the other coordinate is asked for

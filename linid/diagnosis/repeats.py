@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from linid.recording.recording import Array, Recording
+from linid.arrays import Array
+from linid.recording.recording import Recording
 
 _SHORTEST = 50  # samples that two repeats must have in common
 

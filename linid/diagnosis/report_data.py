@@ -7,13 +7,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.identification.result import Estimate
 from linid.recording.check_findings import RecordingChecks
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Status = Literal["none", "explained", "partly explained", "unknown"]
 Form = Literal["table", "proportional"]
 MEASURES = ("free_run", "ahead", "force")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from linid.arrays import Array, Integers
+
 Draws = NDArray[np.float32]
 
 PERMUTATIONS = 99

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.parallel_tasks import Workers
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
@@ -24,7 +25,6 @@ from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED
 from linid.physics.model import Model
 
-Array = NDArray[np.float64]
 Moments = dict[int, tuple[list[Values], NDArray[np.float32]]]
 
 _RIDGE = 1.0  # deviation, of its own scale, that a base parameter may take in a regression; forces are free

@@ -20,14 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.unknowns import Coordinate
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.statistics import NORMAL_95
-
-Array = NDArray[np.float64]
 
 _RESAMPLES = 1000
 # Of a share, by which a form that is not the library's may put it wrong for each share that stays unexplained.

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.balance import Balance
 from linid.identification.guess.scales import amplitude_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
@@ -18,7 +18,6 @@ from linid.physics.model import Model
 from linid.physics.motors import fundamental_force_constant
 from linid.physics.parameter import Parameter
 
-Array = NDArray[np.float64]
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
 # Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
 _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03

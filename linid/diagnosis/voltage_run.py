@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.gap import Trace
 from linid.identification.result import FitResult
 from linid.identification.signals.motion import measure_motion
@@ -12,8 +12,6 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
-
-Array = NDArray[np.float64]
 
 
 def voltage_driven(

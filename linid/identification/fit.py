@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from linid.arrays import Array
 from linid.identification.assemble import Task, assemble
 from linid.identification.guess.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.objectives.choose import FULL, Look, check_recordings, make_parts, without_rest
@@ -27,8 +25,6 @@ from linid.identification.uncertainty.voltage_noise import without_voltage_noise
 from linid.physics.effects.effect import Values
 from linid.physics.model import Model
 from linid.recording.recording import Recording
-
-Array = NDArray[np.float64]
 
 
 def fit(

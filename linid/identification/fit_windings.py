@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import DataError, UsageError
 from linid.identification.fit import refine
 from linid.identification.objectives.winding_currents import WindingCurrents, tells_windings
@@ -22,7 +22,6 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
 
-Array = NDArray[np.float64]
 _UNTOLD = Estimate(
     MUTUAL.name,
     MUTUAL.symbol,

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from linid.arrays import Array
 
 Status = Literal["fitted", "fixed", "not_identifiable", "at_bound"]
 ModelKind = Literal["friction", "force", "sine", "theta"]
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

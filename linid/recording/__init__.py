@@ -5,7 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from linid.recording.recording import Array, Axis, Campaign, Kind, Reading, Recording, Split, in_order
+from linid.arrays import Array
+from linid.recording.recording import Axis, Campaign, Kind, Reading, Recording, Split, in_order
 
 if TYPE_CHECKING:
     from linid.recording.campaign import is_campaign, read_campaign

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.mapping import INPUTS, Role
 from linid.recording.noise import quantum
-from linid.recording.recording import Array, Reading
+from linid.recording.recording import Reading
 from linid.recording.repair import bad_cell_error, fill, unwrap
 from linid.recording.resolve import Channel, Channels
 from linid.recording.table import Table

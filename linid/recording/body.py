@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.dialect import LARGEST, NUMBER, Dialect, is_grouped, is_number, split, thousands_error, to_float
 from linid.recording.pieces import texts
-from linid.recording.recording import Array
 from linid.recording.stamps import StampClock
 
 Integers = np.ndarray[tuple[int], np.dtype[np.int64]]

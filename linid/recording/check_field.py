@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.recording.recording import Array, Recording
+from linid.arrays import Array
+from linid.recording.recording import Recording
 
 _CELLS = 8192  # of the stroke; a field period must hold four of them
 _FEWEST_PERIODS = 1.0  # of the field within the stroke

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.recording.local_polynomial import local_derivative
 from linid.recording.noise import noise_level
-from linid.recording.recording import Array, Recording
+from linid.recording.recording import Recording
 from linid.recording.spectra import (
     FEWEST_SEGMENTS,
     CrossSpectra,

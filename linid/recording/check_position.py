@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.recording.local_polynomial import local_derivative, local_weights
 from linid.recording.noise import noise_level
-from linid.recording.recording import Array, Recording
+from linid.recording.recording import Recording
 
 _SMOOTH = 0.015  # s over which speeds and the floor of the acceleration are taken
 _JUMP = 20.0  # times the steps before and after: no axis moves so

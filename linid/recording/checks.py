@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+from linid.arrays import Array
 from linid.recording.check_field import commutation, pushing_current
 from linid.recording.check_findings import Finding, RecordingChecks, compared, findings_of
 from linid.recording.check_input import input_checks, saturation
 from linid.recording.check_position import angle, end_stop, resolution
 from linid.recording.noise import quantum
-from linid.recording.recording import Array, Reading, Recording
+from linid.recording.recording import Reading, Recording
 from linid.recording.timebase import gaps, jitter
 
 HEADER = (

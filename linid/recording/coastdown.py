@@ -11,8 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
-from linid.recording.recording import Array, Recording
+from linid.recording.recording import Recording
 from linid.recording.release import Derivatives, differentiate, find_release
 
 _STANDSTILL_KEPT = 0.2  # s

@@ -5,9 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from linid.arrays import Array
 
 
 def local_derivative(y: Array, width: int, degree: int, order: int, period: float) -> Array:

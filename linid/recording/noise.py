@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linid.recording.recording import Array
+from linid.arrays import Array
 from linid.statistics import MEDIAN_ABSOLUTE
 
 _GAIN = 70.0  # of fourth differences' variance

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError, UsageError
 from linid.recording.assemble import Signals, assemble
 from linid.recording.mapping import PHASES, VOLTAGES, ChannelMapping, Role
 from linid.recording.names import plain
 from linid.recording.readers.registry import read_table
-from linid.recording.recording import Array, Axis, Kind, Recording, Split, frozen
+from linid.recording.recording import Axis, Kind, Recording, Split, frozen
 from linid.recording.repair import saturation_note
 from linid.recording.resolve import Channels, resolve, used_columns
 from linid.recording.splines import to_uniform

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from linid.arrays import Array
+from linid.recording.motion import MeasuredMotion, motion_behind
 
 Axis = Literal["linear", "rotary"]
 Kind = Literal["free_wheel", "motor"]
 Split = Literal["fit", "held_out"]
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class Recording:
     added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
     elapsed: running time of the campaign in s when this recording's clock shows 0; repeat_of: name of the first
     recording of the same command.
-    notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file).
+    notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file);
+    carried: see `motion`.
     Two recordings are equal only if they are the same object.
     """
 
@@ -85,12 +87,25 @@ class Recording:
     sha256: str = ""
     notes: tuple[str, ...] = field(default=())
     reading: Reading | None = None
+    carried: MeasuredMotion | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("t", "y", "v", "phase_currents", "phase_voltages", "drive_input"):
             array = getattr(self, name)
             if array is not None and array.flags.writeable:  # the caller's own: may change later
                 object.__setattr__(self, name, frozen(array.copy()))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "carried": None}  # quicker found again than sent
+
+    @property
+    def motion(self) -> MeasuredMotion:
+        """The motion behind the positions: smoothed once, and carried to copies with the same positions."""
+        dt = self.duration / (self.y.size - 1)
+        if self.carried is None or self.carried.measured is not self.y or self.carried.dt != dt:
+            object.__setattr__(self, "carried", motion_behind(self.y, dt))
+        assert self.carried is not None
+        return self.carried
 
     @property
     def period(self) -> float:

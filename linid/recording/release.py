@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.local_polynomial import local_derivative
-from linid.recording.recording import Array, Recording
+from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
 _HALF = 0.010  # s, half-width of the differentiating window

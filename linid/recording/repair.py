@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
-from linid.recording.recording import Array
 from linid.recording.resolve import Channel
 from linid.recording.timebase import GAP
 

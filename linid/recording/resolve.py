@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError, LinidError
 from linid.recording.mapping import INPUTS, PHASES, ROLES, VOLTAGES, ChannelMapping, ChannelSpec, Role
 from linid.recording.names import axis_of, candidates, looks_like_position, normalised
-from linid.recording.recording import Array, Axis
+from linid.recording.recording import Axis
 from linid.recording.table import Column, Table
 from linid.recording.units import find_unit, unit_of
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.recording.recording import Array
+from linid.arrays import Array
 
 Complex = NDArray[np.complex128]
 Bools = NDArray[np.bool_]

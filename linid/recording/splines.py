@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
-from linid.recording.recording import Array, Recording
+from linid.recording.recording import Recording
 from linid.recording.timebase import GAP, jitter
 
 _JITTER = 0.01

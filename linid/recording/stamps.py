@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from linid.recording.recording import Array
+from linid.arrays import Array
 
 _CLOCK = r"\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,9}\d*)?"
 _ISO = r"\d{4}[-/]\d{2}[-/]\d{2}"

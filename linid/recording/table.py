@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.recording.body import Body, read_body
 from linid.recording.dialect import LARGEST, Dialect
 from linid.recording.names import is_time, plain, split_header
 from linid.recording.pieces import LongText
-from linid.recording.recording import Array
 from linid.recording.text import TextFile
 
 Lines = np.ndarray[tuple[int], np.dtype[np.int64]]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
-from linid.recording.recording import Array
 
 _FEW = 0.01
 GAP = 1.5  # periods; a longer step lacks a sample

@@ -9,9 +9,9 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from linid.arrays import Array
+
 Quantity = Literal["position", "velocity", "force"]
 
 # (largest magnitude in SI up to which the unit is used, factor from SI, label)

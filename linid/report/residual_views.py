@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from linid.arrays import Array
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import PairShare, ResidualTrace
 
-Array = NDArray[np.float64]
 Which = Literal["before", "after"]
 _POSITIONS, _SPEEDS = 48, 32  # cells of the map
 _PER_PAIR, _MOST_POSITIONS = 8, 240

@@ -11,8 +11,8 @@ from itertools import groupby
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.diagnosis.gap import RecordingGap, Trace
 from linid.diagnosis.measures import model_of
 from linid.identification.result import FitResult
@@ -22,8 +22,6 @@ from linid.recording.recording import Recording
 from linid.reproduction.printed import TABLE_2, meant
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
-
-Array = NDArray[np.float64]
 
 _REPEATS = 15  # of each timing; sine and theta take turns
 _CANDIDATES = 8  # simulated at once, so that calling costs nothing

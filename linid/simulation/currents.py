@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.physics.electrical import WEIGHTS, WINDING_CODES, clarke, current_weights, mode_inductances, phases
 from linid.physics.model import MOTOR_START, WINDING_START, Model
 from linid.physics.motors import phase_constants, prepare_motor
 from linid.simulation.inputs import Inputs
-
-Array = NDArray[np.float64]
 
 _PIECES = 2  # of a sampling interval, within which voltages and back-EMF are parabolas
 

@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from linid.arrays import Array
 from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.recording.recording import Recording
 
-Array = NDArray[np.float64]
 _SHORT = 1e-7  # s, of the advance from which a hidden state's rate is taken
 
 

@@ -10,15 +10,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
 from linid.simulation.compiled import Kernel, load_kernel
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.threads import summed
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.

@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from linid.arrays import Array
 from linid.recording.recording import Recording
 from linid.simulation.reference import motor_force
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

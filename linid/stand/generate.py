@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import ConfigError, UsageError
 from linid.recording.recording import Recording
 from linid.stand.description import AxisDescription
@@ -17,8 +17,6 @@ from linid.stand.mode_descriptions import FreeWheel, Mode
 
 if TYPE_CHECKING:
     from linid.stand.plant import PlantRun
-
-Array = NDArray[np.float64]
 
 
 class ExactMotion(NamedTuple):

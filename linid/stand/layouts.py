@@ -6,10 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from linid.arrays import Array
 
-Array = NDArray[np.float64]
 Rows = list[list[str]]
 
 PHASES = ("U", "V", "W")

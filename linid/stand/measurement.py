@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from linid.arrays import Array
 
 if TYPE_CHECKING:
     from linid.stand.description import Measurement
-
-Array = NDArray[np.float64]
 
 
 def quantise(x: Array, resolution: float) -> Array:

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.stand.mode_descriptions import FreeWheel, Mode, Moves, SineCurrent, SinePosition, SlowRamp, SquareCurrent
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.physics.kernel_cache import lock_compilation
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription, SineMotor, ThetaMotor
     from linid.stand.modes import Command
 
-Array = NDArray[np.float64]
 
 lock_compilation()
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.stand.plant import commutation_angles, phase_constants
 
 if TYPE_CHECKING:
     from linid.stand.description import Winding
     from linid.stand.plant import PlantParameters, PlantRun
-
-Array = NDArray[np.float64]
 
 
 def phase_voltages(winding: Winding, parameters: PlantParameters, run: PlantRun) -> Array:

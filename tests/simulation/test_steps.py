@@ -14,7 +14,7 @@ from linid.recording.recording import Recording
 from linid.simulation import along, forces, kernel, splines_at, steps
 from linid.simulation.forces import Axis, Bristles
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.kernel import Clock, Motion
+from linid.simulation.kernel import AxisState, Clock
 from linid.simulation.run import REVERSAL_TOLERANCE, Simulator, whole_recordings
 from linid.simulation.terms import terms_of
 from tests.plain import Plain
@@ -30,7 +30,7 @@ BARE = Plain().of(terms_of(bare=True))
 def test_free_sliding_is_exact_however_long_the_step_is() -> None:
     clock = Clock(0.0, 0.05, 1, 0.05 / (1 << steps.FINEST), 0.0, False, 1e-3)
     sliding, weights = Plain().of(kernel.sliding_step), Plain().of(kernel.glide_weights)
-    start = Motion(0.1, 0.8, BRISTLES.coulomb / BRISTLES.sigma_0, 0.0, REST, (BRISTLES.sigma_0, BRISTLES.sigma_1))
+    start = AxisState(0.1, 0.8, BRISTLES.coulomb / BRISTLES.sigma_0, 0.0, REST, (BRISTLES.sigma_0, BRISTLES.sigma_1))
     glide = weights(BRISTLES.sigma_2, BRISTLES.mass, 0.05)
     end = sliding(
         BARE,

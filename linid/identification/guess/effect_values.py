@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import UsageError
 from linid.identification.guess.scales import amplitude_range, force_scale, look_out
 from linid.identification.objectives.acceleration import Acceleration
@@ -24,7 +25,6 @@ from linid.physics.model import Model
 from linid.physics.wording import fitting_words
 from linid.recording.recording import Recording
 
-Array = NDArray[np.float64]
 _STRIDE = 5
 _CHUNK = 48  # candidates per batch
 _COORDINATE_STEP = 1e-4

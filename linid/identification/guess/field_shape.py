@@ -11,17 +11,15 @@ import math
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 
+from linid.arrays import Array
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.settings import Ending
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.field.winding import theta_harmonic
-
-Array = NDArray[np.float64]
 
 # Magnets of like width have one valley of the misfit; below the first all shapes push alike.
 _NOMES = ((0.75, 0.82, 0.86, 0.89), (0.92, 0.95, 0.97))

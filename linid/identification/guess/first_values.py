@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.guess import regression as guess
 from linid.identification.guess.effect_values import effect_guess, scaled_to_masses
 from linid.identification.guess.field_shape import field_shapes
@@ -22,8 +22,6 @@ from linid.physics.effects.effect import Values
 from linid.physics.model import Model
 from linid.physics.motors import MOTORS, fundamental_force_constant
 from linid.recording.recording import Recording
-
-Array = NDArray[np.float64]
 
 
 def first_values(

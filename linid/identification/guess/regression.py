@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.signals.motion import Motion, measure_motion
 from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Recording
 
-Array = NDArray[np.float64]
 _MOST_WAVES = 120  # in a regression beside a periodic force
 
 

@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import Model
 from linid.recording.noise import noise_profile, quantum
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 BUMP_HALF_WIDTHS = (0.007, 0.014, 0.028, 0.056)  # s, half-widths of the weak form's kernel
 _BUMP_NOISE = 0.2  # widen until noise is below this share of the acceleration

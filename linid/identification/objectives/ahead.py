@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.identification.objectives.objective import TRAVEL_CLASSES, travel_class
 from linid.identification.objectives.start_states import predicted_from_before
 from linid.identification.settings import HORIZON
@@ -15,9 +15,6 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass

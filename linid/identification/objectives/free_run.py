@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
-
-Array = NDArray[np.float64]
 
 _GROUP = 0.02  # s, residuals of free runs are grouped in bins of this length
 

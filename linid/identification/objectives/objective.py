@@ -9,13 +9,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.identification.signals.motion import Motion
 from linid.recording.recording import Recording
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 TRAVEL_CLASSES = (1e-4, 1e-2)  # of the recording's range: resting, creeping, moving
 

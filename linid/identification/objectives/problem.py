@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.objective import Part
 from linid.identification.space.search_space import SearchSpace
 
-Array = NDArray[np.float64]
 _CHUNK_FLOATS = 8_000_000  # residuals held at once during a population run, 64 MB
 LOST = 1e6  # cost of a candidate whose simulation failed
 

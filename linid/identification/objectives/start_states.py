@@ -5,13 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linid.identification.signals.motion import SMOOTHING_REACH, Motion
+from linid.arrays import Array, Integers
+from linid.identification.signals.motion import Motion
+from linid.recording.motion import SMOOTHING_REACH
 from linid.simulation.run import AlongMotion, Segments, Simulator
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # s; longer stretches average more noise, but a model that is somewhat off (frequency, damping, friction) strays from
 # the axis within them: a measured axis with a load that swings at 53 Hz was predicted worse from 50 ms and more.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array, Integers
 from linid.identification.signals.motion import measure_motion
 from linid.physics.electrical import SEPARATE, STAR
 from linid.physics.model import Model
@@ -16,8 +16,6 @@ from linid.recording.recording import Recording
 from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 _GROUP = 0.004  # s, residuals are grouped in bins of this length: noise hardly outlives a winding's memory
 _FLOOR = 1e-9  # A
 # Rows along which currents are compared, orthonormal, so that equal noise of the phases stays white and equal. What a

@@ -11,13 +11,12 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import ConfigError
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.settings import PLAIN, SearchSettings
 
-Array = NDArray[np.float64]
 CostFunction = Callable[[Array], Array]
 Watcher = Callable[["SearchState"], None]
 

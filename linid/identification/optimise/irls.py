@@ -10,15 +10,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.problem import Cost
 from linid.identification.optimise.least_squares import Linearisation
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
-Array = NDArray[np.float64]
 _SETTLED = 3e-4  # relative change of the cost between rounds
 
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.result import Generation
 from linid.identification.settings import Ending
 from linid.identification.space.field_vector import FieldVector, field_vector
 
-Array = NDArray[np.float64]
 _COORDINATE_STEP = 1e-5
 _OFFSET_STEP = 0.3
 _OFFSET_LIMIT = 1e4

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.genetic import search
@@ -19,7 +19,6 @@ from linid.identification.result import Generation
 from linid.identification.settings import PLAIN, Ending, FitSettings, Hooks
 from linid.identification.uncertainty.identifiability import without_effect
 
-Array = NDArray[np.float64]
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares on a part of the data
 _VALLEY_GAIN = 0.15
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.

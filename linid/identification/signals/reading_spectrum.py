@@ -9,11 +9,10 @@ Astrophys. Space Sci. 39, 447).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.acceleration import Acceleration, bump
 
-Array = NDArray[np.float64]
 _PER_PERIOD = 12  # bins of position per shortest period
 _MOST_BINS = 1 << 22
 _SPEEDS = 64  # classes of speed in which the columns' lengths are summed

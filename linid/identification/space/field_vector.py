@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.space.search_space import SearchSpace
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.physics.model import MASS, VECTOR_SIZE, Model
 from linid.physics.motors import fundamental_force_constant
 
-Array = NDArray[np.float64]
 _COULOMB, _STATIC, _SIGMA_0, _SIGMA_1 = 0, 1, 4, 5
 # Standard deviation of a uniform prior over the search box in search coordinates: what a parameter that the data
 # say nothing about keeps.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.objective import Part
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
@@ -14,8 +15,6 @@ from linid.identification.signals.motion import with_input_noise
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
 from linid.identification.uncertainty.voltage_noise import noise_curvature
-
-Array = NDArray[np.float64]
 
 _MINIMUM_LAGS = 4
 _NORMAL = 1.959964

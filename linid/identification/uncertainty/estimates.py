@@ -6,8 +6,8 @@ import math
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.result import Estimate, Status
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty
@@ -16,7 +16,6 @@ from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.wording import scaled_unit
 
-Array = NDArray[np.float64]
 _NORMAL = 1.959964
 _EDGE = 1e-3  # search coordinates nearer to 0 or 1 than this sit at their bound
 

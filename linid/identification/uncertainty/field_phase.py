@@ -11,12 +11,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.space.search_space import SearchSpace
 from linid.statistics import CHI_SQUARED_95
-
-Array = NDArray[np.float64]
 
 NAMES = ("electrical_wavenumber", "commutation_offset")
 PHASE_STEP = 0.02  # rad, by which the field phase is moved for the second differences

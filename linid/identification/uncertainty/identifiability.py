@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.problem import Cost
 from linid.identification.result import Estimate
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.wording import fitting_words
 from linid.statistics import NORMAL_95
-
-Array = NDArray[np.float64]
 
 # A 95 % interval wider than this factor in each direction says less than an order of magnitude.
 LOG_LIMIT = np.log(3.0) / NORMAL_95

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import UsageError
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.irls import at_frozen_weights
@@ -16,8 +16,6 @@ from linid.identification.result import Profile
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty
 from linid.statistics import CHI_SQUARED_95
-
-Array = NDArray[np.float64]
 
 _STANDARD_DEVIATIONS = (0.75, 1.5, 2.25, 3.0)  # at which the profile is computed, on both sides
 _EVALUATIONS = 8

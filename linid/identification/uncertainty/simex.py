@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
@@ -18,7 +17,6 @@ from linid.identification.signals.motion import input_noise, with_inputs_moved
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
 
-Array = NDArray[np.float64]
 _PAIRS = 6
 
 

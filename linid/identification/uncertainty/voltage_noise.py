@@ -11,8 +11,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
@@ -24,7 +24,6 @@ from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
 from linid.statistics import MEDIAN_ABSOLUTE
 
-Array = NDArray[np.float64]
 _ROUNDS = 3
 _STEP = 1e-4  # of a search coordinate
 _TAPS = 256  # samples of an impulse's answer

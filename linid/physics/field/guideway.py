@@ -6,12 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from linid.arrays import Array
 from linid.physics.field.magnet_pair import MagnetPair, pair_field
 from linid.physics.theta import Theta
-
-Array = NDArray[np.float64]
 
 _FAR = 12.0  # magnet and gap sizes, beyond which a pair's field does not matter
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from linid.arrays import Array
 
 _TOLERANCE = 1e-11  # relative, of the integral over the magnet's thickness
 _MOST_INTERVALS = 20_000

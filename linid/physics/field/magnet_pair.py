@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from linid.arrays import Array
 from linid.physics.field.magnet import BarMagnet, bar_magnet_field
-
-Array = NDArray[np.float64]
 
 # The fit covers the magnet and this many air gaps around it, on so many points per quarter side.
 _MARGIN = 1.0

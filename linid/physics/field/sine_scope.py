@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.physics.field.guideway import harmonic
-
-Array = NDArray[np.float64]
 
 # The paper's fit of k_N (25), whose limit it takes as the scope of the sine model.
 PAPER_FIT = (0.4594, 0.1547, 0.4118, 0.4077)

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.body import Body
 from linid.recording.dialect import Dialect, first_data_line, is_number, named, split
@@ -19,7 +20,6 @@ from linid.recording.grouping import refuse_unproven_grouping
 from linid.recording.mapping import ChannelMapping
 from linid.recording.readers.reader import Reader
 from linid.recording.readers.twincat_blanks import with_tabs
-from linid.recording.recording import Array
 from linid.recording.source import Source
 from linid.recording.table import Table, Used, make_columns, with_body
 

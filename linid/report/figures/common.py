@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.report.display import display_unit, envelope, peak, rms
 from linid.report.numbers import format_number
 from linid.report.style import ERROR, MEASURED, MODEL, MUTED
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from linid.diagnosis.gap import Trace
     from linid.report.display import Display
 
-Array = NDArray[np.float64]
 TIME_LABEL = "time (s)"
 _STILL = 1e-9
 _ROOM = 0.6  # how far, in spans of the measured line, a simulation may leave it before it is cut

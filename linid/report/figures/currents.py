@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.report.display import envelope
 from linid.report.figures.common import TIME_LABEL, legend_above, shorten
 from linid.report.style import MUTED, PHASES, SHADE, new_figure, stacked, style
@@ -16,7 +16,6 @@ from linid.report.symbols import unit_label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Spline = Callable[[Array], Array]
 _ZOOM_SAMPLES = 40
 _FINER = 20

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.report.display import Display, display_unit, every, peak
 from linid.report.figures.common import TIME_LABEL, shorten
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from linid.diagnosis.gap import Trace
 
-Array = NDArray[np.float64]
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1)), (0, (1, 3)))
 _POINTS = 45

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.report.display import display_unit
 from linid.report.style import MEASURED, MODEL, MUTED, SHADE, caption, grid, new_figure, style
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from linid.diagnosis.gap import Trace
     from linid.identification.result import FitResult
 
-Array = NDArray[np.float64]
 CURVE = ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent", "viscous_friction")
 _SAMPLES = 2000
 _BEYOND = 1.3  # how far past the covered speeds the curve is drawn

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.errors import DataError
 from linid.report.figures.common import shorten
 from linid.report.latex import floor_note
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from linid.diagnosis.gap import RecordingGap
 
-Array = NDArray[np.float64]
 _LETTER_MM = 1.6  # a wide letter of the tick labels
 
 

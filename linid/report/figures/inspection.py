@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.report.style import ERROR, ERROR_LIGHT, MEASURED, MUTED, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 _MOST = 16  # panels
 _PANEL_MM, _HEAD_MM = 22.0, 20.0
 _POINTS = 4000  # per panel: what a page can show; each stretch keeps its extremes

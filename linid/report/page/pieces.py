@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linid.arrays import Array
 from linid.report.display import log_limits
 
-Array = NDArray[np.float64]
 DIVERGING = [[0.0, "#053061"], [0.25, "#4393C3"], [0.5, "#F7F7F7"], [0.75, "#D6604D"], [1.0, "#67001F"]]
 _DIGITS = 5
 

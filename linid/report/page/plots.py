@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linid.report.diagnosis.content import (
     SIGNIFICANT,
@@ -37,7 +36,6 @@ from linid.report.style import MEASURED, MUTED
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis, ResidualTrace, Share
 
-Array = NDArray[np.float64]
 MOST_POINTS = 3000  # of a drawn line
 _ALL_POINTS = 240_000  # of all recordings together: the page stays below 8 MB
 _GREY = "#C9C9C9"

@@ -1,0 +1,92 @@
+"""The motion behind a recording's positions: smoothed position and speed, standstill, and the noise of both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.arrays import Array
+from linid.recording.local_polynomial import local_derivative, local_weights
+from linid.recording.noise import noise_level, noise_profile, quantum, smallest_step
+
+_HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
+SMOOTHING_REACH = _HALF_WIDTHS[-1]  # samples to either side that the smoothed motion may hang on
+_ORDER = 3
+_LEAST_STEPPED = 0.02  # of its quantum: an encoder's steps alone bring 0.29 of it as noise, less only at rest
+_DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredMotion:
+    """The motion of one recording, its positions measured (n,) in m every dt s.
+
+    y, v: (n,) smoothed, m and m/s; standstill: (n,); position_noise, speed_noise: standard deviations, m and m/s.
+    """
+
+    measured: Array
+    dt: float
+    y: Array
+    v: Array
+    standstill: NDArray[np.bool_]
+    position_noise: float
+    speed_noise: float
+
+    @cached_property
+    def encoder(self) -> tuple[float, Array]:
+        """Quantum of the positions (0: none), and the standard deviation (n,) of their white noise beyond it, m."""
+        step = quantum(self.measured)
+        level = noise_profile(self.measured)
+        if self.position_noise < _LEAST_STEPPED * step:  # samples of a fast motion may lie on a lattice by chance
+            step = 0.0
+        return step, np.sqrt(np.maximum(level**2 - step**2 / 12.0, 0.0))
+
+
+def motion_behind(y: Array, dt: float) -> MeasuredMotion:
+    """Smooth positions y (n,) in m on a uniform grid of dt s, and find where the axis rests.
+
+    The speed is only a start value for short predictions; it is never fitted.
+    """
+    smooth, speed, noise, speed_noise = _smooth(y, dt)
+    rests = _rests(y, noise, max(2, round(0.01 / dt)))
+    speed[rests] = 0.0
+    return MeasuredMotion(y, dt, smooth, speed, rests, noise, speed_noise)
+
+
+def _smooth(y: Array, dt: float) -> tuple[Array, Array, float, float]:
+    """Savitzky-Golay position and speed, at each sample with the widest window that leaves only noise behind.
+
+    A stop or a reversal bends the motion within a few samples: windows across it must be narrow, or the bristle that
+    is followed along the smoothed motion misses its turn (local choice of the window: Lepski 1990).
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    noise = noise_level(y)
+    allowed = np.ones(y.size, dtype=bool)
+    smooth, speed = y, local_derivative(y, 5, 4, 1, dt)  # no smoothing: the slope of five samples' quartic
+    speed_noise = 0.95 * noise / dt
+    for half in _HALF_WIDTHS:
+        width = 2 * half + 1
+        if width > y.size:
+            break
+        wide = local_derivative(y, width, _ORDER, 0, dt)
+        spread = np.sqrt(np.maximum(uniform_filter1d((y - wide) ** 2, width), 0.0))
+        allowed &= spread <= (1.0 + _DOUBT / np.sqrt(2.0 * width)) * max(noise, 1e-15)
+        if not np.any(allowed):
+            break
+        rate = local_derivative(y, width, _ORDER, 1, dt)
+        smooth, speed = np.where(allowed, wide, smooth), np.where(allowed, rate, speed)
+        if np.mean(allowed) > 0.5:
+            speed_noise = noise / dt * float(np.linalg.norm(local_weights(width, _ORDER, 1)[half]))
+    return smooth, speed, noise, speed_noise
+
+
+def _rests(y: Array, noise: float, reach: int) -> NDArray[np.bool_]:
+    """Where the position stays within its noise over `reach` samples to both sides."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    width = 2 * reach + 1
+    span = maximum_filter1d(y, width) - minimum_filter1d(y, width)
+    return np.asarray(span <= max(6.0 * noise, 2.001 * smallest_step(y)))
