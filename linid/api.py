@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from linid.diagnosis.diagnose import Found
 from linid.diagnosis.diagnose import diagnose as find_effects
 from linid.diagnosis.gap import RecordingGap, Trace
+from linid.diagnosis.means import Means
 from linid.diagnosis.measures import measure_gaps
 from linid.errors import ConfigError, DataError, LinidError, UsageError
 from linid.identification.model_file import load_model, model_to_text
@@ -377,9 +378,7 @@ def diagnose(
             kind,
             effects=effects,
             known={**campaign.known, **(known or {})},
-            jobs=jobs,
-            seed=seed,
-            progress=progress,
+            means=Means(jobs=jobs, seed=seed, progress=progress),
         )
     return Diagnosed(found)
 

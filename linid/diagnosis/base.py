@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from linid.diagnosis.balance import Balance, Memory
-from linid.diagnosis.joint import SETTLING, THOROUGH, Fitted
+from linid.diagnosis.balance import Balance
+from linid.diagnosis.descent import SETTLING, THOROUGH
+from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge, judge_of
+from linid.diagnosis.means import Means
 from linid.identification.guess.first_values import first_values
 from linid.identification.guess.regression import force_guess
 from linid.identification.guess.scales import typical_acceleration
@@ -20,7 +22,6 @@ from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
-Progress = Callable[[str, int, int], None]
 # First values of friction: breakaway over Coulomb force, Stribeck velocity as a share of the highest speed, presliding
 # as a share of the travel between reversals (all tried, the best of them fitted), damping ratio of the bristle.
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
@@ -50,14 +51,7 @@ def numbered(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 
 def fit_base_model(
-    recordings: Sequence[Recording],
-    kind: ModelKind,
-    known: dict[str, float],
-    jobs: int,
-    seed: int,
-    assumptions: list[str],
-    watch: Progress,
-    memory: Memory | None = None,
+    recordings: Sequence[Recording], kind: ModelKind, known: dict[str, float], means: Means, assumptions: list[str]
 ) -> Base:
     """The base model by the force balance of the fitted recordings; what they do not tell is held in all later fits."""
     fitted = [r for r in recordings if r.split == "fit"]
@@ -66,7 +60,7 @@ def fit_base_model(
     driven = [r for r in fitted if r.kind != "free_wheel"]
     model = Model(kind)
     held = dict(known)
-    watch("base", 0, 3)
+    means.watch("base", 0, 3)
     if wheels:
         assumptions.append(f"friction starts from {len(wheels)} free wheels")
     elif kind != "friction":
@@ -83,9 +77,9 @@ def fit_base_model(
         for name in ("winding_length", "nome"):
             held.setdefault(name, starts[0][name])
         assumptions.append("the phase currents sum to zero: they tell no more of the field than its first harmonic")
-    balance = Balance(model, recordings, jobs, seed, memory)
-    judge = judge_of(balance, model, starts[0], held, {}, seed)
-    watch("base", 1, 3)
+    balance = Balance(model, recordings, means.jobs, means.seed, means.memory)
+    judge = judge_of(balance, model, starts[0], held, {}, means.seed)
+    means.watch("base", 1, 3)
     rows = judge.fits.rows_of(places)
     settled = []
     for start in starts:
@@ -97,11 +91,11 @@ def fit_base_model(
         settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
     found = min(settled, key=lambda one: one.level)
     limits = _limits(found, starts, held, assumptions)
-    watch("base", 2, 3)
+    means.watch("base", 2, 3)
     # The noise that the inputs bring hangs on the model, and the criterion on the noise.
-    judge = judge_of(balance, model, found.values, held, limits, seed)
+    judge = judge_of(balance, model, found.values, held, limits, means.seed)
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
-    watch("base", 3, 3)
+    means.watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)
 
 

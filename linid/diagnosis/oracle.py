@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from linid.diagnosis.base import fit_base_model, numbered
+from linid.diagnosis.held_out_tests import Part
+from linid.diagnosis.means import Means
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Part, fit_effects, part_of
+from linid.diagnosis.select import fit_effects, part_of
 from linid.diagnosis.shares import Shares, shares_of
 from linid.identification.result import ModelKind
 from linid.recording.recording import Recording
@@ -35,7 +37,7 @@ def oracle(
     recordings: both splits; known: SI values that are not identified.
     """
     recordings = numbered(recordings)
-    base = fit_base_model(recordings, kind, known, jobs, seed, [], lambda stage, done, total: None)
+    base = fit_base_model(recordings, kind, known, Means(jobs, seed=seed), [])
     screening = Screening(base.judge.fits, base.fitted, jobs)
     found = fit_effects(base, screening, effects)
     if found is None:

@@ -55,13 +55,7 @@ def fit_windings(
     settings = settings or FitSettings()
     if result.per_mass:
         raise UsageError("mass", "is not known, so volts and newtons cannot be compared", "Give the mass.")
-    able = [r for r in recordings if tells_windings(r)]
-    if not able:
-        raise DataError(
-            "recordings",
-            "hold no driven one with three phase voltages and the phase currents",
-            "Log both, and map them: voltage_u, voltage_v, voltage_w beside current_u, current_v.",
-        )
+    able = _telling(recordings)
     model = Model(result.model, result.effects, winding)
     values = {e.name: e.value for e in result.estimates}
     resistance, inductance = first_winding_values(model.turns * values["electrical_wavenumber"], able)
@@ -100,6 +94,17 @@ def fit_windings(
         converged=result.converged and found.converged,
         seed=result.seed,
     )
+
+
+def _telling(recordings: Sequence[Recording]) -> list[Recording]:
+    able = [r for r in recordings if tells_windings(r)]
+    if not able:
+        raise DataError(
+            "recordings",
+            "hold no driven one with three phase voltages and the phase currents",
+            "Log both, and map them: voltage_u, voltage_v, voltage_w beside current_u, current_v.",
+        )
+    return able
 
 
 def _without_mutual(settings: FitSettings) -> FitSettings:

@@ -53,8 +53,9 @@ def read_body(
     clocks = {k: StampClock() for k in dialect.stamps if k in kept}
     if _all_clean(lines, dialect, end, columns, kept, clocks):
         return Body(tuple(columns), np.arange(dialect.first + 1, end + 1), (total,) * dialect.fields, {}, tuple(notes))
-    clocks = {k: StampClock() for k in clocks}
-    return _careful(lines, dialect, place, end, columns, kept, notes, short_rows, clocks)
+    # What the first pass has filled is filled again; its clocks have moved on.
+    rows = _Rows(dialect, place, short_rows, kept, {k: StampClock() for k in clocks})
+    return _careful(lines, end, columns, notes, rows)
 
 
 def _all_clean(
@@ -143,22 +144,12 @@ def _clean_row(dialect: Dialect) -> re.Pattern[str]:
     return re.compile(rf"\s*+{row}\s*" if blanks else row)
 
 
-def _careful(
-    lines: Sequence[str],
-    dialect: Dialect,
-    place: str,
-    end: int,
-    columns: list[Array],
-    kept: list[int],
-    notes: list[str],
-    short_rows: bool,
-    clocks: Mapping[int, StampClock],
-) -> Body:
+def _careful(lines: Sequence[str], end: int, columns: list[Array], notes: list[str], rows: _Rows) -> Body:
     """Fill the kept columns with what is clean by the C parser and with the rest line by line."""
+    dialect = rows.dialect
     clean = _clean_row(dialect).fullmatch
     numbers = np.empty(end - dialect.first, dtype=np.int64)
     ends = [0] * dialect.fields
-    rows = _Rows(dialect, place, short_rows, kept, clocks)
     quoted = '"' in lines[dialect.first]
     at = 0  # rows kept so far
     for first, _, text in texts(lines, dialect.first, end):
@@ -167,7 +158,7 @@ def _careful(
         good = None
         if is_clean.any():
             plain = "\n".join(line for line, ok in zip(body, is_clean, strict=True) if ok)
-            good = _fast(plain, int(is_clean.sum()), dialect, quoted, clocks)
+            good = _fast(plain, int(is_clean.sum()), dialect, quoted, rows.clocks)
         if good is None:
             is_clean[:] = False
         values = np.full((len(body), dialect.fields), np.nan)
@@ -183,7 +174,7 @@ def _careful(
                 values[i] = row
         values = values[keep]
         after = at + len(values)
-        for k in kept:
+        for k in rows.kept:
             columns[k][at:after] = values[:, k]
         numbers[at:after] = first + 1 + np.flatnonzero(keep)
         for k in range(dialect.fields):

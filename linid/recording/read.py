@@ -16,6 +16,7 @@ from linid.recording.recording import Axis, Kind, Recording, Split, frozen
 from linid.recording.repair import saturation_note
 from linid.recording.resolve import Channels, resolve, used_columns
 from linid.recording.splines import to_uniform
+from linid.recording.table import Table
 
 _FEWEST = 50
 
@@ -48,7 +49,7 @@ def read_recording(
     table = read_table(path, mapping, lambda table: used_columns(table, mapping, axis, period))
     found = resolve(table, mapping, axis, period)
     signals = assemble(table, found, period, window)
-    return to_uniform(_recording(path, table.sha256, signals, found, table.notes, axis, kind, split, added_mass))
+    return to_uniform(_recording(table, signals, found, axis, kind, split, added_mass))
 
 
 def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:
@@ -62,18 +63,10 @@ def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:
 
 
 def _recording(
-    path: Path,
-    sha256: str,
-    signals: Signals,
-    channels: Channels,
-    table_notes: tuple[str, ...],
-    axis: Axis,
-    kind: Kind | None,
-    split: Split,
-    added_mass: float,
+    table: Table, signals: Signals, channels: Channels, axis: Axis, kind: Kind | None, split: Split, added_mass: float
 ) -> Recording:
-    values = signals.values
-    notes = [*table_notes, *channels.notes, *signals.notes]
+    path, values = table.path, signals.values
+    notes = [*table.notes, *channels.notes, *signals.notes]
     phases, phase_notes = _three_phases(values, path)
     notes += phase_notes
     voltages = np.stack([values[role] for role in VOLTAGES]) if VOLTAGES[0] in values else None
@@ -108,7 +101,7 @@ def _recording(
         split=split,
         added_mass=added_mass,
         source=path,
-        sha256=sha256,
+        sha256=table.sha256,
         notes=tuple(notes),
         reading=signals.reading,
     )

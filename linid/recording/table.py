@@ -69,27 +69,34 @@ class Table:
 Used = Callable[[Table], Collection[int] | None]
 
 
-def make_columns(
-    headers: Sequence[str],
-    body: Body,
-    numeric: Sequence[bool],
-    *,
-    first: int = 0,
-    units: Sequence[str | None] | None = None,
-    aliases: Sequence[Sequence[str]] | None = None,
-    groups: Sequence[int] | None = None,
-    times: Sequence[bool] | None = None,
-    stamps: Sequence[int] = (),
-) -> tuple[Column, ...]:
-    """Columns from the body's, by their headers; a group that ends early (blank to its end) is cut to its own length.
+@dataclass(frozen=True)
+class Headings:
+    """What an export says of its columns, in their order, besides their values.
 
-    first: number of the body's columns before the first header; stamps: numbers of the columns of clock times, in s.
-    Without `groups`, every column named like a time starts a group of the columns to its right.
+    headers: texts with or without a unit; units: before those of the headers; stamps: numbers of the columns of clock
+    times, in s. Without `groups`, every column named like a time starts a group of the columns to its right; without
+    `times`, names tell which columns count time.
     """
-    headers = [plain(header) for header in headers]
+
+    headers: Sequence[str]
+    units: Sequence[str | None] | None = None
+    aliases: Sequence[Sequence[str]] | None = None
+    groups: Sequence[int] | None = None
+    times: Sequence[bool] | None = None
+    stamps: Sequence[int] = ()
+
+
+def make_columns(headings: Headings, body: Body, numeric: Sequence[bool], *, first: int = 0) -> tuple[Column, ...]:
+    """Columns from the body's, by their headings; a group that ends early (blank to its end) is cut to its own length.
+
+    first: number of the body's columns before the first heading.
+    """
+    units, aliases, stamps = headings.units, headings.aliases, headings.stamps
+    headers = [plain(header) for header in headings.headers]
     parsed = [split_header(header) for header in headers]
     parsed = [(name, "s") if k in stamps else (name, unit) for k, (name, unit) in enumerate(parsed)]
-    is_clock = list(times) if times is not None else _clocks([name for name, _ in parsed], stamps)
+    is_clock = list(headings.times) if headings.times is not None else _clocks([name for name, _ in parsed], stamps)
+    groups = headings.groups
     if groups is None:
         started = np.cumsum(is_clock)
         groups = [max(0, int(n) - 1) for n in started] if sum(is_clock) > 1 else [0] * len(headers)

@@ -26,11 +26,11 @@ __all__ = [
     "gap_latex",
     "gap_table_console",
     "identifiability_notes",
+    "parameter_csv",
     "parameter_latex",
     "parameter_table_console",
     "table_text",
     "write_gap_csv",
-    "write_parameter_csv",
 ]
 
 PARAMETER_COLUMNS = ("name", "symbol", "value", "std", "low", "high", "unit", "status", "note")
@@ -185,15 +185,15 @@ def table_text(table: Table, width: int = 80) -> str:
     return "\n".join(line.rstrip() for line in stream.getvalue().splitlines()) + "\n"
 
 
-def write_parameter_csv(result: FitResult, path: Path) -> Path:
-    """Write all parameters, then the derived quantities (status `derived`), in full precision.
+def parameter_csv(result: FitResult) -> str:
+    """CSV of all parameters, then the derived quantities (status `derived`), in full precision.
 
     Columns: name, symbol, value, std, low, high, unit, status, note. Numbers read back with `float` to the same bits;
     empty where there is none. How many digits mean something is for the std to say (the LaTeX table rounds by it).
     """
     rows = [_csv_row(e, e.status) for e in result.estimates]
     rows += [_csv_row(e, "derived" if e.status == "fitted" else e.status) for e in result.derived]
-    return write_csv(path, PARAMETER_COLUMNS, rows)
+    return csv_text(PARAMETER_COLUMNS, rows)
 
 
 def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear") -> Path:

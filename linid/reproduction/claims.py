@@ -69,10 +69,28 @@ def claims(evidence: Evidence) -> tuple[Claim, ...]:
 
 def impossible(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
     """Where the paper's numbers cannot be, with the consequence that shows it."""
-    first, second, third = meant(TABLE_1), meant(TABLE_2), meant(TABLE_3)
+    return (
+        *_impossible_units(),
+        *_impossible_windings(table_2_thrust),
+        Impossible(
+            "friction, table 3",
+            "equal to table 1 in every digit",
+            "the text says that it changed in the theta fit",
+            "perhaps table 1 was printed twice",
+        ),
+        Impossible(
+            "limit of the scope (25)",
+            f"k_0 = {PAPER_FIT[0]}",
+            f"the exact limit is {limit_k():.5f}; k_0 is the "
+            "constant of a fit on N up to 100 whose exponential dies out faster than the k_N, which approach it as 1/N",
+            f"{limit_k():.5f}",
+        ),
+    )
+
+
+def _impossible_units() -> tuple[Impossible, ...]:
+    first, density = meant(TABLE_1), meant(TABLE_2)["electrical_wavenumber"]
     coulomb, stiffness = first["coulomb_force"], first["bristle_stiffness"]
-    density = second["electrical_wavenumber"]
-    low, high = table_2_thrust
     return (
         Impossible(
             "K_f, tables 2 and 3",
@@ -101,6 +119,13 @@ def impossible(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
             f"{1e3 * math.pi / density:.2f} mm; by eq. 35 z_0 = omega_g/2 = {density / 2e3:.3f} 1/mm",
             f"perhaps 1.047 1/cm: {10 * math.pi / 2 / 1.047:.1f} mm",
         ),
+    )
+
+
+def _impossible_windings(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
+    second, third = meant(TABLE_2), meant(TABLE_3)
+    low, high = table_2_thrust
+    return (
         Impossible(
             "alpha_p and z_p",
             "0.5368 and 1.513",
@@ -115,19 +140,6 @@ def impossible(table_2_thrust: tuple[float, float]) -> tuple[Impossible, ...]:
             f"{high:.0f} N at another, within a pole pitch",
             "as above; a motor identified so shakes at each step of "
             "the current, which may be what the paper saw with square waves",
-        ),
-        Impossible(
-            "friction, table 3",
-            "equal to table 1 in every digit",
-            "the text says that it changed in the theta fit",
-            "perhaps table 1 was printed twice",
-        ),
-        Impossible(
-            "limit of the scope (25)",
-            f"k_0 = {PAPER_FIT[0]}",
-            f"the exact limit is {limit_k():.5f}; k_0 is the "
-            "constant of a fit on N up to 100 whose exponential dies out faster than the k_N, which approach it as 1/N",
-            f"{limit_k():.5f}",
         ),
     )
 

@@ -43,6 +43,25 @@ def currents_along(model: Model, params: Array, inputs: Inputs, y: Array, v: Arr
 
 
 @njit(cache=True, nogil=True)
+def _motion_between(k: int, share: float, dt: float, y: Array, v: Array) -> tuple[float, float]:
+    """Position and speed a share of the interval after sample k, by the cubic through both samples' own."""
+    here = y[k] + share * (
+        dt * v[k]
+        + share
+        * (
+            3.0 * (y[k + 1] - y[k])
+            - dt * (2.0 * v[k] + v[k + 1])
+            + share * (dt * (v[k] + v[k + 1]) - 2.0 * (y[k + 1] - y[k]))
+        )
+    )
+    speed = v[k] + share * (
+        2.0 * (3.0 * (y[k + 1] - y[k]) / dt - 2.0 * v[k] - v[k + 1])
+        + 3.0 * share * (v[k] + v[k + 1] - 2.0 * (y[k + 1] - y[k]) / dt)
+    )
+    return here, speed
+
+
+@njit(cache=True, nogil=True)
 def _along(
     params: Array,
     motor: int,
@@ -54,6 +73,7 @@ def _along(
     start: Array,
     out: Array,
 ) -> None:
+    """Kernel: the currents of one candidate along one recording, into `out`; arguments as of `currents_along`."""
     p = params[MOTOR_START : MOTOR_START + 6]
     table = np.zeros((3, 12))
     harmonics = prepare_motor(motor, p, table)
@@ -78,20 +98,7 @@ def _along(
                     continue
                 share = (piece + 0.5 * place) / _PIECES
                 x = share * dt
-                # The cubic through both samples' positions and speeds.
-                here = y[k] + share * (
-                    dt * v[k]
-                    + share
-                    * (
-                        3.0 * (y[k + 1] - y[k])
-                        - dt * (2.0 * v[k] + v[k + 1])
-                        + share * (dt * (v[k] + v[k + 1]) - 2.0 * (y[k + 1] - y[k]))
-                    )
-                )
-                speed = v[k] + share * (
-                    2.0 * (3.0 * (y[k + 1] - y[k]) / dt - 2.0 * v[k] - v[k + 1])
-                    + 3.0 * share * (v[k] + v[k + 1] - 2.0 * (y[k + 1] - y[k]) / dt)
-                )
+                here, speed = _motion_between(k, share, dt, y, v)
                 e_1, e_2, e_3 = phase_constants(motor, here, p, table, harmonics, wavenumber, phase)
                 c = coefficients[k]
                 u_1 = ((c[0, 3] * x + c[0, 2]) * x + c[0, 1]) * x + c[0, 0] - e_1 * speed

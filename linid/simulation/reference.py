@@ -110,22 +110,92 @@ class _Terms:
         return (*arguments, self.record, self.elapsed + arguments[0], *map(float, own))
 
 
-def simulate_reference(
-    kind: str,
-    values: dict[str, float],
-    recording: Recording,
-    start: tuple[float, float, float],
-    *,
-    effects: tuple[str, ...] = (),
-    rtol: float = 1e-9,
-    method: str = "LSODA",
-    max_step: float | None = None,
-) -> tuple[Array, Array]:
-    """Position reading (n,) m and velocity (n,) m/s by scipy.integrate.solve_ivp; eqs. 40-45 as corrected.
+@dataclass(frozen=True)
+class Friction:
+    """The LuGre model's parameters, SI."""
 
-    values: canonical parameter name -> SI value; start: y, v, w; effects: names of those that act. Raises
-    RuntimeError when scipy gives up.
+    coulomb: float
+    static: float
+    stribeck: float
+    exponent: float
+    sigma_0: float
+    sigma_1: float
+    sigma_2: float
+
+    @classmethod
+    def of(cls, values: dict[str, float]) -> Friction:
+        """From canonical parameter names."""
+        return cls(
+            values["coulomb_force"],
+            values["static_force"],
+            values["stribeck_velocity"],
+            values["stribeck_exponent"],
+            values["bristle_stiffness"],
+            values["bristle_damping"],
+            values["viscous_friction"],
+        )
+
+    def level(self, v: float) -> float:
+        """The Stribeck curve g(v) in N."""
+        return self.coulomb + (self.static - self.coulomb) * math.exp(-(abs(v / self.stribeck) ** self.exponent))
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What acts on the axis during one recording: its equations (40-45 as corrected) with all effects or without any.
+
+    inputs: spline through the three inputs (None: none acts); t: the recording's first and last instant, s.
     """
+
+    kind: str
+    values: dict[str, float]
+    friction: Friction
+    terms: _Terms
+    inputs: CubicSpline | None
+    t: tuple[float, float]
+    mass: float
+    delay: float
+
+    def arguments(self, time: float, y: float, v: float) -> tuple[float, ...]:
+        """What every term of an effect is told: t, y, v and the delayed inputs."""
+        if self.inputs is None:
+            return (time, y, v, 0.0, 0.0, 0.0)
+        return (time, y, v, *(float(i) for i in self.inputs(min(max(time - self.delay, self.t[0]), self.t[1]))))
+
+    def rates(self, time: float, state: Array) -> Array:
+        """Time derivatives of y, v, w and the hidden states."""
+        terms, friction = self.terms, self.friction
+        y, v, w = (float(x) for x in state[:3])
+        hidden = state[3:]
+        arguments = self.arguments(time, y, v)
+        driven = arguments
+        force = 0.0
+        if self.inputs is not None:
+            driven = terms.chain("drive", arguments, hidden)
+            seen = terms.chain("field", driven, hidden)[1]
+            force = motor_force(self.kind, self.values, seen, np.array(driven[3:]))
+            force *= math.prod(terms.values("thrust", driven, hidden))
+        level = friction.level(v)
+        level += sum(terms.values("load", arguments, hidden, (force,)))
+        level *= math.prod(terms.values("level", arguments, hidden))
+        w_rate = v - friction.sigma_0 * abs(v) * w / level
+        grip = math.prod(terms.values("friction", arguments, hidden))
+        resistance = grip * (friction.sigma_0 * w + friction.sigma_1 * w_rate) + friction.sigma_2 * v
+        force += sum(terms.values("force", driven, hidden))
+        a = (force - resistance) / self.mass
+        return np.concatenate([[v, a, w_rate], terms.rates(arguments, a, hidden)])
+
+    def rates_without_effects(self, time: float, state: Array) -> list[float]:
+        """The same without effects and so without a delay: for they take most of the time."""
+        y, v, w = state
+        friction = self.friction
+        w_rate = v - friction.sigma_0 * abs(v) * w / friction.level(v)
+        resistance = friction.sigma_0 * w + friction.sigma_1 * w_rate + friction.sigma_2 * v
+        force = 0.0 if self.inputs is None else motor_force(self.kind, self.values, y, self.inputs(time))
+        return [v, (force - resistance) / self.mass, w_rate]
+
+
+def _run_of(kind: str, values: dict[str, float], recording: Recording, effects: tuple[str, ...]) -> _Run:
     t = recording.t
     channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
     spline = None
@@ -142,47 +212,29 @@ def simulate_reference(
     mass = values["mass"] + recording.added_mass
     mass += sum(e.mass.py_func(terms.record, *own) for e, own in terms.active if e.mass is not None)
     delay = sum(e.delay.py_func(*own) for e, own in terms.active if e.delay is not None)
-    sigma_0, sigma_1, sigma_2 = values["bristle_stiffness"], values["bristle_damping"], values["viscous_friction"]
-    coulomb, static = values["coulomb_force"], values["static_force"]
-    v_s, alpha = values["stribeck_velocity"], values["stribeck_exponent"]
+    return _Run(kind, values, Friction.of(values), terms, spline, (float(t[0]), float(t[-1])), mass, delay)
 
-    def arguments_at(time: float, y: float, v: float) -> tuple[float, ...]:
-        if spline is None:
-            return (time, y, v, 0.0, 0.0, 0.0)
-        return (time, y, v, *(float(i) for i in spline(min(max(time - delay, t[0]), t[-1]))))
 
-    def right_hand_side(time: float, state: Array) -> Array:
-        y, v, w = (float(x) for x in state[:3])
-        hidden = state[3:]
-        arguments = arguments_at(time, y, v)
-        driven = arguments
-        force = 0.0
-        if spline is not None:
-            driven = terms.chain("drive", arguments, hidden)
-            seen = terms.chain("field", driven, hidden)[1]
-            force = motor_force(kind, values, seen, np.array(driven[3:]))
-            force *= math.prod(terms.values("thrust", driven, hidden))
-        level = coulomb + (static - coulomb) * math.exp(-(abs(v / v_s) ** alpha))
-        level += sum(terms.values("load", arguments, hidden, (force,)))
-        level *= math.prod(terms.values("level", arguments, hidden))
-        w_rate = v - sigma_0 * abs(v) * w / level
-        grip = math.prod(terms.values("friction", arguments, hidden))
-        resistance = grip * (sigma_0 * w + sigma_1 * w_rate) + sigma_2 * v
-        force += sum(terms.values("force", driven, hidden))
-        a = (force - resistance) / mass
-        return np.concatenate([[v, a, w_rate], terms.rates(arguments, a, hidden)])
+def simulate_reference(
+    kind: str,
+    values: dict[str, float],
+    recording: Recording,
+    start: tuple[float, float, float],
+    *,
+    effects: tuple[str, ...] = (),
+    rtol: float = 1e-9,
+    method: str = "LSODA",
+    max_step: float | None = None,
+) -> tuple[Array, Array]:
+    """Position reading (n,) m and velocity (n,) m/s by scipy.integrate.solve_ivp; eqs. 40-45 as corrected.
 
-    def without_effects(time: float, state: Array) -> list[float]:
-        y, v, w = state
-        level = coulomb + (static - coulomb) * math.exp(-(abs(v / v_s) ** alpha))
-        w_rate = v - sigma_0 * abs(v) * w / level
-        resistance = sigma_0 * w + sigma_1 * w_rate + sigma_2 * v
-        force = 0.0 if spline is None else motor_force(kind, values, y, spline(time))
-        return [v, (force - resistance) / mass, w_rate]
-
-    first = np.concatenate([start, terms.initial(arguments_at(float(t[0]), start[0], start[1]))])
+    values: canonical parameter name -> SI value; start: y, v, w; effects: names of those that act. Raises
+    RuntimeError when scipy gives up.
+    """
+    t, run = recording.t, _run_of(kind, values, recording, effects)
+    first = np.concatenate([start, run.terms.initial(run.arguments(float(t[0]), start[0], start[1]))])
     solution = solve_ivp(
-        right_hand_side if chosen else without_effects,
+        run.rates if run.terms.active else run.rates_without_effects,
         (t[0], t[-1]),
         first,
         method=method,
@@ -194,7 +246,7 @@ def simulate_reference(
     if not solution.success:
         raise RuntimeError(f"reference integration stopped: {solution.message}")
     reading = [
-        y + sum(terms.values("sensor", arguments_at(time, y, v), hidden))
+        y + sum(run.terms.values("sensor", run.arguments(time, y, v), hidden))
         for time, y, v, hidden in zip(t, solution.y[0], solution.y[1], solution.y[3:].T, strict=True)
     ]
     return np.array(reading), solution.y[1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from linid.arrays import Array
 from linid.recording.recording import Recording
-from linid.simulation.reference import motor_force
+from linid.simulation.reference import Friction, motor_force
 
 
 @dataclass(frozen=True)
@@ -26,6 +25,38 @@ class DrivenByVoltage:
     copper: Array
     mechanical: Array
     stored: Array
+
+
+@dataclass(frozen=True)
+class _Run:
+    """The equations of a motor and its windings under the spline through its phase voltages."""
+
+    kind: str
+    winding: str
+    values: dict[str, float]
+    friction: Friction
+    voltages: CubicSpline
+    inverse: Array  # of the inductances, 1/H
+    mass: float
+
+    def constants(self, y: float) -> Array:
+        """Force per current (3,) in N/A, and back-EMF per speed, at y in m."""
+        return np.array([motor_force(self.kind, self.values, y, unit) for unit in np.eye(3)])
+
+    def rates(self, time: float, state: Array) -> Array:
+        """Time derivatives of y, v, w, the currents, and three energies: electrical input, copper loss, work."""
+        y, v, w = state[:3]
+        currents, friction, resistance = state[3:6], self.friction, self.values["phase_resistance"]
+        emf = self.constants(y) * v
+        voltages = self.voltages(time)
+        if self.winding == "star":
+            voltages = voltages - np.mean(voltages - emf)
+        current_rates = self.inverse @ (voltages - emf - resistance * currents)
+        w_rate = v - friction.sigma_0 * abs(v) * w / friction.level(v)
+        thrust = float(self.constants(y) @ currents)
+        a = (thrust - friction.sigma_0 * w - friction.sigma_1 * w_rate - friction.sigma_2 * v) / self.mass
+        powers = [voltages @ currents, resistance * currents @ currents, thrust * v]
+        return np.concatenate([[v, a, w_rate], current_rates, powers])
 
 
 def simulate_voltage_reference(
@@ -46,36 +77,13 @@ def simulate_voltage_reference(
     """
     assert recording.phase_voltages is not None
     t = recording.t
-    spline = CubicSpline(t, recording.phase_voltages, axis=1)
     mutual = values.get("mutual_inductance", 0.0) if winding == "separate" else 0.0
     inductance = (values["phase_inductance"] - mutual) * np.eye(3) + mutual * np.ones((3, 3))
-    inverse = np.linalg.inv(inductance)
-    resistance = values["phase_resistance"]
-    mass = values["mass"] + recording.added_mass
-    sigma_0, sigma_1, sigma_2 = values["bristle_stiffness"], values["bristle_damping"], values["viscous_friction"]
-    coulomb, static = values["coulomb_force"], values["static_force"]
-    v_s, alpha = values["stribeck_velocity"], values["stribeck_exponent"]
-
-    def constants(y: float) -> Array:
-        return np.array([motor_force(kind, values, y, unit) for unit in np.eye(3)])
-
-    def rates(time: float, state: Array) -> Array:
-        y, v, w = state[:3]
-        currents = state[3:6]
-        emf = constants(y) * v
-        voltages = spline(time)
-        if winding == "star":
-            voltages = voltages - np.mean(voltages - emf)
-        current_rates = inverse @ (voltages - emf - resistance * currents)
-        level = coulomb + (static - coulomb) * math.exp(-(abs(v / v_s) ** alpha))
-        w_rate = v - sigma_0 * abs(v) * w / level
-        thrust = float(constants(y) @ currents)
-        a = (thrust - sigma_0 * w - sigma_1 * w_rate - sigma_2 * v) / mass
-        powers = [voltages @ currents, resistance * currents @ currents, thrust * v]
-        return np.concatenate([[v, a, w_rate], current_rates, powers])
-
+    inverse = np.asarray(np.linalg.inv(inductance), dtype=np.float64)
+    spline, mass = CubicSpline(t, recording.phase_voltages, axis=1), values["mass"] + recording.added_mass
+    run = _Run(kind, winding, values, Friction.of(values), spline, inverse, mass)
     solution = solve_ivp(
-        rates,
+        run.rates,
         (t[0], t[-1]),
         np.concatenate([start, start_currents, np.zeros(3)]),
         method="LSODA",

@@ -282,6 +282,7 @@ def _integrate(
     substeps: int,
     loops_per_sample: int,
 ) -> tuple[Array, float, float]:
+    """Kernel: the sampled loops and the steps between them; (n, 7) state and rate of the q-current, extremes of y."""
     loops = current.shape[0]
     logged = np.empty((loops // loops_per_sample, 7))
     state = (y0, v0, w0, 0.0, 0.0, 0.0)

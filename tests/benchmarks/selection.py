@@ -22,6 +22,7 @@ MATTERS, CLOSE = 0.05, 0.05  # of the gap
 def found(path: Path) -> dict[str, Any]:
     """What the selection says of one campaign: entries, dropped effects, gap and CPU seconds."""
     from linid.diagnosis.base import fit_base_model, numbered
+    from linid.diagnosis.means import Means
     from linid.diagnosis.screen import Screening
     from linid.diagnosis.select import select
     from linid.diagnosis.shares import shares_of
@@ -34,7 +35,7 @@ def found(path: Path) -> dict[str, Any]:
 
     start = time.process_time()
     recordings = numbered(read_inputs([path / "campaign.yaml"], Settings()).recordings)
-    base = fit_base_model(recordings, base_kind(recordings), {}, 1, 1, [], quiet)
+    base = fit_base_model(recordings, base_kind(recordings), {}, Means(), [])
     chosen = select(base, Screening(base.judge.fits, base.fitted, 1), quiet)
     shares = shares_of(base.judge, chosen.base, chosen.best, 1)
     entries = {}

@@ -21,7 +21,10 @@ import numpy as np
 
 from linid.diagnosis import select
 from linid.diagnosis.base import fit_base_model, numbered
+from linid.diagnosis.descent import THOROUGH
+from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.judge import Evidence
+from linid.diagnosis.means import Means
 from linid.diagnosis.screen import Screening
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.workflow.commands.diagnose import base_kind
@@ -49,10 +52,10 @@ def evidence(path: Path, truth: dict[str, float]) -> list[dict[str, Any]]:
     from linid.workflow.run.settings import Settings
 
     recordings = numbered(read_inputs([path], Settings()).recordings)
-    base = fit_base_model(recordings, base_kind(recordings), {}, 2, 1, [], lambda stage, done, total: None)
+    base = fit_base_model(recordings, base_kind(recordings), {}, Means(2), [])
     screening = Screening(base.judge.fits, base.fitted, 2)
     full, _ = select.forward(base, screening, lambda stage, done, total: None)
-    full = base.judge.fits.fit(full.model, full.values, full.preset, screening.to_fit(full), select.THOROUGH)
+    full = base.judge.fits.fit(full.model, full.values, full.preset, screening.to_fit(full), THOROUGH)
     out = []
     for name in full.model.effects:
         found = select.part_of(base.judge, base.fitted, full, name, 2).evidence
@@ -64,16 +67,16 @@ def evidence(path: Path, truth: dict[str, float]) -> list[dict[str, Any]]:
 def kept(rows: Sequence[dict[str, Any]], changed: dict[str, float]) -> tuple[float, int, int]:
     """Recall of true effects that matter, how many of those, and absent effects that stand the tests."""
     with mock.patch.multiple(select, **changed):
-        found = [row for row in rows if row.get("proposed", True) and select.stands(_part(row))]
+        found = [row for row in rows if row.get("proposed", True) and stands(_part(row))]
     matter = [row for row in rows if row["there"] and row["share"] >= MATTERS and row["effect"] in _KNOWN]
     good = [row for row in found if row["there"] and row["share"] >= MATTERS]
     absent = [row for row in found if not row["there"]]
     return len(good) / max(len(matter), 1), len(matter), len(absent)
 
 
-def _part(row: dict[str, Any]) -> select.Part:
+def _part(row: dict[str, Any]) -> Part:
     fields = ("gain", "certainty", "closed", "power", "power_closed")
-    return select.Part(row["effect"], Evidence(*(row[name] for name in fields)), None)  # type: ignore[arg-type]
+    return Part(row["effect"], Evidence(*(row[name] for name in fields)), None)  # type: ignore[arg-type]
 
 
 def report(rows: Sequence[dict[str, Any]]) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from linid.diagnosis.diagnose import diagnose
+from linid.diagnosis.means import Means
 from linid.recording.recording import Recording, in_order
 from tests.simulation.axis_with_effects import AXIS, campaign_with, simulate
 
@@ -67,14 +68,14 @@ def held_back(force: float) -> list[Recording]:
 
 def test_a_run_that_something_holds_back_is_not_heavier() -> None:
     """Where the axis hardly accelerates, a large mass shrinks whatever is wrong, and explains nothing."""
-    verdict = diagnose("held back", held_back(0.3), "force", jobs=2, seed=1).diagnosis.verdict
+    verdict = diagnose("held back", held_back(0.3), "force", means=Means(2)).diagnosis.verdict
     assert "payload_change" not in verdict.effects, verdict
 
 
 def test_too_poor_a_campaign_gets_no_guess() -> None:
     """While the drive is always on, a force and an offset of the current push the same way."""
     known = {"force_constant": AXIS["force_constant"]}
-    verdict = diagnose("driven", driven(0.5), "force", known=known, jobs=2, seed=1).diagnosis.verdict
+    verdict = diagnose("driven", driven(0.5), "force", known=known, means=Means(2)).diagnosis.verdict
     assert verdict.status in ("explained", "partly explained"), verdict
     assert {"constant_force", "current_offset"} <= {*verdict.effects, *verdict.equivalent}
 
@@ -82,14 +83,14 @@ def test_too_poor_a_campaign_gets_no_guess() -> None:
 def test_a_drag_that_bends_upwards_is_no_eddy_current() -> None:
     """Induced currents brake ever less per speed, air ever more: even a short range of speeds tells them apart."""
     slow = coast_downs("quadratic_drag", {"drag_coefficient": 1.5}, 0.6)
-    verdict = diagnose("slow", slow, "friction", jobs=2, seed=1).diagnosis.verdict
+    verdict = diagnose("slow", slow, "friction", means=Means(2)).diagnosis.verdict
     assert (verdict.status, verdict.effects) == ("explained", ("quadratic_drag",)), verdict
 
 
 def test_a_constant_force_is_not_called_a_cable() -> None:
     """A cable whose spring and hysteresis come out next to nothing is a constant force."""
     recordings = coast_downs("constant_force", {"constant_force": 0.05}, 0.6)
-    verdict = diagnose("tilted", recordings, "friction", jobs=2, seed=1).diagnosis.verdict
+    verdict = diagnose("tilted", recordings, "friction", means=Means(2)).diagnosis.verdict
     assert verdict.effects == ("constant_force",), verdict
 
 
@@ -100,7 +101,7 @@ def test_a_richer_one_gets_its_name() -> None:
         share = 0.1 * (k - 1)
         place[f"friction_at_{k}"] = 0.12 * (2.0 * share - 1.0) - 0.1 * math.sin(2.0 * math.pi * share)
     recordings = coast_downs("position_dependent_friction", place, 0.6)
-    verdict = diagnose("both ways", recordings, "friction", jobs=2, seed=1).diagnosis.verdict
+    verdict = diagnose("both ways", recordings, "friction", means=Means(2)).diagnosis.verdict
     assert verdict.effects == ("position_dependent_friction",)
 
 
@@ -113,5 +114,5 @@ def test_noise_in_place_of_motion_has_no_cause() -> None:
             walk = np.cumsum(np.cumsum(np.convolve(random.standard_normal(recording.y.size), np.hanning(40), "same")))
             recording = replace(recording, y=0.02 * walk / np.ptp(walk))
         wandering.append(replace(recording, split="held_out" if k in (3, 6) else "fit"))
-    verdict = diagnose("noise", wandering, "sine", jobs=2, seed=1).diagnosis.verdict
+    verdict = diagnose("noise", wandering, "sine", means=Means(2)).diagnosis.verdict
     assert verdict.status == "unknown", verdict

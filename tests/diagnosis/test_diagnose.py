@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.diagnose import Found, diagnose
+from linid.diagnosis.means import Means
 from linid.errors import UsageError
 from linid.identification.result import ModelKind
 from linid.physics.effects.registry import find_effect
@@ -34,7 +35,7 @@ def recordings(config: str = "stand_axis.yaml") -> tuple[Recording, ...]:
 
 
 def run(chosen: tuple[Recording, ...], kind: ModelKind = "sine") -> Found:
-    return diagnose("stand", chosen, kind, jobs=2, seed=1)
+    return diagnose("stand", chosen, kind, means=Means(2))
 
 
 def test_nothing_is_missing_where_nothing_is_hidden() -> None:
@@ -87,7 +88,7 @@ def test_an_effect_of_the_base_is_never_called_in_question() -> None:
         replace(r, added_mass=r.added_mass - 0.15) if r.name in {"sine_position_1", "moves_3"} else r
         for r in recordings()
     )
-    found = diagnose("stand", wrong, "sine", effects=("constant_force",), jobs=2, seed=1)
+    found = diagnose("stand", wrong, "sine", effects=("constant_force",), means=Means(2))
     assert found.before.effects == ("constant_force",)
     assert found.after.effects == ("constant_force", "payload_change")
     assert [entry.effect for entry in found.diagnosis.budget.entries] == ["payload_change"]

@@ -9,7 +9,8 @@ import pytest
 
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
-from linid.diagnosis.joint import THOROUGH, Fitted
+from linid.diagnosis.descent import THOROUGH
+from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge, judge_of
 from linid.physics.model import Model
 from linid.recording.recording import Recording

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.diagnose import Found, diagnose
+from linid.diagnosis.means import Means
 from linid.workflow.run.inputs import read_inputs
 from linid.workflow.run.settings import Settings
 from tests.identification.test_real_axes import DRIVE_GAIN, emps, force_error
@@ -18,13 +19,13 @@ from tests.shared_data import shared
 def diagnosed(machine: str, campaign: str) -> Found:
     """The diagnosis of a machine's campaign file."""
     inputs = read_inputs([shared("real", machine, campaign)], Settings())
-    return diagnose(machine, inputs.recordings, "force", known=inputs.known, jobs=2)
+    return diagnose(machine, inputs.recordings, "force", known=inputs.known, means=Means(2))
 
 
 def test_emps_lacks_a_friction_that_knows_the_direction() -> None:
     fitted, held = emps("DATA_EMPS"), emps("DATA_EMPS_PULSES")
     recordings = (fitted, replace(held, split="held_out"))
-    found = diagnose("emps", recordings, "force", known={"force_constant": DRIVE_GAIN}, jobs=2)
+    found = diagnose("emps", recordings, "force", known={"force_constant": DRIVE_GAIN}, means=Means(2))
     verdict = found.diagnosis.verdict
     assert verdict.status in ("explained", "partly explained") and verdict.effects[0] == "asymmetric_friction"
     # As the published values are judged, the axis' force without friction that knows the direction.

@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.screen import Screened
-from linid.diagnosis.select import CONTENDING, Part, contenders, look_alike, preset_of, stands
+from linid.diagnosis.select import CONTENDING, contenders, look_alike, preset_of
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
 

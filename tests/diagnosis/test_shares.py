@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.base import Base, fit_base_model, numbered
-from linid.diagnosis.joint import THOROUGH, Fitted
+from linid.diagnosis.descent import THOROUGH
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.means import Means
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import fit_effects
 from linid.diagnosis.shares import Shares, shares_of
@@ -44,7 +46,7 @@ def run(number: int) -> tuple[Recording, dict[str, np.ndarray]]:
 def found() -> tuple[Base, Fitted, Shares]:
     runs = [run(k) for k in range(1, 6)]
     recordings = numbered([r for r, _ in runs])
-    base = fit_base_model(recordings, "force", {"mass": MASS}, 2, 1, [], lambda stage, done, total: None)
+    base = fit_base_model(recordings, "force", {"mass": MASS}, Means(2), [])
     best = fit_effects(base, Screening(base.judge.fits, base.fitted, 2), EFFECTS)
     assert best is not None
     return base, best, shares_of(base.judge, base.fitted, best, 1)

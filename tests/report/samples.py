@@ -48,7 +48,7 @@ def history() -> tuple[Generation, ...]:
     genetic = [Generation("genetic", i, 120 * (i + 1), 20 * 0.93**i + 1, 60 * 0.94**i + 1.2) for i in range(90)]
     cma = [Generation("cma", i, 10800 + 40 * (i + 1), 1.03 * 0.999**i, 1.4 * 0.99**i + 0.05) for i in range(60)]
     levenberg_marquardt = [
-        Generation("polish", i, 13200 + 14 * (i + 1), 0.96 - 0.001 * i, 0.96 - 0.001 * i) for i in range(8)
+        Generation("least_squares", i, 13200 + 14 * (i + 1), 0.96 - 0.001 * i, 0.96 - 0.001 * i) for i in range(8)
     ]
     return (*genetic, *cma, *levenberg_marquardt)
 
@@ -76,7 +76,7 @@ def fit_result(**changes: Any) -> FitResult:
         "objectives": {},
         "residual_rms": {},
         "history": history(),
-        "stop_reasons": ("polish: ftol 1e-10 reached",),
+        "stop_reasons": ("least squares: 60 steps used",),
         "converged": True,
         "seed": 1,
         "evaluations": 13312,

@@ -18,12 +18,12 @@ from linid.report.tables import (
     batch_table_console,
     gap_latex,
     gap_table_console,
+    parameter_csv,
     parameter_latex,
     parameter_table_console,
     table_text,
     write_csv,
     write_gap_csv,
-    write_parameter_csv,
 )
 
 from .samples import ESTIMATES, NAN, estimate, fit_result, gap
@@ -41,7 +41,7 @@ def test_parameter_table_fits_and_shows_every_parameter(width: int) -> None:
     assert "1.720 ± 0.021" in text and "[1.679, 1.762]" in text
     assert "1.7204" not in text
     assert "pole_pitch" in text and "force_constant and winding_displacement (-0.994)" in " ".join(text.split())
-    assert re.search(r"bristle_stiffness +sigma_0 +not identifiable, ", text)
+    assert re.search(r"bristle_stiffness +sigma_0 +not\b", text) and "identifiable," in text
     assert "~1e4" in text and "31234" not in text
 
 
@@ -59,11 +59,12 @@ def test_brackets_in_notes_are_not_markup() -> None:
 
 def test_unfinished_search_is_named() -> None:
     text = table_text(parameter_table_console(fit_result(converged=False, warnings=("few data",))), 120)
-    assert "The search did not converge: polish: ftol 1e-10 reached" in text and "Warning: few data" in text
+    assert "The search did not converge: least squares: 60 steps used" in text and "Warning: few data" in text
 
 
 def test_parameter_csv(tmp_path: Path) -> None:
-    path = write_parameter_csv(fit_result(), tmp_path / "parameters.csv")
+    path = tmp_path / "parameters.csv"
+    path.write_text(parameter_csv(fit_result()), encoding="utf-8")
     with path.open(newline="", encoding="utf-8") as stream:
         rows = {row["name"]: row for row in csv.DictReader(stream)}
     assert path.read_text().splitlines()[0] == ",".join(PARAMETER_COLUMNS)

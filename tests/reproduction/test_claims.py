@@ -74,7 +74,7 @@ def test_what_signs_mean() -> None:
 
 
 def test_the_length_of_a_search() -> None:
-    lines = [("genetic", 0, 5.0), ("genetic", 1, 1.005), ("genetic", 2, 1.0), ("polish", 1, 0.5)]
+    lines = [("genetic", 0, 5.0), ("genetic", 1, 1.005), ("genetic", 2, 1.0), ("least_squares", 1, 0.5)]
     history = tuple(Generation(stage, number, 10 * number, best, best) for stage, number, best in lines)
     result = replace(fit_result(), history=history, evaluations=77)
     assert search_of(result) == Search(1, 2, 77)

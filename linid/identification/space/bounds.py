@@ -41,20 +41,7 @@ def build_space(
             raise UsageError(
                 name, f"the {model.kind} model has no parameter {name!r}", f"Known: {', '.join(sorted(names))}"
             )
-    motion = measure_motion(recordings)
-    noise = max(float(np.min(motion.position_noise)), 1e-12)
-    travel = travel_between_reversals(recordings)
-    speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
-    inertia = first.get("mass", 1.0) * typical_acceleration(recordings)
-    force = max(abs(first.get("coulomb_force", 0.0)), 1e-3 * inertia, 1e-15)
-    box = {
-        "coulomb_force": (force / 30.0, force * 10.0),
-        "static_force": (1.0, 8.0),
-        "stribeck_velocity": (1e-4 * speed, 0.1 * speed),
-        "bristle_stiffness": (force / (0.03 * travel), force / (0.03 * noise)),
-        "bristle_damping": (3e-3, 30.0),
-        "viscous_friction": (1e-4 * force / speed, 30.0 * force / speed),
-    }
+    box = _friction_box(recordings, first)
     for name in ("mass", "force_constant", "phase_resistance", "phase_inductance"):
         if name in first:
             box[name] = (abs(first[name]) / 8.0, abs(first[name]) * 8.0)
@@ -71,7 +58,7 @@ def build_space(
         share = fundamental_force_constant(1.0, at["winding_length"], at["nome"])
         box["force_constant"] = (share * box["force_constant"][0], share * box["force_constant"][1])
     box |= _effect_box(model, recordings, first, fixed)
-    point = []
+    searched = []
     held = dict(fixed)
     for parameter in model.parameters:
         if parameter.name in fixed:
@@ -81,8 +68,26 @@ def build_space(
             continue
         if not stribeck and parameter.name in ("static_force", "stribeck_velocity"):
             continue
-        point.append(_gene(parameter, box, bounds))
-    return SearchSpace(model, tuple(point), held, stribeck, fundamental)
+        searched.append(_search_parameter(parameter, box, bounds))
+    return SearchSpace(model, tuple(searched), held, stribeck, fundamental)
+
+
+def _friction_box(recordings: Sequence[Recording], first: dict[str, float]) -> dict[str, tuple[float, float]]:
+    """Bounds of the friction parameters by the forces, speeds, travel and noise of these recordings."""
+    motion = measure_motion(recordings)
+    noise = max(float(np.min(motion.position_noise)), 1e-12)
+    travel = travel_between_reversals(recordings)
+    speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
+    inertia = first.get("mass", 1.0) * typical_acceleration(recordings)
+    force = max(abs(first.get("coulomb_force", 0.0)), 1e-3 * inertia, 1e-15)
+    return {
+        "coulomb_force": (force / 30.0, force * 10.0),
+        "static_force": (1.0, 8.0),
+        "stribeck_velocity": (1e-4 * speed, 0.1 * speed),
+        "bristle_stiffness": (force / (0.03 * travel), force / (0.03 * noise)),
+        "bristle_damping": (3e-3, 30.0),
+        "viscous_friction": (1e-4 * force / speed, 30.0 * force / speed),
+    }
 
 
 def travel_between_reversals(recordings: Sequence[Recording]) -> float:
@@ -130,7 +135,7 @@ def _effect_box(
     return box
 
 
-def _gene(
+def _search_parameter(
     parameter: Parameter, box: dict[str, tuple[float, float]], bounds: dict[str, tuple[float, float]]
 ) -> SearchParameter:
     lower, upper = box.get(parameter.name, (parameter.lower, parameter.upper))

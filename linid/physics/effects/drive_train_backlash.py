@@ -125,6 +125,20 @@ def time_in_contact(e, u, a, omega, decay, turning, h):
 
 
 @term
+def time_to_contact(side, s_1, s_2, a, half, omega, decay):
+    """Time in s until the load that swings free meets or catches up with the side +1 or -1 of the gap."""
+    depth, rate, bend = side * s_1 - half, side * s_2, -0.5 * side * a
+    meets = rising_root(depth, rate, bend)
+    # Away from the side faster than its spring relaxes: it may catch up with the load.
+    catches = rising_root(
+        omega * omega * depth + 2.0 * decay * rate, omega * omega * rate + 4.0 * decay * bend, omega * omega * bend
+    )
+    if depth + (rate + bend * catches) * catches < 0.0:
+        catches = math.inf
+    return min(meets, catches)
+
+
+@term
 def advance(
     h,
     t,
@@ -169,18 +183,9 @@ def advance(
         else:
             span = math.inf
             for sign in (-1.0, 1.0):
-                depth, rate, bend = sign * s_1 - half, sign * s_2, -0.5 * sign * a
-                meets = rising_root(depth, rate, bend)
-                # Away from the side faster than its spring relaxes: it may catch up with the load.
-                catches = rising_root(
-                    omega * omega * depth + 2.0 * decay * rate,
-                    omega * omega * rate + 4.0 * decay * bend,
-                    omega * omega * bend,
-                )
-                if depth + (rate + bend * catches) * catches < 0.0:
-                    catches = math.inf
-                if min(meets, catches) < span:
-                    span, side = min(meets, catches), sign
+                until = time_to_contact(sign, s_1, s_2, a, half, omega, decay)
+                if until < span:
+                    span, side = until, sign
             passed = min(span, h)
             s_1, s_2 = s_1 + (s_2 - 0.5 * a * passed) * passed, s_2 - a * passed
             if span >= h:

@@ -14,7 +14,7 @@ from linid.recording.dialect import sniff
 from linid.recording.mapping import ChannelMapping
 from linid.recording.readers.reader import Reader
 from linid.recording.source import Source
-from linid.recording.table import Table, Used, make_columns, with_body
+from linid.recording.table import Headings, Table, Used, make_columns, with_body
 
 _TITLE = re.compile(r"(?i)[^;,\t]{0,80}\btrace\b[^;,\t]{0,80}")
 _PROJECT = re.compile(r"(?i).{0,400}\.(?:pro|project)\s*")
@@ -45,13 +45,12 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
     counted = names[0].lower() in ("cycle", "zyklus")
 
     def table(body: Body) -> Table:
-        columns = make_columns(
+        headings = Headings(
             names,
-            body,
-            dialect.numeric,
             units=[None if counted else "ms", *[None] * (len(names) - 1)],
             times=[not counted, *[False] * (len(names) - 1)],
         )
+        columns = make_columns(headings, body, dialect.numeric)
         notes = [*file.notes, *body.notes]
         if counted:
             notes.append("the first column counts task cycles: give the cycle time as `period:` in the mapping")

@@ -13,7 +13,7 @@ from linid.recording.readers.generic import sniffed
 from linid.recording.readers.header import unit_cell
 from linid.recording.readers.reader import Reader
 from linid.recording.source import Source
-from linid.recording.table import Table, Used, make_columns, with_body
+from linid.recording.table import Headings, Table, Used, make_columns, with_body
 
 _NAME_KEYS = ("path", "name", "names", "trace", "trace_names", "signal", "signals", "variable")
 _MARK = re.compile(r'(?i)(?:^|[;,\t"])\s*trace_values\b')
@@ -44,14 +44,8 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
     header = [n.replace("\\", "/").strip("/").split("/")[-1].strip('"') or n for n in shown]
 
     def table(body: Body) -> Table:
-        columns = make_columns(
-            header,
-            body,
-            dialect.numeric[first:],
-            first=first,
-            units=[unit_cell(u) for u in units],
-            aliases=[(n,) for n in shown],
-        )
+        headings = Headings(header, units=[unit_cell(u) for u in units], aliases=[(n,) for n in shown])
+        columns = make_columns(headings, body, dialect.numeric[first:], first=first)
         return Table(
             file.path,
             "controldesk",

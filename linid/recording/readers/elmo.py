@@ -17,7 +17,7 @@ from linid.recording.readers.generic import filled_above, plain_table, sniffed
 from linid.recording.readers.header import Header, declared_period, header_of
 from linid.recording.readers.reader import Reader
 from linid.recording.source import Source
-from linid.recording.table import Table, Used, make_columns, with_body
+from linid.recording.table import Headings, Table, Used, make_columns, with_body
 from linid.recording.text import TextFile
 
 _SECTION = re.compile(r"\s*\[[^\[\]]{0,200}[A-Za-z][^\[\]]{0,200}\]\s*[;,\t]*\s*")
@@ -70,7 +70,7 @@ def _chart(source: Source, mapping: ChannelMapping, file: TextFile, groups: Sequ
     period = declared_period(file.lines[: groups[0]], dialect)
 
     def table(body: Body) -> Table:
-        columns = make_columns(header.names, body, numeric[: len(wanted)])
+        columns = make_columns(Headings(header.names), body, numeric[: len(wanted)])
         return Table(
             file.path,
             "elmo",

@@ -12,7 +12,7 @@ from linid.recording.mapping import ChannelMapping
 from linid.recording.readers.header import Header, declared_period, header_of
 from linid.recording.readers.reader import Reader
 from linid.recording.source import Source
-from linid.recording.table import Table, Used, make_columns, with_body
+from linid.recording.table import Headings, Table, Used, make_columns, with_body
 from linid.recording.text import TextFile
 
 
@@ -49,7 +49,8 @@ def plain_table(
         notes = [*file.notes, *header.notes, *body.notes]
         if width < dialect.fields:  # trailing separators leave empty columns without a name
             notes += _drop_unnamed(file, dialect, width)
-        columns = make_columns(header.names, body, dialect.readable[:width], units=header.units, stamps=dialect.stamps)
+        headings = Headings(header.names, header.units, stamps=dialect.stamps)
+        columns = make_columns(headings, body, dialect.readable[:width])
         return Table(
             file.path,
             name,

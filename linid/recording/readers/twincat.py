@@ -21,7 +21,7 @@ from linid.recording.mapping import ChannelMapping
 from linid.recording.readers.reader import Reader
 from linid.recording.readers.twincat_blanks import with_tabs
 from linid.recording.source import Source
-from linid.recording.table import Table, Used, make_columns, with_body
+from linid.recording.table import Headings, Table, Used, make_columns, with_body
 
 _KEY_TEXT = (
     "Name,SymbolName,SymbolComment,NetID,NetId,Port,IndexGroup,IndexOffset,Data-Type,SampleTime[ms],SymbolBased,"
@@ -68,15 +68,14 @@ def _read(source: Source, mapping: ChannelMapping, used: Used | None = None) -> 
 
     def table(body: Body) -> Table:
         ticks_note = _from_ticks(body.columns, header, clocks)
-        columns = make_columns(
+        headings = Headings(
             shown,
-            body,
-            dialect.numeric,
             units=units,
             aliases=[(symbols[k],) if k < len(symbols) and symbols[k] else () for k in range(fields)],
             groups=groups,
             times=[k in clocks for k in range(fields)],
         )
+        columns = make_columns(headings, body, dialect.numeric)
         notes = [*file.notes, *notes_of_names, *body.notes, *ticks_note, *_scale_notes(header, names, clocks)]
         return Table(
             file.path,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linid.diagnosis.report_data import MEASURES
-from linid.report.diagnosis.budget import waterfall, which_words
+from linid.report.diagnosis.budget import Step, waterfall, which_words
 from linid.report.diagnosis.content import (
     after_words,
     before_words,
@@ -35,10 +35,35 @@ _ENDS = ("before", "after", "floor", "low", "high")
 def waterfall_plot(diagnosis: Diagnosis) -> Plot:
     """Horizontal bars from the whole gap down to the floor, with the share of each and its 95 % whisker."""
     steps = waterfall(diagnosis)
+    layout = base_layout("share of the gap (%)", "", 80 + 52 * len(steps))
+    layout |= {"barmode": "overlay", "showlegend": False}
+    layout["margin"] |= {"t": 22}
+    low, high = limits(steps)
+    layout["yaxis"] |= {"autorange": "reversed", "showgrid": False, "ticks": ""}
+    layout["xaxis"] |= {"range": [low, high], "tickvals": [x for x in range(-100, 201, 25) if low <= x <= high]}
+    layout["shapes"] = _lines_between(steps)
+    layout["annotations"] = [
+        {
+            "x": 0,
+            "y": 1,
+            "yref": "paper",
+            "text": "floor",
+            "showarrow": False,
+            "xanchor": "left",
+            "yanchor": "bottom",
+            "font": {"color": MUTED},
+        }
+    ]
+    alt = f"Waterfall of the gap: {which_words(diagnosis)}; {steps[-1].words} unexplained."
+    return Plot("waterfall", alt, _bars(steps), layout)
+
+
+def _bars(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
+    """Bars of the steps, hatched as far as smooth functions reach into the rest, and their whiskers."""
     names = [f"{wrapped(step.label, 22)}<br><b>{step.words}</b>" for step in steps]
     middle = np.array([100.0 * (step.low + step.high) / 2 for step in steps])
     half = np.array([100.0 * (step.high - step.low) / 2 for step in steps])
-    data: list[dict[str, Any]] = [
+    return [
         {
             "type": "bar",
             "orientation": "h",
@@ -73,12 +98,10 @@ def waterfall_plot(diagnosis: Diagnosis) -> Plot:
             "error_x": {"type": "data", "array": short(half), "color": "#111111", "thickness": 1.4, "width": 5},
         },
     ]
-    layout = base_layout("share of the gap (%)", "", 80 + 52 * len(steps))
-    layout |= {"barmode": "overlay", "showlegend": False}
-    layout["margin"] |= {"t": 22}
-    low, high = limits(steps)
-    layout["yaxis"] |= {"autorange": "reversed", "showgrid": False, "ticks": ""}
-    layout["xaxis"] |= {"range": [low, high], "tickvals": [x for x in range(-100, 201, 25) if low <= x <= high]}
+
+
+def _lines_between(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
+    """The floor's line, and short ones from where a bar ends to where the next begins."""
     dash = {"color": MUTED, "dash": "dash", "width": 1.5}
     shapes: list[dict[str, Any]] = [
         {"type": "line", "x0": 0, "x1": 0, "yref": "paper", "y0": 0, "y1": 1, "line": dash, "layer": "below"}
@@ -95,21 +118,7 @@ def waterfall_plot(diagnosis: Diagnosis) -> Plot:
                 "line": {"color": MUTED, "width": 1},
             }
         )
-    layout["shapes"] = shapes
-    layout["annotations"] = [
-        {
-            "x": 0,
-            "y": 1,
-            "yref": "paper",
-            "text": "floor",
-            "showarrow": False,
-            "xanchor": "left",
-            "yanchor": "bottom",
-            "font": {"color": MUTED},
-        }
-    ]
-    alt = f"Waterfall of the gap: {which_words(diagnosis)}; {steps[-1].words} unexplained."
-    return Plot("waterfall", alt, data, layout)
+    return shapes
 
 
 def pair_plots(diagnosis: Diagnosis) -> list[Plot]:

@@ -56,6 +56,7 @@ def _run(
     workers: Cluster | None,
 ) -> Outcome:
     from linid.diagnosis.diagnose import diagnose as find
+    from linid.diagnosis.means import Means
 
     folder = begin(request, COMMAND, inputs, identity)
     if folder.finished_before:
@@ -71,11 +72,13 @@ def _run(
             kind,
             effects=request.settings.effects,
             known=known,
-            jobs=request.jobs,
-            workers=workers,
-            seed=request.settings.seed,
-            memory=memory,
-            progress=lambda stage, done, total: reporter.step(stage, done, total),
+            means=Means(
+                jobs=request.jobs,
+                workers=workers,
+                seed=request.settings.seed,
+                memory=memory,
+                progress=lambda stage, done, total: reporter.step(stage, done, total),
+            ),
         )
         _write(found.diagnosis, folder.path, request, reporter)
         _write_models(found, folder.path)
@@ -90,11 +93,13 @@ def diagnose_campaign(path: Path, out: Path, jobs: int) -> Diagnosis:
     import json
 
     from linid.diagnosis.diagnose import diagnose as find
+    from linid.diagnosis.means import Means
     from linid.report.diagnosis.files import diagnosis_data
     from linid.workflow.run.settings import Settings
 
     inputs = read_inputs([path], Settings())
-    found = find(path.parent.name, inputs.recordings, base_kind(inputs.recordings), known=inputs.known, jobs=jobs)
+    kind = base_kind(inputs.recordings)
+    found = find(path.parent.name, inputs.recordings, kind, known=inputs.known, means=Means(jobs))
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "diagnosis.json", json.dumps(diagnosis_data(found.diagnosis), indent=1, allow_nan=False) + "\n")
     _write_models(found, out)

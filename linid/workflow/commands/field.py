@@ -41,7 +41,7 @@ def field(
     """
     from linid.design import curves
     from linid.design.comparison import against_dimensions
-    from linid.identification.model_file import load_model, model_to_text
+    from linid.identification.model_file import load_model
     from linid.physics.field.geometry import design
     from linid.report.design import design_tables
 
@@ -67,20 +67,9 @@ def field(
         data = _data(made, own, compared)
         write_text(folder.path / "field.json", json.dumps(data, indent=1, allow_nan=False) + "\n")
         write_text(folder.path / "best_k.csv", csv_text(("N", "k_N"), curves.best_k_rows()))
-        models = []
+        models: list[str] = []
         if made is not None:
-            write_text(
-                folder.path / "parameters.csv",
-                csv_text(("model", "name", "value", "unit"), curves.parameter_rows(made)),
-            )
-            write_text(
-                folder.path / "guideway_field.csv", csv_text(curves.GUIDEWAY_COLUMNS, curves.guideway_rows(made))
-            )
-            write_text(folder.path / "thrust.csv", csv_text(curves.THRUST_COLUMNS, curves.thrust_rows(made)))
-            rest = _given(made.geometry) | rest
-            for kind in _KINDS if rest else ():
-                path = folder.path / f"model_{kind}.json"
-                models.append(str(write_text(path, model_to_text(_designed(made, kind, rest)))))
+            models = _write_design(folder.path, made, rest)
         reporter.step("field", 2, 3)
         if request.settings.figures:
             _figures(folder.path / "figures", request.settings.figure_formats, made, own, identified)
@@ -89,6 +78,24 @@ def field(
     summary = {"command": COMMAND, "folder": str(folder.path), **data, "models": models, "exit_code": DONE}
     tables = design_tables(made, own, compared, bool(models))
     return Outcome(COMMAND, folder.path, DONE, "" if own is None else f"k = {own:.4g}", tables, summary)
+
+
+def _write_design(folder: Path, made: MotorDesign, rest: dict[str, float]) -> list[str]:
+    """Parameters and curves of a designed motor; with mass and friction also its models, whose paths are returned."""
+    from linid.design import curves
+    from linid.identification.model_file import model_to_text
+
+    for name, header, rows in (
+        ("parameters", ("model", "name", "value", "unit"), curves.parameter_rows(made)),
+        ("guideway_field", curves.GUIDEWAY_COLUMNS, curves.guideway_rows(made)),
+        ("thrust", curves.THRUST_COLUMNS, curves.thrust_rows(made)),
+    ):
+        write_text(folder / f"{name}.csv", csv_text(header, rows))
+    rest = _given(made.geometry) | rest
+    return [
+        str(write_text(folder / f"model_{kind}.json", model_to_text(_designed(made, kind, rest))))
+        for kind in (_KINDS if rest else ())
+    ]
 
 
 def _motor_model(path: Path) -> FitResult:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from linid.errors import UsageError
 from linid.workflow.run.outcome import DONE, Outcome
@@ -16,20 +16,27 @@ if TYPE_CHECKING:
 COMMAND = "generate"
 
 
+class Written(TypedDict, total=False):
+    """How the exports are written."""
+
+    layout: str
+    decimal_mark: str
+    overwrite: bool
+
+
 def generate_campaign(
     axis: Path,
     out: Path | None,
     reporter: Reporter,
     *,
     seed: int = 1,
-    layout: str = "generic",
-    decimal_mark: str = ".",
     only: Sequence[str] = (),
-    overwrite: bool = False,
     dry_run: bool = False,
+    **written: Unpack[Written],
 ) -> Outcome:
     """Simulate, measure and write the campaign of an axis description (YAML).
 
+    written: see `linid.stand.export.write_campaign`, which has the defaults.
     Raises ConfigError for the description, UsageError for unknown names or when files would be overwritten.
     """
     from linid.stand.description import load_axis_description
@@ -46,7 +53,7 @@ def generate_campaign(
         raise UsageError(f"--out {folder}", "is a file", "Name a folder.")
     reporter.say(f"generating {len(names)} recordings of axis {description.name}, seed {seed}")
     generated = generate(description, seed=seed, only=list(only) or None)
-    paths = write_campaign(generated, folder, layout=layout, overwrite=overwrite, decimal_mark=decimal_mark)
+    paths = write_campaign(generated, folder, **written)
     summary = {
         "command": COMMAND,
         "folder": str(folder),

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
+    Drawn = tuple[str, Callable[[], Figure]]  # title and how to draw it
+
 COMMAND = "reproduce"
 # The four cases of motor operation that the paper shows, by the names of the stand's scope modes.
 CASES = ("sine_current", "square_current", "sine_position", "moves")
@@ -171,70 +173,100 @@ def _tables(results: Mapping[str, FitResult], truth: Mapping[str, dict[str, floa
 
 def _figures(
     made: MotorDesign, traces: Mapping[str, Mapping[str, Trace]], recordings: Sequence[Recording]
-) -> dict[str, tuple[str, Callable[[], Figure]]]:
+) -> dict[str, Drawn]:
     """File stem -> title and how to draw it."""
-    from scipy.interpolate import CubicSpline
+    return {
+        **_field_figures(made),
+        **_free_wheel_figures(traces["friction"], [r for r in recordings if r.kind == "free_wheel"]),
+        **_current_figures(recordings),
+        **_operation_figures(traces, recordings),
+        **_narrow_figure(traces),
+    }
 
-    from linid.report.figures import free_wheel, magnet_field, sine_scope
-    from linid.report.figures.currents import currents_figure
-    from linid.report.figures.overview import overview_figure
-    from linid.reproduction.claims import SQUARE
 
-    wheels = [r for r in recordings if r.kind == "free_wheel"]
-    three = [
-        traces["friction"][next(r.name for r in wheels if r.added_mass == mass)]
-        for mass in sorted({r.added_mass for r in wheels})[:3]
-    ]
-    driven = next(r for r in recordings if r.name.startswith("sine_current") and r.split == "fit")
-    currents = driven.phase_currents
-    assert currents is not None
-    spline = CubicSpline(driven.t, currents, axis=1)
-    friction = [traces["friction"][r.name] for r in wheels]
+def _field_figures(made: MotorDesign) -> dict[str, Drawn]:
+    from linid.report.figures import magnet_field, sine_scope
 
-    def cases(kind: str, split: str, *, ahead: bool) -> list[Trace]:
-        """The first recording of each case, with the prediction 0.1 s ahead or the free run."""
-        names = [next(r.name for r in recordings if r.name.startswith(c) and r.split == split) for c in CASES]
-        return [traces[kind][name] if ahead else replace(traces[kind][name], ahead=None) for name in names]
-
-    drawn: dict[str, tuple[str, Callable[[], Figure]]] = {
+    return {
         "figure_03_magnet_pair": (
             "Fig. 3: field of a pair of magnets and its Gaussian",
-            lambda: magnet_field.pair_figure(made),
+            partial(magnet_field.pair_figure, made),
         ),
         "figure_05_guideway": ("Fig. 5: field of the guideway over k", magnet_field.guideway_figure),
         "figure_06_sine_scope": ("Fig. 6: Delta(k, N) and its zeros", sine_scope.scope_figure),
         "figure_07_theta3": ("Fig. 7: theta function for real z and q", magnet_field.theta3_figure),
         "figure_08_field_shapes": (
             "Fig. 8: shape of the field for some k",
-            lambda: magnet_field.shapes_figure(own=made.k),
+            partial(magnet_field.shapes_figure, own=made.k),
         ),
+    }
+
+
+def _free_wheel_figures(traces: Mapping[str, Trace], wheels: Sequence[Recording]) -> dict[str, Drawn]:
+    from linid.report.figures import free_wheel
+    from linid.report.figures.overview import overview_figure
+
+    three = [
+        traces[next(r.name for r in wheels if r.added_mass == mass)]
+        for mass in sorted({r.added_mass for r in wheels})[:3]
+    ]
+    return {
         "figure_09_free_wheel_velocity": (
             "Fig. 9: velocity of free wheels with three added masses, differentiated from the position",
-            lambda: free_wheel.free_wheel_velocity_figure(three),
+            partial(free_wheel.free_wheel_velocity_figure, three),
         ),
         "figure_10_free_wheel_displacement": (
             "Fig. 10: displacement of free wheels with three added masses",
-            lambda: free_wheel.free_wheel_displacement_figure(three),
+            partial(free_wheel.free_wheel_displacement_figure, three),
         ),
         "figure_11_friction_model": (
             "Fig. 11: resistive force model against the free wheels",
-            lambda: overview_figure(friction, "Free wheels: measured (blue) and simulated (black) position"),
+            partial(
+                overview_figure,
+                [traces[r.name] for r in wheels],
+                "Free wheels: measured (blue) and simulated (black) position",
+            ),
         ),
+    }
+
+
+def _current_figures(recordings: Sequence[Recording]) -> dict[str, Drawn]:
+    from scipy.interpolate import CubicSpline
+
+    from linid.report.figures.currents import currents_figure
+
+    driven = next(r for r in recordings if r.name.startswith("sine_current") and r.split == "fit")
+    currents = driven.phase_currents
+    assert currents is not None
+    spline = CubicSpline(driven.t, currents, axis=1)
+    return {
         "figure_12_measured_currents": (
             "Fig. 12: measured currents",
-            lambda: currents_figure(driven.name, driven.t, currents),
+            partial(currents_figure, driven.name, driven.t, currents),
         ),
         "figure_13_interpolated_currents": (
             "Fig. 13: interpolated currents",
-            lambda: currents_figure(driven.name, driven.t, currents, spline),
+            partial(currents_figure, driven.name, driven.t, currents, spline),
         ),
     }
+
+
+def _operation_figures(traces: Mapping[str, Mapping[str, Trace]], recordings: Sequence[Recording]) -> dict[str, Drawn]:
+    """Figures 14 to 17, each as the free run and as the prediction 0.1 s ahead."""
+    from linid.report.figures.overview import overview_figure
+
+    def cases(kind: str, split: str, *, ahead: bool) -> list[Trace]:
+        """The first recording of each case, with the prediction 0.1 s ahead or the free run."""
+        names = [next(r.name for r in recordings if r.name.startswith(c) and r.split == split) for c in CASES]
+        return [traces[kind][name] if ahead else replace(traces[kind][name], ahead=None) for name in names]
+
     pages = (
         (14, "sine", "fit", "identification"),
         (15, "sine", "held_out", "validation"),
         (16, "theta", "fit", "identification"),
         (17, "theta", "held_out", "validation"),
     )
+    drawn: dict[str, Drawn] = {}
     for number, kind, split, purpose in pages:
         for ahead, stem, what in ((False, "", "free run"), (True, "_ahead", "0.1 s ahead")):
             drawn[f"figure_{number}_{kind}_{purpose}{stem}"] = (
@@ -245,22 +277,28 @@ def _figures(
                     f"{kind.capitalize()} model, {purpose}: measured (blue) and {what} (black)",
                 ),
             )
+    return drawn
+
+
+def _narrow_figure(traces: Mapping[str, Mapping[str, Trace]]) -> dict[str, Drawn]:
+    from linid.report.figures.overview import overview_figure
+    from linid.reproduction.claims import SQUARE
+
     squares = [
         replace(trace, recording=f"{name.removeprefix('narrow_')}: {trace.recording}")
         for name in ("narrow_sine", "narrow_theta")
         for trace in traces[name].values()
         if trace.recording.startswith(SQUARE)
     ]
-    drawn["figure_narrow_square_waves"] = (
-        "Not in the paper: square-wave currents where the magnets are narrow, 0.1 s ahead",
-        partial(overview_figure, squares, "Narrow magnets: measured (blue) and 0.1 s ahead (black)"),
-    )
-    return drawn
+    return {
+        "figure_narrow_square_waves": (
+            "Not in the paper: square-wave currents where the magnets are narrow, 0.1 s ahead",
+            partial(overview_figure, squares, "Narrow magnets: measured (blue) and 0.1 s ahead (black)"),
+        )
+    }
 
 
-def _save(
-    drawn: Mapping[str, tuple[str, Callable[[], Figure]]], folder: Path, formats: Sequence[str], reporter: Reporter
-) -> list[Picture]:
+def _save(drawn: Mapping[str, Drawn], folder: Path, formats: Sequence[str], reporter: Reporter) -> list[Picture]:
     from linid.report.reproduction.page import Picture
     from linid.report.style import save
 

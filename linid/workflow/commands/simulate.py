@@ -57,15 +57,7 @@ def simulate(
     result = load_model(model)
     inputs = read_inputs(request.files, request.settings, axis=result.axis)
     announce(inputs, reporter)
-    chosen = results.residual_recordings(inputs.recordings, result)
-    if by_voltage:
-        chosen = _with_voltages(result, inputs.recordings)
-    if not chosen:
-        raise DataError(
-            ", ".join(str(f) for f in request.files),
-            f"holds no recording that a {result.model} model can drive",
-            "Give free wheels, or recordings with the channels that the model needs.",
-        )
+    chosen = _chosen(request, result, inputs.recordings, by_voltage)
     if request.dry_run:
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
@@ -104,6 +96,20 @@ def simulate(
         "exit_code": DONE,
     }
     return Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary)
+
+
+def _chosen(
+    request: Request, result: FitResult, recordings: Sequence[Recording], by_voltage: bool
+) -> Sequence[Recording]:
+    """The recordings that the model can run over; raises DataError where there is none."""
+    chosen = _with_voltages(result, recordings) if by_voltage else results.residual_recordings(recordings, result)
+    if not chosen:
+        raise DataError(
+            ", ".join(str(f) for f in request.files),
+            f"holds no recording that a {result.model} model can drive",
+            "Give free wheels, or recordings with the channels that the model needs.",
+        )
+    return chosen
 
 
 def _with_voltages(result: FitResult, recordings: Sequence[Recording]) -> tuple[Recording, ...]:

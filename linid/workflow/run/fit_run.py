@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import LinidError
+from linid.report.result_files import MODEL_FILE
 from linid.workflow.run import results
 from linid.workflow.run.outcome import DONE, NOT_CONVERGED, Outcome, gap_figure_text
 from linid.workflow.run.run_folder import RunFolder, open_run_folder
@@ -124,7 +125,7 @@ def finished_before(folder: RunFolder) -> Outcome:
     """The outcome of a run that was complete when it was resumed."""
     from linid.identification.model_file import load_model
 
-    return fit_outcome(folder, load_model(folder.path / results.MODEL_FILE), results.read_gaps(folder.path))
+    return fit_outcome(folder, load_model(folder.path / MODEL_FILE), results.read_gaps(folder.path))
 
 
 def plan_outcome(command: str, tasks: Sequence[tuple[str, FitTask]], inputs: Inputs) -> Outcome:

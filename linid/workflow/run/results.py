@@ -6,11 +6,12 @@ import json
 import logging
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linid.report.files import csv_text, finite
+from linid.report.files import finite
+from linid.report.result_files import result_files
 from linid.workflow.run.run_folder import write_text
 
 if TYPE_CHECKING:
@@ -24,42 +25,15 @@ if TYPE_CHECKING:
 # The library that cuts fonts for PDF figures warns about their dates.
 logging.getLogger("fontTools").setLevel(logging.ERROR)
 
-MODEL_FILE = "parameters.json"
 GAP_FILE = "gaps.json"
 
 
 def write_fit(result: FitResult, folder: Path) -> None:
-    """parameters.json (the MODEL), .csv, .tex and convergence.csv."""
-    from linid.identification.model_file import model_to_text
-    from linid.report.latex import parameter_latex
-    from linid.report.tables import write_parameter_csv
-
-    write_parameter_csv(result, folder / "parameters.csv")
-    write_text(folder / "parameters.tex", parameter_latex(result))
-    write_text(folder / "convergence.csv", convergence_text(result))
-    if result.profiles:
-        write_text(folder / "profiles.csv", profiles_text(result))
-    write_text(folder / MODEL_FILE, model_to_text(result))
-
-
-def convergence_text(result: FitResult) -> str:
-    """The convergence history as CSV."""
-    from linid.identification.result import Generation
-
-    names = [f.name for f in fields(Generation)]
-    return csv_text(names, ([getattr(line, name) for name in names] for line in result.history))
-
-
-def profiles_text(result: FitResult) -> str:
-    """The profile likelihoods as CSV in SI units."""
-    return csv_text(
-        ("parameter", "value", "likelihood_ratio"),
-        (
-            (profile.name, *point)
-            for profile in result.profiles
-            for point in zip(profile.values, profile.statistic, strict=True)
-        ),
-    )
+    """parameters.json (the MODEL), .csv, .tex, convergence.csv, and what other packages add."""
+    for file in result_files():
+        text = file.text(result)
+        if text:
+            write_text(folder / file.name, text)
 
 
 def write_gaps(gaps: Sequence[RecordingGap], folder: Path, axis: str) -> None:

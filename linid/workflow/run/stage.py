@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import UsageError
+from linid.report.result_files import MODEL_FILE
 from linid.workflow.run.checkpoint import Checkpoint
 from linid.workflow.run.inputs import fingerprint
-from linid.workflow.run.results import MODEL_FILE, write_fit
+from linid.workflow.run.results import write_fit
 from linid.workflow.run.run_folder import CHECKPOINT_FILE, identity_of
 
 if TYPE_CHECKING:

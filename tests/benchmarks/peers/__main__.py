@@ -93,7 +93,7 @@ def _processor() -> str:
 
 
 def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
-    """Lowest cost of long polishes: from the truth and from linid's search, by repeated least squares."""
+    """Lowest cost of long least-squares fits: from the truth and from linid's search, by repeated least squares."""
     from linid.identification.objectives.problem import Cost
     from linid.identification.objectives.problem import Problem as FitProblem
     from linid.identification.optimise.least_squares import levenberg_marquardt
@@ -116,7 +116,7 @@ def best_known(problem: Problem, seconds: float) -> dict[str, Any]:
         x = levenberg_marquardt(fit, Cost(fit), start, ending=Ending(400, 1e-8)).point
         found.append((cost(x), x))
     value, x = min(found, key=lambda pair: pair[0])
-    return {"cost": value, "x": [float(g) for g in x], "from": "a long polish by linid"}
+    return {"cost": value, "x": [float(g) for g in x], "from": "long least squares by linid"}
 
 
 def run_process(arguments: list[str], limit: float | None) -> tuple[list[dict[str, Any]], str]:

@@ -1,0 +1,129 @@
+"""The criterion of all fits of a diagnosis: the log power per bin of `BIN` seconds.
+
+L = sum over bins of n log((sum p + sum f)/(2 sum f)), with p the squared residual and f the noise in it: what a fit
+lessens, a judgement weighs. A bin that no model here can follow has its say once, however large its residual is; one
+at the floor asks for nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array, Flags
+from linid.diagnosis.balance import Balance, Noise, gain_of
+from linid.diagnosis.unknowns import Coordinate, vectors_of
+from linid.physics.model import Model
+
+_STEP = 1e-4  # of a parameter's own scale, for differences
+_LEAST_NOISE = 1e-4  # of the scale's square: recordings without noise count no more than that
+_LEAST_LEFT = 0.1  # of a bin's squares, whatever noise is taken off
+
+
+@dataclass(frozen=True)
+class Posed:
+    """What a fit searches: coordinates (p) of a model, with SI values that are held and the field's phase, rad."""
+
+    model: Model
+    coordinates: tuple[Coordinate, ...]
+    held: Mapping[str, float]
+    phase: float
+
+    def vectors(self, x: Array) -> Array:
+        """Flat parameter vectors (C, VECTOR_SIZE), SI, of unknowns (p,) or (C, p)."""
+        return vectors_of(self.coordinates, self.model, self.held, x, self.phase)
+
+
+class Criterion:
+    """How well residuals of the rows of a balance are explained.
+
+    scale: (R,) m/s^2 in which residuals are counted; noise: in them.
+    """
+
+    def __init__(self, balance: Balance, scale: Array, noise: Noise) -> None:
+        self.balance = balance
+        self.scale = scale
+        self.noise = noise
+        rows = balance.rows
+        self.inverse = 1.0 / scale[rows.recording]
+        self.bins = int(rows.bin.max(initial=-1)) + 1
+        self.squared = np.zeros(self.bins)
+        self.squared[rows.bin] = self.inverse**2
+        self.reference = np.maximum(noise.power(noise.gain) * self.squared, _LEAST_NOISE)
+
+    def rows_of(self, recordings: Iterable[int]) -> Flags:
+        """Rows (n,) that belong to recordings given by their places."""
+        chosen = np.zeros(len(self.balance.recordings), dtype=np.bool_)
+        chosen[list(recordings)] = True
+        return np.asarray(chosen[self.balance.rows.recording])
+
+    def floor_of(self, model: Model, vector: Array) -> Array:
+        """Mean squares (B,) in the fit's scale that the noise gives the residuals of each bin under a model."""
+        return np.asarray(np.maximum(self.noise.power(gain_of(model, vector)) * self.squared, _LEAST_NOISE))
+
+    def bin_powers(
+        self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0
+    ) -> tuple[Array, Array, Array]:
+        """Per bin: sum of the squared residuals, of the base's floor, and the number of rows, over the chosen rows.
+
+        floor: (B,) under the residual's own model; what it has more noise than the base is taken off the squares
+        (corrected least squares: Fuller 1987), or a fit would do best with inputs that push less than they do.
+        softness: floors that count as one.
+        """
+        place = self.balance.rows.bin[rows]
+        power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
+        counts = np.bincount(place, minlength=self.bins).astype(np.float64)
+        # No further than to the base's floor, or thrust that an effect takes away again would pay.
+        least = np.minimum(power, np.maximum(counts * self.reference, _LEAST_LEFT * power))
+        corrected = np.maximum(power - counts * (floor - self.reference), least)
+        return corrected, softness * self.reference * counts, counts
+
+    def level(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> float:
+        """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
+        power, noise, counts = self.bin_powers(residual, floor, rows, softness)
+        known = counts > 0
+        return float(counts[known] @ np.log((power + noise)[known] / (2.0 * noise[known]))) / float(counts.sum())
+
+    def weights(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> Array:
+        """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows."""
+        power, noise, counts = self.bin_powers(residual, floor, rows, softness)
+        per_bin = np.sqrt(counts / np.maximum(power + noise, 1e-300))
+        return np.asarray(np.where(rows, per_bin[self.balance.rows.bin] * self.inverse, 0.0))
+
+    def pull(self, posed: Posed, residual: Array, vector: Array, rows: Flags, softness: float) -> Array:
+        """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass."""
+        out = np.zeros(len(posed.coordinates))
+        if self.noise.gain == 0.0:
+            return out
+        gain = gain_of(posed.model, vector)
+        power, noise, counts = self.bin_powers(residual, self.floor_of(posed.model, vector), rows, softness)
+        inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
+        known = counts > 0
+        # d/d log gain of n log(p + f), halved
+        slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))
+        for k, c in enumerate(posed.coordinates):
+            if c.name == "force_constant":
+                out[k] = slope / float(vector[posed.model.slot("force_constant")])
+            elif c.name == "mass":
+                out[k] = -slope
+        return out
+
+    def residuals(self, posed: Posed, x: Array) -> Array:
+        """Residuals (C, n) in m/s^2 of unknowns (C, p)."""
+        return self.balance.residuals(posed.model, posed.vectors(x))
+
+    def differences(self, posed: Posed, x: Array, residual: Array, wanted: Iterable[int]) -> Array:
+        """d residual / d unknown (k, n) of the wanted unknowns."""
+        wanted = list(wanted)
+        if not wanted:
+            return np.empty((0, residual.size))
+        steps = []
+        for k in wanted:
+            c = posed.coordinates[k]
+            step = _STEP * (c.scale if c.log else max(0.1 * c.scale, min(abs(x[k]), c.scale)))
+            steps.append(-step if x[k] + step > c.upper else step)
+        moved = np.repeat(x[None, :], len(wanted), axis=0)
+        moved[np.arange(len(wanted)), wanted] += steps
+        return np.asarray((self.residuals(posed, moved) - residual) / np.array(steps)[:, None])

@@ -1,0 +1,143 @@
+"""The way down of a joint fit: damped least squares with slopes that are kept up rather than computed anew."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array, Flags
+from linid.diagnosis.criterion import Criterion, Posed
+from linid.diagnosis.linear_problem import LinearProblem
+
+_DAMPING, _LEAST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e-9, 1e6
+_LEAST_GAIN_RATIO = 0.1  # of the promised decrease, for a step to be taken
+_LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long a fit may take. steps: at most; precision: promised decrease of the criterion per row that ends it;
+    renewals: how often the slopes may be computed anew."""
+
+    steps: int
+    precision: float
+    renewals: int
+
+
+THOROUGH = Effort(60, 1e-5, 4)
+SETTLING = Effort(20, 1e-4, 1)
+QUICK = Effort(20, 3e-4, 1)
+SOFTENED = Effort(10, 1e-3, 1)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a descent stands. x: (p,); residual: (n,) m/s^2; vector: SI; floor: (B,); level: of the criterion."""
+
+    x: Array
+    residual: Array
+    vector: Array
+    floor: Array
+    level: float
+
+
+class Descent:
+    """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19, 577),
+    computed anew when a step fails to keep its promise.
+
+    rows: (n,) those that count; known: d residual / d unknown (n,) by name near the first values x (p,); exact: they
+    are those there.
+    """
+
+    def __init__(
+        self, criterion: Criterion, posed: Posed, x: Array, rows: Flags, known: Mapping[str, Array], exact: bool
+    ) -> None:
+        self.criterion, self.posed, self.rows = criterion, posed, rows
+        coordinates = posed.coordinates
+        self.lower, self.upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
+        self.trust_radius = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
+        self.count = float(np.count_nonzero(rows))
+        residual = criterion.residuals(posed, x[None, :])[0]
+        self.slopes = np.empty((x.size, residual.size))
+        missing = [k for k, c in enumerate(coordinates) if c.name not in known]
+        for k, c in enumerate(coordinates):
+            if c.name in known:
+                self.slopes[k] = known[c.name]
+        self.slopes[missing] = criterion.differences(posed, x, residual, missing)
+        # Slopes by forces hardly change on the way: those by all else are computed anew first.
+        self._renewable = [[k for k, c in enumerate(coordinates) if not c.force], list(range(x.size))]
+        self._stale: list[list[int]] = [] if exact or not known else list(self._renewable)
+        self.place = self._at(x, residual, 1.0)
+
+    def _at(self, x: Array, residual: Array, softness: float) -> _Place:
+        vector = self.posed.vectors(x)[0]
+        floor = self.criterion.floor_of(self.posed.model, vector)
+        return _Place(x, residual, vector, floor, self.criterion.level(residual, floor, self.rows, softness))
+
+    def run(self, effort: Effort, soft: Sequence[float]) -> tuple[Array, Array]:
+        """The unknowns (p,) and the residual (n,) at the end; soft: floors that count as one, in turn, before one."""
+        for softness in (*soft, 1.0):
+            self._descend(effort if softness == 1.0 else SOFTENED, softness)
+        return self.place.x, self.place.residual
+
+    def _descend(self, effort: Effort, softness: float) -> None:
+        self.place = self._at(self.place.x, self.place.residual, softness)
+        damping, failed, used, renewals = _DAMPING, False, 0, 0
+        linear: LinearProblem | None = None
+        while used < effort.steps:
+            here = self.place
+            if linear is None:
+                weights = self.criterion.weights(here.residual, here.floor, self.rows, softness)[self.rows]
+                linear = self._linear(weights, softness)
+            room = (
+                np.maximum(self.lower - here.x, -self.trust_radius),
+                np.minimum(self.upper - here.x, self.trust_radius),
+            )
+            move, predicted = linear.step(damping, room)
+            gain_ratio = -math.inf
+            if predicted <= effort.precision * self.count:
+                if not self._stale or renewals >= effort.renewals:
+                    break
+            else:
+                for bent in (False, True):
+                    x = np.clip(here.x + move, self.lower, self.upper)
+                    trial = self._at(x, self.criterion.residuals(self.posed, x[None, :])[0], softness)
+                    used += 1
+                    gain_ratio = (here.level - trial.level) * self.count / predicted
+                    missed = trial.residual - here.residual - (x - here.x) @ self.slopes
+                    if gain_ratio > _LEAST_GAIN_RATIO or bent or used >= effort.steps:
+                        break
+                    # A curved valley: what the straight step missed tells how to bend it.
+                    move, _ = linear.step(damping, room, missed[self.rows] * weights)
+            if gain_ratio > _LEAST_GAIN_RATIO:
+                self._update_slopes(linear, trial.x - here.x, missed)
+                self.place = trial
+                damping = max(damping * (0.1 if gain_ratio > 0.5 and not failed else 1.0), _LEAST_DAMPING)
+                failed, linear = False, None
+                self._stale = list(self._renewable)
+            elif self._stale and renewals < effort.renewals:
+                wanted = self._stale.pop(0)
+                self.slopes[wanted] = self.criterion.differences(self.posed, here.x, here.residual, wanted)
+                renewals += 1
+                linear = None
+            else:
+                failed = True
+                damping *= 10.0
+                if damping > _LARGEST_DAMPING:
+                    break
+
+    def _linear(self, weights: Array, softness: float) -> LinearProblem:
+        here, rows = self.place, self.rows
+        pull = self.criterion.pull(self.posed, here.residual, here.vector, rows, softness)
+        return LinearProblem(self.slopes[:, rows] * weights, here.residual[rows] * weights, pull)
+
+    def _update_slopes(self, linear: LinearProblem, move: Array, missed: Array) -> None:
+        """Broyden's update by what a step (p,) missed (n,)."""
+        norms = np.linalg.norm(linear.columns, axis=1)
+        scaled = move * norms
+        size = float(scaled @ scaled)
+        if size > 0.0:
+            self.slopes += np.outer(scaled * norms / size, missed)

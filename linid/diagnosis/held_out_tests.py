@@ -1,0 +1,52 @@
+"""The tests that a proposed effect must stand on held-out rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.judge import Evidence
+from linid.physics.effects.registry import find_effect
+
+# An effect must be the surer the less it closes: where it closes nearly all, blocks that differ in size are no doubt.
+CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
+LEAST_GAIN = 0.01
+LEAST_SHARE = 0.002  # of the gap's power: what large effects leave of their own form is no further cause
+LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
+# What closes less, as on machines whose floor no model reaches, must be beyond doubt and no trifle, neither in the
+# logarithm nor in the power: what is in no library is sure to lend others a little of either.
+SURE, SURE_ALONE, NO_TRIFLE = 4.0, 5.5, 0.05
+# Effects of single recordings fit themselves to much: of what they leave they must close more.
+LEAST_CLOSED_ALONE = 0.4
+LEAST_POWER_ALONE = 0.3  # floors in the power of the judged rows: a recording without a gap has nothing unlogged in it
+
+
+@dataclass(frozen=True)
+class Part:
+    """An effect of the final model with what its absence costs; without: the model fitted again without it; share: of
+    the power that all effects together take from the base, what comes back without it."""
+
+    name: str
+    evidence: Evidence
+    without: Fitted
+    share: float = 1.0
+
+
+def stands(part: Part) -> bool:
+    """Whether an effect stands the tests on held-out rows."""
+    e = part.evidence
+    # A single moment has no other blocks that could vouch for it: its lead over other moments did.
+    effect = find_effect(part.name)
+    if abs(part.share) < LEAST_SHARE:
+        return False
+    # Which recordings an effect acts in was chosen by what it explains there; few blocks judge a single one.
+    alone = CERTAINTY + (SURE - CERTAINTY) * (1.0 - e.closed)
+    least = alone if effect.per_recording else max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))
+    sure = e.certainty >= least or effect.acts == "one"
+    # Where the floor is far below what any model reaches, the logarithm is large for ever: then the power speaks.
+    most = e.power_closed >= MOST_OF_POWER and e.certainty >= max(CERTAINTY, least)
+    closed = LEAST_CLOSED_ALONE if effect.per_recording else LEAST_CLOSED
+    there = not effect.per_recording or e.power >= LEAST_POWER_ALONE
+    wanted = SURE_ALONE if effect.per_recording else SURE
+    beyond_doubt = e.certainty >= wanted and min(e.gain, e.power_closed) >= NO_TRIFLE
+    return there and e.gain >= LEAST_GAIN and (most or beyond_doubt or (sure and e.closed >= closed))

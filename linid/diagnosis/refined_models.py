@@ -1,0 +1,83 @@
+"""The models before and after as `fit-motor` identifies them, and the measures of every recording by both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from linid.diagnosis.balance import Memory
+from linid.diagnosis.forecast import with_forecasts
+from linid.diagnosis.gap import Trace
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.means import Means
+from linid.diagnosis.measures import measure_gaps
+from linid.diagnosis.parallel_tasks import in_parallel
+from linid.diagnosis.report_data import Change, RecordingChange
+from linid.diagnosis.select import Selection
+from linid.identification.fit import refine
+from linid.identification.model_file import model_from_text, model_to_text
+from linid.identification.result import FitResult
+from linid.identification.settings import FitSettings, SearchSettings
+from linid.recording.recording import Recording
+
+# The models start from where the force balance has brought them.
+_STEPS, _PRECISION = 10, 0.1
+
+
+def refined_models(
+    found: Selection, fitted: Sequence[Recording], means: Means, memory: Memory
+) -> tuple[FitResult, FitResult]:
+    """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
+    wanted = {f"refined {model.model.effects} {model.key}": model for model in (found.base, found.best)}
+    missing = [(key, model) for key, model in wanted.items() if key not in memory]
+    means.watch("models", 0, 2)
+    # All threads for both: the one with effects takes longer, and then has them for itself.
+    refined = partial(_refined, tuple(fitted), means.seed, 1 if means.workers else means.jobs)
+    for (key, _), text in in_parallel(refined, missing, means.jobs, means.workers):
+        memory[key] = text
+    means.watch("models", 2, 2)
+    models = [model_from_text(memory[key], "checkpoint") for key in wanted]
+    return models[0], models[-1]
+
+
+def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[str, Fitted], jobs: int) -> str:
+    """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
+    runs on workers."""
+    settings = FitSettings(
+        search=SearchSettings(seed=seed),
+        jobs=max(jobs, least),
+        least_squares_steps=_STEPS,
+        least_squares_precision=_PRECISION,
+    )
+    space, point = item[1].space(fitted)
+    return model_to_text(refine(space, point, fitted, settings=settings))
+
+
+def changes_of(
+    recordings: Sequence[Recording], before: FitResult, after: FitResult, means: Means
+) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...], tuple[Trace, ...]]:
+    """The measures of every recording before and after, and the traces behind them."""
+    measured = partial(_measured, tuple(recordings), before, after if after is not before else None, means.seed)
+    found = []
+    for _, one in in_parallel(measured, range(len(recordings)), means.jobs, means.workers):
+        found.append(one)
+        means.watch("measures", len(found), len(recordings))
+    changes, traces_before, traces_after = zip(*found, strict=True)
+    return with_forecasts(changes), traces_before, traces_after
+
+
+def _measured(
+    recordings: tuple[Recording, ...], before: FitResult, after: FitResult | None, seed: int, index: int, jobs: int
+) -> tuple[RecordingChange, Trace, Trace]:
+    """The measures of one recording and the traces behind them; after: None where nothing was added."""
+    recording = recordings[index]
+    (first,), (trace,) = measure_gaps(before, [recording], jobs=jobs, seed=seed, among=recordings, floors=after is None)
+    second, later = first, trace
+    if after is not None:
+        (second,), (later,) = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)
+    changes = {
+        "free_run": Change(first.free_run, second.free_run, second.free_run_floor),
+        "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
+        "force": Change(first.force, second.force, second.force_floor),
+    }
+    return RecordingChange(recording.name, recording.kind, recording.split, changes), trace, later
