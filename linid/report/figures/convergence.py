@@ -32,7 +32,8 @@ def convergence_figure(result: FitResult) -> Figure:
     """
     if not result.history:
         raise DataError("convergence figure", "the fit has no history", "Draw it only for a fit that searched.")
-    stages = [(stage, list(group)) for stage, group in groupby(result.history, key=lambda line: line.stage.replace("_", " "))]
+    grouped = groupby(result.history, key=lambda line: line.stage)
+    stages = [(stage.replace("_", " "), list(group)) for stage, group in grouped]
     spans = np.array([max(lines[-1].evaluations - lines[0].evaluations, 1) for _, lines in stages], dtype=float)
     widths = np.maximum(spans / spans.max(), _NARROWEST)
     with style():
