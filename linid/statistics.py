@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from linid.arrays import Array
+
 NORMAL_95 = 1.96  # standard deviations on either side of a normal mean that hold 95 %
 MEDIAN_ABSOLUTE = 0.6745  # median of the absolute values of a standard normal: a spread that outliers do not touch
 CHI_SQUARED_95 = 3.841459  # 95 % quantile with one degree of freedom
+TINY = 1e-300  # keeps a divisor from zero where what it divides is zero, too
+
+
+def robust_spread(values: Array) -> float:
+    """Standard deviation of normal values (n,) about zero, whatever a few others are."""
+    return float(np.median(np.abs(values))) / MEDIAN_ABSOLUTE

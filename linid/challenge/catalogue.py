@@ -17,8 +17,8 @@ from typing import Literal
 
 import numpy as np
 
-from linid.challenge import kernel
 from linid.challenge.hidden_axis import AXES, AxisKind
+from linid.challenge.kernel import layout
 
 Scope = Literal["all", "driven", "chosen"]
 Random = np.random.Generator
@@ -221,40 +221,40 @@ def _constant(value: float) -> Callable[[AxisSizes], float]:
 BOTH = (1, -1)
 PHASE: tuple[AxisKind, ...] = ("phase",)
 LISTED: dict[str, Entry] = {
-    "cogging": Entry(kernel.COGGING, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _cogging),
+    "cogging": Entry(layout.COGGING, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _cogging),
     "force_ripple": Entry(None, "driven", _constant(0.03), _constant(0.5), _ripple),
     "phase_gain_imbalance": Entry(None, "driven", _constant(0.05), _constant(0.5), _gains, axes=PHASE),
     "current_offset": Entry(
         None, "driven", lambda s: 0.1 * s.coulomb / s.thrust, lambda s: s.limit, _offsets, axes=PHASE
     ),
-    "asymmetric_friction": Entry(kernel.ASYMMETRY, "all", _constant(0.1), _constant(0.7), _asymmetry, BOTH),
+    "asymmetric_friction": Entry(layout.ASYMMETRY, "all", _constant(0.1), _constant(0.7), _asymmetry, BOTH),
     "constant_force": Entry(
-        kernel.CONSTANT, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _nothing, BOTH
+        layout.CONSTANT, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, _nothing, BOTH
     ),
-    "cable_force": Entry(kernel.CABLE_FORCE, "all", lambda s: 0.15 * s.coulomb, lambda s: s.coulomb, _cable),
-    "position_dependent_friction": Entry(kernel.BUMP, "all", _constant(0.3), _constant(8.0), _bump),
-    "quadratic_drag": Entry(kernel.DRAG, "all", lambda s: 0.2 * s.coulomb, lambda s: 20 * s.coulomb, _drag),
-    "input_delay": Entry(kernel.DELAY, "driven", _constant(4e-4), _constant(3e-3), _delay),
+    "cable_force": Entry(layout.CABLE_FORCE, "all", lambda s: 0.15 * s.coulomb, lambda s: s.coulomb, _cable),
+    "position_dependent_friction": Entry(layout.BUMP, "all", _constant(0.3), _constant(8.0), _bump),
+    "quadratic_drag": Entry(layout.DRAG, "all", lambda s: 0.2 * s.coulomb, lambda s: 20 * s.coulomb, _drag),
+    "input_delay": Entry(layout.DELAY, "driven", _constant(4e-4), _constant(3e-3), _delay),
     "force_saturation": Entry(
-        kernel.SATURATION, "driven", lambda s: 0.3 / s.current, lambda s: 5 / s.current, _nothing
+        layout.SATURATION, "driven", lambda s: 0.3 / s.current, lambda s: 5 / s.current, _nothing
     ),
     "thermal_derating": Entry(
-        kernel.THERMAL, "driven", lambda s: 0.1 / s.current**2, lambda s: 20 / s.current**2, _thermal
+        layout.THERMAL, "driven", lambda s: 0.1 / s.current**2, lambda s: 20 / s.current**2, _thermal
     ),
-    "end_effect": Entry(kernel.END, "driven", _constant(0.15), _constant(0.9), _end),
-    "flexible_load": Entry(kernel.LOAD_SPRING, "all", _constant(0.05), _constant(0.6), _load),
-    "encoder_periodic_error": Entry(kernel.ENCODER, "all", _constant(2e-6), _constant(3e-4), _encoder),
+    "end_effect": Entry(layout.END, "driven", _constant(0.15), _constant(0.9), _end),
+    "flexible_load": Entry(layout.LOAD_SPRING, "all", _constant(0.05), _constant(0.6), _load),
+    "encoder_periodic_error": Entry(layout.ENCODER, "all", _constant(2e-6), _constant(3e-4), _encoder),
     "external_disturbance": Entry(
-        kernel.DISTURBANCE, "chosen", lambda s: s.coulomb, lambda s: 50 * s.coulomb, _push, BOTH
+        layout.DISTURBANCE, "chosen", lambda s: s.coulomb, lambda s: 50 * s.coulomb, _push, BOTH
     ),
-    "friction_drift": Entry(kernel.DRIFT, "all", _constant(0.15), _constant(0.85), _drift, (-1, -1, 1)),
+    "friction_drift": Entry(layout.DRIFT, "all", _constant(0.15), _constant(0.85), _drift, (-1, -1, 1)),
     "payload_change": Entry(None, "chosen", lambda s: 0.05 * s.mass, lambda s: 2 * s.mass, _nothing),
-    "backlash": Entry(kernel.PLAY, "all", _constant(1e-5), _constant(5e-4), _nothing, most=0.5),
-    "eddy_current_drag": Entry(kernel.EDDY, "all", lambda s: 0.2 * s.coulomb, lambda s: 8 * s.coulomb, _eddy),
-    "dwell_stiction": Entry(kernel.DWELL, "all", _constant(0.2), _constant(4.0), _dwell, most=0.25),
-    "pole_pitch_error": Entry(kernel.PITCH, "driven", _constant(1e-3), _constant(5e-3), _pitch, axes=PHASE),
+    "backlash": Entry(layout.PLAY, "all", _constant(1e-5), _constant(5e-4), _nothing, most=0.5),
+    "eddy_current_drag": Entry(layout.EDDY, "all", lambda s: 0.2 * s.coulomb, lambda s: 8 * s.coulomb, _eddy),
+    "dwell_stiction": Entry(layout.DWELL, "all", _constant(0.2), _constant(4.0), _dwell, most=0.25),
+    "pole_pitch_error": Entry(layout.PITCH, "driven", _constant(1e-3), _constant(5e-3), _pitch, axes=PHASE),
     "gravity": Entry(
-        kernel.GRAVITY,
+        layout.GRAVITY,
         "all",
         lambda s: 0.15 * s.coulomb,
         lambda s: 0.75 * s.coulomb,
@@ -262,26 +262,26 @@ LISTED: dict[str, Entry] = {
         BOTH,
         axes=("q_rotary",),
     ),
-    "load_dependent_friction": Entry(kernel.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
-    "drive_train_backlash": Entry(kernel.GEAR_PLAY, "all", _constant(0.05), _constant(0.6), _gear, most=0.35),
-    "friction_level_change": Entry(kernel.LEVEL, "chosen", _constant(0.1), _constant(0.6), _nothing, BOTH),
+    "load_dependent_friction": Entry(layout.THRUST_FRICTION, "driven", _constant(0.05), _constant(0.8), _nothing),
+    "drive_train_backlash": Entry(layout.GEAR_PLAY, "all", _constant(0.05), _constant(0.6), _gear, most=0.35),
+    "friction_level_change": Entry(layout.LEVEL, "chosen", _constant(0.1), _constant(0.6), _nothing, BOTH),
 }
 # Those that single effects and pairs are drawn from unless others are asked for: campaigns of older seeds stay.
 FIRST = tuple(LISTED)[:18]
 OUTSIDE: dict[str, Entry] = {
-    "floor_vibration": Entry(kernel.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration),
+    "floor_vibration": Entry(layout.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration),
     "clock_beat": Entry(None, "all", _constant(5e-5), _constant(3e-3), _beat),
-    "walking_friction": Entry(kernel.WALK, "all", _constant(0.1), _constant(0.8), _walk),
-    "speed_derating": Entry(kernel.SPEED_DERATING, "driven", _constant(0.1), _constant(3.0), _nothing),
-    "wandering_force": Entry(kernel.WANDER, "all", lambda s: 0.1 * s.coulomb, lambda s: 2 * s.coulomb, _walk),
+    "walking_friction": Entry(layout.WALK, "all", _constant(0.1), _constant(0.8), _walk),
+    "speed_derating": Entry(layout.SPEED_DERATING, "driven", _constant(0.1), _constant(3.0), _nothing),
+    "wandering_force": Entry(layout.WANDER, "all", lambda s: 0.1 * s.coulomb, lambda s: 2 * s.coulomb, _walk),
     "acceleration_dependent_friction": Entry(
-        kernel.ACCELERATION_FRICTION, "all", _constant(0.2), _constant(6.0), _felt
+        layout.ACCELERATION_FRICTION, "all", _constant(0.2), _constant(6.0), _felt
     ),
     "speed_dependent_cogging": Entry(
-        kernel.SPEED_COGGING, "all", lambda s: 0.3 * s.coulomb, lambda s: 6 * s.coulomb, _speed_cogging
+        layout.SPEED_COGGING, "all", lambda s: 0.3 * s.coulomb, lambda s: 6 * s.coulomb, _speed_cogging
     ),
     "reluctance_force": Entry(
-        kernel.RELUCTANCE,
+        layout.RELUCTANCE,
         "driven",
         lambda s: 0.1 * s.thrust / s.current,
         lambda s: 3 * s.thrust / s.current,

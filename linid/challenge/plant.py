@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
-from linid.challenge import kernel
 from linid.challenge.catalogue import ENTRIES, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis
-from linid.challenge.kernel import Loops, Plant
+from linid.challenge.kernel import layout
+from linid.challenge.kernel.inputs import Orders, Plant
+from linid.challenge.kernel.integration import load_integrate
 from linid.stand.mode_descriptions import Mode
 from linid.stand.modes import Command, command
-from linid.stand.plant import motor_harmonics
+from linid.stand.plant import drive_parameters, motor_harmonics, plant_parameters
 
 WALK_STEP = 0.01  # s
-_LAW = {"lugre": kernel.LUGRE, "dahl": kernel.DAHL, "maxwell": kernel.MAXWELL}
+_LAW = {"lugre": layout.LUGRE, "dahl": layout.DAHL, "maxwell": layout.MAXWELL}
 
 
 @dataclass(frozen=True)
@@ -64,23 +65,23 @@ def simulate(
     plant = build_plant(description, mode, effects, index=index, powered=powered)
     logged, peak = integrated(description, mode, plant, told, substeps or description.substeps)
     columns = np.ascontiguousarray(logged.T)
-    y, v = columns[kernel.Y], columns[kernel.V]
+    y, v = columns[layout.Y], columns[layout.V]
     t = np.arange(len(y), dtype=np.float64) * np.float64(description.measurement.sample_period_s)
     reading = y + sum(reading_errors(plant, effects, t, columns).values())
     if description.kind == "phase":
-        currents = _phase_currents(plant, y, columns[kernel.IQ]) + (plant.offsets[:, None] if powered else 0.0)
+        currents = _phase_currents(plant, y, columns[layout.IQ]) + (plant.offsets[:, None] if powered else 0.0)
     else:
-        currents = columns[None, kernel.IQ]
+        currents = columns[None, layout.IQ]
     return HiddenRun(
         t,
         y,
         v,
         reading,
         currents,
-        logged[:, : kernel.STATES],
-        columns[kernel.ACCELERATION],
-        columns[kernel.BASE_ACCELERATION],
-        columns[kernel.THRUST],
+        logged[:, : layout.STATES],
+        columns[layout.ACCELERATION],
+        columns[layout.BASE_ACCELERATION],
+        columns[layout.THRUST],
         plant.base_mass,
         peak,
     )
@@ -99,39 +100,20 @@ def integrated(
     """What the kernel logs, (n, LOGGED), and the lowest and highest position in m.
 
     every: loop periods between what is logged (default: the scope's samples); path: (loops, 4) motion along which the
-    plant is led, see `kernel.integrate`.
+    plant is led, see `kernel.inputs.Orders`.
     """
-    drive = description.drive
-    loops = Loops(
-        drive.loop_period_s,
-        drive.current_limit_a,
-        drive.position_gain_per_s,
-        drive.velocity_gain_a_s_per_m,
-        drive.velocity_integral_gain_a_per_m,
-        drive.velocity_feedforward,
+    none = np.zeros((0, 4))
+    orders = Orders(
+        told.control, told.current, told.y_reference, told.v_reference, told.push, none if path is None else path
     )
-    base_w0 = w0 = 0.0
-    if told.v0:
-        # Bristles at their steady deflection.
-        w0, base_w0 = (
-            math.copysign(kernel.sliding(mode.start_position_m, told.v0, 0.0, 0.0, 0.0, 0.0, p) / p.sigma_0, told.v0)
-            for p in (plant, plant._replace(on=0))
-        )
-    logged, low, high = kernel.integrate(
+    logged, low, high = load_integrate()(
         plant,
-        loops,
-        told.control,
-        told.current,
-        told.y_reference,
-        told.v_reference,
-        told.push,
+        drive_parameters(description),
+        orders,
         mode.start_position_m,
         told.v0,
-        w0,
-        base_w0,
         substeps,
         every or description.loops_per_sample,
-        np.zeros((0, 4)) if path is None else path,
     )
     return logged, (low, high)
 
@@ -146,73 +128,71 @@ def build_plant(
     description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], *, index: int, powered: bool
 ) -> Plant:
     """The kernel's numbers for one recording; effects of amplitude zero, or that do not act in it, are left out."""
-    on = 0
-    number = np.ones((kernel.ROWS, kernel.COLUMNS))
-    number[:, 0] = 0.0
-    friction = description.friction
-    forcer = description.mass_kg
-    payload = load = gear = 0.0
-    offsets = np.zeros(3)
-    walk = wander = np.zeros(2)
-    pushes = np.zeros((0, 3))
-    base = field_tables(description, ())
     present = [e for e in effects if e.amplitude != 0.0 and acts(e, mode, powered)]
-    for effect in present:
+    named = {effect.name: effect for effect in present}
+    amplitude = {effect.name: effect.amplitude for effect in present}
+    on, number = _table(present, index)
+    load = amplitude.get("flexible_load", 0.0) * description.mass_kg
+    gear = amplitude.get("drive_train_backlash", 0.0) * description.mass_kg
+    walks = {
+        name: _walk(named[name], index, mode.duration_s) if name in named else np.zeros(2)
+        for name in ("walking_friction", "wandering_force")
+    }
+    push = named.get("external_disturbance")
+    base = field_tables(description, ())
+    stand = plant_parameters(description, mode.added_mass_kg)
+    return Plant(
+        mass=description.mass_kg - load - gear + mode.added_mass_kg + amplitude.get("payload_change", 0.0),
+        load_mass=load,
+        gear_mass=gear,
+        base_mass=stand.mass,
+        law=_LAW[description.law],
+        shares=np.array(description.shares),
+        stiffness=stand.sigma_0 * np.array(description.stiffnesses),
+        bend=description.bend,
+        coulomb=stand.coulomb,
+        static=stand.static,
+        stribeck=stand.stribeck,
+        exponent=stand.exponent,
+        sigma_0=stand.sigma_0,
+        sigma_1=stand.sigma_1,
+        sigma_2=stand.sigma_2,
+        field=_contracted(field_tables(description, present)),
+        base_field=_contracted(base),
+        base_phases=base,
+        density=stand.density,
+        shift=stand.shift,
+        polarity=stand.polarity,
+        current_lag=stand.current_lag,
+        offsets=_offsets(named.get("current_offset")),
+        trusted=False,
+        on=on,
+        number=number,
+        walk=walks["walking_friction"],
+        wander=walks["wandering_force"],
+        walk_step=WALK_STEP,
+        pushes=np.zeros((0, 3)) if push is None else _pushes(push, mode),
+    )
+
+
+def _table(effects: Sequence[HiddenEffect], index: int) -> tuple[int, Array]:
+    """`on` and `number` of a plant with these effects in recording `index` of its campaign."""
+    on, number = 0, np.ones((layout.ROWS, layout.COLUMNS))
+    number[:, 0] = 0.0
+    for effect in effects:
         row = ENTRIES[effect.name].row
         if row is not None:
             on |= 1 << row
             values = [effect.amplitude, *effect.shape.values()]
             number[row, : len(values)] = values
-        if effect.name == "payload_change":
-            payload = effect.amplitude
-        elif effect.name == "flexible_load":
-            load = effect.amplitude * forcer
-        elif effect.name == "drive_train_backlash":
-            gear = effect.amplitude * forcer
-        elif effect.name == "external_disturbance":
-            pushes = _pushes(effect, mode)
-        elif effect.name == "wandering_force":
-            wander = _walk(effect, index, mode.duration_s)
-        elif effect.name == "current_offset":
-            offsets = effect.amplitude * np.array([effect.shape[phase] for phase in "uvw"])
-        elif effect.name == "walking_friction":
-            walk = _walk(effect, index, mode.duration_s)
-        elif effect.name == "floor_vibration":
-            number[kernel.VIBRATION, 2] += 2.4 * index  # recordings start at any moment of it
-    table = field_tables(description, present)
-    motor = motor_harmonics(description.motor)
-    return Plant(
-        mass=forcer - load - gear + mode.added_mass_kg + payload,
-        load_mass=load,
-        gear_mass=gear,
-        base_mass=forcer + mode.added_mass_kg,
-        law=_LAW[description.law],
-        shares=np.array(description.shares),
-        stiffness=friction.bristle_stiffness_n_per_m * np.array(description.stiffnesses),
-        bend=description.bend,
-        coulomb=friction.coulomb_force_n,
-        static=friction.static_force_n,
-        stribeck=friction.stribeck_velocity_m_per_s,
-        exponent=friction.stribeck_exponent,
-        sigma_0=friction.bristle_stiffness_n_per_m,
-        sigma_1=friction.bristle_damping_n_s_per_m,
-        sigma_2=friction.viscous_friction_n_s_per_m,
-        field=_contracted(table),
-        base_field=_contracted(base),
-        base_phases=base,
-        density=motor[1],
-        shift=motor[3],
-        polarity=math.copysign(1.0, motor[0][0, 1]),
-        current_lag=description.drive.current_time_constant_s,
-        offsets=offsets,
-        trusted=False,
-        on=on,
-        number=number,
-        walk=walk,
-        wander=wander,
-        walk_step=WALK_STEP,
-        pushes=pushes,
-    )
+        if effect.name == "floor_vibration":
+            number[layout.VIBRATION, 2] += 2.4 * index  # recordings start at any moment of it
+    return on, number
+
+
+def _offsets(effect: HiddenEffect | None) -> Array:
+    """What the three current sensors read too much, (3,) in A."""
+    return np.zeros(3) if effect is None else effect.amplitude * np.array([effect.shape[phase] for phase in "uvw"])
 
 
 def field_tables(description: HiddenAxis, effects: Sequence[HiddenEffect]) -> Array:
@@ -287,23 +267,23 @@ def _pushes(effect: HiddenEffect, mode: Mode) -> Array:
 
 def reading_errors(plant: Plant, effects: Sequence[HiddenEffect], t: Array, columns: Array) -> dict[str, Array]:
     """What each effect makes the encoder read too much at the logged instants, (n,) in m; columns: (LOGGED, n)."""
-    y = columns[kernel.Y]
+    y = columns[layout.Y]
     errors = {}
-    if plant.on >> kernel.ENCODER & 1:
+    if plant.on >> layout.ENCODER & 1:
         errors["encoder_periodic_error"] = _encoder(plant, y)
-    if plant.on >> kernel.PLAY & 1:
-        slack = columns[kernel.PLAIN_STATES + kernel.SLACK]
-        errors["backlash"] = -0.5 * plant.number[kernel.PLAY, 0] * slack
+    if plant.on >> layout.PLAY & 1:
+        slack = columns[layout.PLAIN_STATES + layout.SLACK]
+        errors["backlash"] = -0.5 * plant.number[layout.PLAY, 0] * slack
     for effect in effects:
         if effect.name == "clock_beat" and effect.amplitude:
-            errors[effect.name] = _beat(effect, t, columns[kernel.V])
+            errors[effect.name] = _beat(effect, t, columns[layout.V])
     return errors
 
 
 def _encoder(plant: Plant, y: Array) -> Array:
-    if not plant.on >> kernel.ENCODER & 1:
+    if not plant.on >> layout.ENCODER & 1:
         return np.zeros_like(y)
-    amplitude, period, phase, skew = plant.number[kernel.ENCODER, :4]
+    amplitude, period, phase, skew = plant.number[layout.ENCODER, :4]
     angle = 2 * math.pi * y / period + phase
     return np.asarray(amplitude * np.sin(angle + skew * np.sin(angle)))
 

@@ -37,9 +37,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.challenge import kernel
 from linid.challenge.catalogue import LISTED, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
+from linid.challenge.kernel import layout
+from linid.challenge.kernel.inputs import Plant
 from linid.challenge.plant import acts, build_plant, field_tables, integrated, reading_errors, turned_field
 from linid.challenge.strength import bump, half_width
 from linid.stand.mode_descriptions import Mode
@@ -96,6 +97,43 @@ def true_shares(description: HiddenAxis, effects: Sequence[HiddenEffect], *, fir
     return Truth(gap, shares, outside + float(values[-1]))
 
 
+@dataclass(frozen=True)
+class _Led:
+    """One recording's true motion, along which plants are led: whole has all effects; path: see `kernel.inputs.Orders`;
+    columns: (LOGGED, n) what the whole plant logs."""
+
+    description: HiddenAxis
+    mode: Mode
+    index: int
+    told: Command
+    whole: Plant
+    path: Array
+    columns: Array
+
+    def along(self, present: Sequence[HiddenEffect], **changes: Any) -> Array:
+        """What a plant with these effects logs along the motion, (LOGGED, n); changes: of its numbers."""
+        powered = self.told.control != 0
+        plant = build_plant(self.description, self.mode, present, index=self.index, powered=powered)
+        # The shown currents are what they are: commutated by the true reading, with the true offsets in them.
+        seen = 1 << layout.ENCODER & self.whole.on
+        number = plant.number.copy()
+        number[layout.ENCODER] = self.whole.number[layout.ENCODER]
+        plant = plant._replace(
+            on=plant.on | seen,
+            number=number,
+            offsets=self.whole.offsets,
+            base_phases=field_tables(self.description, present),
+            trusted=not any(effect.name == "current_offset" for effect in present),
+        )
+        plant = plant._replace(**changes)
+        return integrated(self.description, self.mode, plant, self.told, 1, path=self.path)[0].T
+
+    def acceleration(self, present: Sequence[HiddenEffect], **changes: Any) -> Array:
+        """The acceleration alone, (n,) in m/s^2."""
+        row: Array = self.along(present, **changes)[layout.ACCELERATION]
+        return row
+
+
 def contributions(
     description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], index: int, told: Command
 ) -> tuple[Array, Array, Array]:
@@ -105,45 +143,46 @@ def contributions(
     (11, n): thrust, bristle force, viscous friction and inertia per mass, and what other bristle stiffness, bristle
     damping, static force, Stribeck velocity, field phase, wavenumber and winding displacement change.
     """
-    powered = told.control != 0
-    whole = build_plant(description, mode, effects, index=index, powered=powered)
+    whole = build_plant(description, mode, effects, index=index, powered=told.control != 0)
     every = description.loops_per_sample
     fine, _ = integrated(description, mode, whole, told, SUBSTEPS, every=1)
-    path = np.ascontiguousarray(fine[:, [kernel.Y, kernel.V, kernel.ACCELERATION, kernel.IQ]])
+    path = np.ascontiguousarray(fine[:, [layout.Y, layout.V, layout.ACCELERATION, layout.IQ]])
     columns = np.ascontiguousarray(fine[::every].T)
+    led = _Led(description, mode, index, told, whole, path, columns)
+    none = led.along(())
+    base = none if whole.law == layout.LUGRE else led.along((), law=layout.LUGRE)
+    caused = _caused(led, effects, none[layout.ACCELERATION])
+    if base is not none:
+        caused[-1] = none[layout.ACCELERATION] - base[layout.ACCELERATION]
+    errors = np.zeros_like(caused)
+    t = np.arange(columns.shape[1], dtype=np.float64) * np.float64(description.measurement.sample_period_s)
+    for name, error in reading_errors(whole, effects, t, columns).items():
+        errors[[effect.name for effect in effects].index(name)] = error
+    return caused, errors, _base_columns(led, base)
 
-    def led(present: Sequence[HiddenEffect], **changes: Any) -> Array:
-        plant = build_plant(description, mode, present, index=index, powered=powered)
-        # The shown currents are what they are: commutated by the true reading, with the true offsets in them.
-        seen = 1 << kernel.ENCODER & whole.on
-        number = plant.number.copy()
-        number[kernel.ENCODER] = whole.number[kernel.ENCODER]
-        plant = plant._replace(
-            on=plant.on | seen,
-            number=number,
-            offsets=whole.offsets,
-            base_phases=field_tables(description, present),
-            trusted=not any(effect.name == "current_offset" for effect in present),
-        )
-        return integrated(description, mode, plant._replace(**changes), told, 1, path=path)[0].T
 
-    acting = [effect for effect in effects if acts(effect, mode, powered)]
-    none = led(())
-    true = columns[kernel.ACCELERATION] - none[kernel.ACCELERATION]
+def _caused(led: _Led, effects: Sequence[HiddenEffect], none: Array) -> Array:
+    """What each effect causes along a motion, and a row of zeros, (effects + 1, n) in m/s^2; none: (n,) acceleration
+    without effects."""
+    acting = [effect for effect in effects if acts(effect, led.mode, led.told.control != 0)]
+    whole = led.columns[layout.ACCELERATION]
+    true = whole - none
     caused = np.zeros((len(effects) + 1, true.size))
     for k, effect in enumerate(effects):
         if effect not in acting:
             continue
         others = [other for other in acting if other is not effect]
-        alone = led([effect])[kernel.ACCELERATION] - none[kernel.ACCELERATION] if others else true
-        last = columns[kernel.ACCELERATION] - led(others)[kernel.ACCELERATION] if others else true
+        alone = led.acceleration([effect]) - none if others else true
+        last = whole - led.acceleration(others) if others else true
         caused[k] = 0.5 * (alone + last)
     if acting:
         caused[[effect in acting for effect in effects] + [False]] += (true - caused.sum(axis=0)) / len(acting)
-    base = none
-    if whole.law != kernel.LUGRE:
-        base = led((), law=kernel.LUGRE)
-        caused[-1] = none[kernel.ACCELERATION] - base[kernel.ACCELERATION]
+    return caused
+
+
+def _base_columns(led: _Led, base: Array) -> Array:
+    """The base's columns, see `contributions`; base: (LOGGED, n) what the base logs along the motion."""
+    whole, columns = led.whole, led.columns
     damping = whole.sigma_1 + 0.2 * math.sqrt(whole.sigma_0 * whole.base_mass)
     changes: list[dict[str, Any]] = [
         {"sigma_0": 0.8 * whole.sigma_0},
@@ -152,16 +191,12 @@ def contributions(
         {"stribeck": 0.8 * whole.stribeck},
     ]
     changes += [turned_field(whole.base_phases, turn) for turn in _TURN * np.array([[1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])]
-    bends = [led((), law=kernel.LUGRE, **change)[kernel.ACCELERATION] - base[kernel.ACCELERATION] for change in changes]
-    bends.append(bends[4] * columns[kernel.Y])
-    errors = np.zeros_like(caused)
-    t = np.arange(true.size) * description.measurement.sample_period_s
-    for name, error in reading_errors(whole, effects, t, columns).items():
-        errors[[effect.name for effect in effects].index(name)] = error
-    thrust, a = base[kernel.THRUST] / whole.base_mass, base[kernel.ACCELERATION]
-    viscous = columns[kernel.V] / whole.base_mass
+    a = base[layout.ACCELERATION]
+    bends = [led.acceleration((), law=layout.LUGRE, **change) - a for change in changes]
+    bends.append(bends[4] * columns[layout.Y])
+    thrust, viscous = base[layout.THRUST] / whole.base_mass, columns[layout.V] / whole.base_mass
     bristle = thrust - a - whole.sigma_2 * viscous
-    return caused, errors, np.stack([thrust, bristle, viscous, a / whole.base_mass, *bends])
+    return np.stack([thrust, bristle, viscous, a / whole.base_mass, *bends])
 
 
 def _rows(description: HiddenAxis, mode: Mode, effects: Sequence[HiddenEffect], index: int, told: Command) -> Rows:

@@ -11,6 +11,7 @@ from linid.cli.options import debug_option, jobs_option, json_option, make_repor
 
 FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
 JOBS = jobs_option("Campaigns at a time; never changes a result")
+KEYS = click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
 KINDS = ("single", "pair", "none", "unknown")
 
 
@@ -42,6 +43,12 @@ def _span(ctx: click.Context, parameter: click.Parameter, value: str | None) -> 
     except ValueError:
         raise click.BadParameter(f"found {value!r}, expected two numbers such as 0.05,1") from None
     return low, high
+
+
+def _metres(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+    """A span given in um."""
+    span = _span(ctx, parameter, value)
+    return None if span is None else (1e-6 * span[0], 1e-6 * span[1])
 
 
 def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tuple[float, ...]:
@@ -104,7 +111,7 @@ def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tupl
 )
 @click.option(
     "--encoders",
-    callback=_span,
+    callback=_metres,
     metavar="LOW,HIGH",
     help="Range of the encoders' resolution in um, such as 0.1,10 [all 0.1].",
 )
@@ -112,16 +119,27 @@ def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tupl
 @json_option
 @verbosity_options
 @debug_option
-def make(out: Path | None, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+def make(
+    count: int,
+    out: Path | None,
+    keys: Path | None,
+    jobs: int,
+    json_output: bool,
+    quiet: bool,
+    verbose: bool,
+    **plan: Any,
+) -> None:
     """Make campaigns that hide one effect, two, none, one outside the library, or a crowd of three to six.
 
     \b
     Example:
       linid challenge make --count 20 --seed 7 --effects cogging,cable_force --kinds single,none --out proof
     """
+    from linid.challenge.make import Plan
     from linid.workflow.commands.challenge import make as work
 
-    print_outcome(work(out, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
+    print_outcome(work(Plan(**plan), count, out, reporter, keys=keys, jobs=jobs), json_output)
 
 
 @challenge.command()
@@ -145,7 +163,7 @@ def run(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: 
 
 @challenge.command()
 @FOLDER
-@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
+@KEYS
 @JOBS
 @click.option("--resume", is_flag=True, help="Keep what is there, do the rest.")
 @json_option
@@ -165,7 +183,7 @@ def oracle(folder: Path, json_output: bool, quiet: bool, verbose: bool, **option
 
 @challenge.command()
 @FOLDER
-@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml].")
+@KEYS
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @json_option
 @verbosity_options

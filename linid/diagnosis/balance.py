@@ -15,7 +15,7 @@ from linid.arrays import Array, Integers
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
 from linid.physics.model import Model
-from linid.physics.motors import fundamental_force_constant
+from linid.physics.motors import MOTORS
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
@@ -145,14 +145,11 @@ class Balance:
 
 def gain_of(model: Model, vector: Array) -> float:
     """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor."""
-    if model.kind == "friction":
+    motor = MOTORS[model.kind]
+    if not motor.inputs:
         return 0.0
-    constant, length, nome = (
-        float(vector[model.slot(n)]) if model.kind == "theta" or n == "force_constant" else 0.0
-        for n in ("force_constant", "winding_length", "nome")
-    )
-    if model.kind == "theta":
-        constant = float(fundamental_force_constant(constant, length, nome))
+    shape = {name: float(vector[model.slot(name)]) for name, _ in motor.shape}
+    constant = float(motor.fundamental(float(vector[model.slot("force_constant")]), shape))
     return constant / float(vector[model.slot("mass")])
 
 

@@ -20,6 +20,7 @@ from linid.identification.result import ModelKind
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.model import Model
+from linid.physics.motors import MOTORS
 from linid.recording.recording import Recording
 
 # First values of friction: breakaway over Coulomb force, Stribeck velocity as a share of the highest speed, presliding
@@ -73,8 +74,9 @@ def fit_base_model(
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
-    if kind == "theta" and _balanced(driven):
-        for name in ("winding_length", "nome"):
+    shape = MOTORS[kind].shape
+    if shape and _balanced(driven):
+        for name, _ in shape:
             held.setdefault(name, starts[0][name])
         assumptions.append("the phase currents sum to zero: they tell no more of the field than its first harmonic")
     balance = Balance(model, recordings, means.jobs, means.seed, means.memory)

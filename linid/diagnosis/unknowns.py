@@ -15,7 +15,7 @@ from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.physics.motors import fundamental_force_constant
+from linid.physics.motors import MOTORS
 from linid.physics.parameter import Parameter
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
@@ -134,8 +134,8 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
             value = values["coulomb_force"] / value
         elif c.name == "bristle_damping":
             value = value / (2.0 * math.sqrt(values["bristle_stiffness"] * values["mass"]))
-        elif c.name == "force_constant" and model.kind == "theta":
-            value = fundamental_force_constant(value, values["winding_length"], values["nome"])
+        elif c.name == "force_constant":
+            value = MOTORS[model.kind].fundamental(value, values)
         out[k] = min(max(math.log(max(value, 1e-300)) if c.log else value, c.lower), c.upper)
     return out
 
@@ -165,7 +165,8 @@ def vectors_of(
         out[:, stiffness] = out[:, coulomb] / out[:, stiffness]
     if "bristle_damping" in names:
         out[:, damping] *= 2.0 * np.sqrt(out[:, stiffness] * out[:, mass])
-    if model.kind == "theta" and "force_constant" in names:
-        length, nome, constant = (model.slot(n) for n in ("winding_length", "nome", "force_constant"))
-        out[:, constant] /= fundamental_force_constant(np.ones(out.shape[0]), out[:, length], out[:, nome])
+    motor = MOTORS[model.kind]
+    if motor.shape and "force_constant" in names:
+        shape = {name: out[:, model.slot(name)] for name, _ in motor.shape}
+        out[:, model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
     return out

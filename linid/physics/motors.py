@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numba import njit
@@ -21,21 +22,46 @@ _BLOCK = 256
 _Values = TypeVar("_Values", float, NDArray[np.float64])
 
 
+def fundamental_force_constant(force_constant: _Values, winding_length: _Values, nome: _Values) -> _Values:
+    """Force constant in N/A of the first harmonic of theta motors: 8 K_f' q sin(2 z_L) (from eq. 37)."""
+    return force_constant * 8.0 * nome * np.sin(2.0 * winding_length)  # type: ignore[no-any-return]
+
+
 @dataclass(frozen=True)
 class Motor:
     """One motor model. code: its number in the compiled kernel; inputs: how many it has, 0, 1 or 3 (phase currents);
-    turns: electrical radians per radian of its own angles (displacement and shift), and so of its wavenumber."""
+    turns: electrical radians per radian of its own angles (displacement and commutation offset), and so of its
+    wavenumber; shape: parameters of its field's shape, with the values that a search begins with; harmonic: force
+    constant and shape -> amplitude of the thrust's first harmonic per phase current, N/A, where there is a shape."""
 
     name: str
     code: int
     inputs: int
     parameters: tuple[Parameter, ...] = ()
     turns: float = 1.0
+    shape: tuple[tuple[str, float], ...] = ()
+    harmonic: Callable[..., Any] | None = None
 
     @property
     def phases(self) -> bool:
         """Whether three phase currents drive it."""
         return self.inputs == 3
+
+    def fundamental(self, constant: Any, values: Mapping[str, Any]) -> Any:
+        """Thrust per input of the first harmonic, N/A: the force constant itself where the field has no shape.
+
+        constant: force constant (float or (C,)); values: at least those of the shape, each like it.
+        """
+        return constant if self.harmonic is None else self.harmonic(constant, *(values[name] for name, _ in self.shape))
+
+    def of_first_harmonic(self, sine: Mapping[str, float], known: Mapping[str, float]) -> dict[str, float]:
+        """First values of this motor's parameters, SI, from those of a sine; known: of its shape, where they are."""
+        out = dict(sine)
+        for name in ("electrical_wavenumber", "winding_displacement", "commutation_offset"):
+            out[name] = sine[name] / self.turns
+        shape = {name: known.get(name, usual) for name, usual in self.shape}
+        out["force_constant"] = sine["force_constant"] / self.fundamental(1.0, shape)
+        return {**out, **shape}
 
 
 _FORCE = (Parameter("force_constant", "K", "N/A", 1e-3, 1e3, 1.0, log=True, meaning="force per input"),)
@@ -59,7 +85,15 @@ MOTORS = {
         Motor("friction", NONE, 0),
         Motor("force", FORCE, 1, _FORCE),
         Motor("sine", SINE, 3, _SINE),
-        Motor("theta", THETA, 3, _THETA, turns=2.0),
+        Motor(
+            "theta",
+            THETA,
+            3,
+            _THETA,
+            turns=2.0,
+            shape=(("winding_length", 0.25 * math.pi), ("nome", 0.5)),
+            harmonic=fundamental_force_constant,
+        ),
     )
 }
 
@@ -238,8 +272,3 @@ def gaussian_force(y: float, current_u: float, current_v: float, current_w: floa
         + big_theta_0(z, p[4], p[5]) * current_v
         + big_theta_0(z + p[2], p[4], p[5]) * current_w
     )
-
-
-def fundamental_force_constant(force_constant: _Values, winding_length: _Values, nome: _Values) -> _Values:
-    """Force constant in N/A of the first harmonic of theta motors: 8 K_f' q sin(2 z_L) (from eq. 37)."""
-    return force_constant * 8.0 * nome * np.sin(2.0 * winding_length)  # type: ignore[no-any-return]

@@ -15,7 +15,7 @@ from linid.recording.recording import Reading
 from linid.recording.repair import bad_cell_error, fill, unwrap
 from linid.recording.resolve import Channel, Channels
 from linid.recording.table import Table
-from linid.recording.timebase import Clock, clean_clock, gap_notes, gaps, onto
+from linid.recording.timebase import FEW, FEWEST_OF_SPLINE, ROUNDING, Clock, clean_clock, gap_notes, gaps, onto
 
 _MARGIN = 10  # samples of a slower group kept beside the window, for its spline
 
@@ -108,8 +108,8 @@ def _with_wraps(reading: Reading, channel: Channel, turned: Array) -> Reading:
 def _inside(t: Array, window: tuple[float, float], place: str) -> slice:
     """The samples inside the window."""
     start, end = window
-    inside = np.flatnonzero((t >= start - 1e-12) & (t <= end + 1e-12))
-    if not start < end or len(inside) < 4:
+    inside = np.flatnonzero((t >= start - ROUNDING) & (t <= end + ROUNDING))
+    if not start < end or len(inside) < FEWEST_OF_SPLINE:
         raise DataError(
             place,
             f"window [{start:g}, {end:g}] s holds {len(inside)} samples; the file runs from {t[0]:g} to {t[-1]:g} s",
@@ -127,7 +127,7 @@ def _common_part(
 ) -> Signals:
     """The time range in which every channel has values."""
     covered = np.flatnonzero(keep)
-    if len(covered) < 4:
+    if len(covered) < FEWEST_OF_SPLINE:
         raise DataError(
             place, f"the channels overlap in only {len(covered)} samples", "Export all channels over the same time."
         )
@@ -195,7 +195,7 @@ def _without_bad_edges(
     if not len(good):
         raise bad_cell_error(channel, np.arange(len(raw)), len(raw), place)
     lost = len(raw) - (int(good[-1]) - int(good[0]) + 1)
-    if lost > max(1, 0.01 * len(raw)):
+    if lost > max(1, FEW * len(raw)):
         raise bad_cell_error(channel, rows[~np.isfinite(raw)], len(raw), place)
     part = slice(int(good[0]), int(good[-1]) + 1)
     return raw[part], t[part], rows[part]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
-from linid.recording.local_polynomial import local_derivative
+from linid.recording.check_position import SMOOTH
+from linid.recording.local_polynomial import local_derivative, window_width
 from linid.recording.noise import noise_level
 from linid.recording.recording import Recording
 from linid.recording.spectra import (
@@ -21,13 +22,13 @@ from linid.recording.spectra import (
     segment_lengths,
     time_shift,
 )
+from linid.statistics import TINY
 
 _EXCITED = 0.01  # of the input's largest power: there the input moves the axis rather than its own noise
 _AUDIBLE = 10.0  # times the reading's noise: there a lack of coherence is not the encoder's
 _FEWEST_BINS = 3  # one or two bins may be coherent, or not, by chance
 _CARRIED = 0.2  # of the input's mean square, in the bins: the rest is constant or slower, and moves the axis too
 _LONGEST = 5.0  # s, of a segment
-_SMOOTH = 0.015  # s over which speeds are taken
 _FRICTION = 0.5  # of the input's power; a larger share moves against friction and says little of acceleration
 _STUCK = 0.25  # of the input's power: more friction bends the phase by more than a sample
 _CLEAR = 0.8  # coherence of the bins whose phase is trusted
@@ -35,6 +36,11 @@ _FEWEST_PHASES = 8
 _LARGEST_SHIFT = 0.02  # s
 _SHARP = 0.5  # samples: a shift known less well is not claimed
 _RUN = 5  # samples: shorter rests at a limit are peaks
+_ROUNDING = 1e-9  # of a channel's size: what varies less is constant
+_STEPS, _NOISES = 2.5, 4.0  # of the input's resolution, of its noise: within both it rests
+_RAMP_STEPS = 20.0  # of the resolution between two samples: smaller steps are all alike without any limit
+_NEAR, _INSIDE = 8.0, 2.0  # bands below the extreme: through the wider one a peak passes, in the other a limit stays
+_AT_ZERO = 0.05  # of the largest value: a rest so near zero is no limit
 _CLIPPED = 0.75  # of the time within four times the band; a smooth peak spends half of it in the band
 
 
@@ -92,14 +98,13 @@ def input_checks(recording: Recording, position_step: float, thrust: Array | Non
         return _unjudged("a free wheel has no input"), unknown
     if u is None:
         return _unjudged("how phase currents or voltages push depends on the position"), unknown
-    if float(np.ptp(u)) <= 1e-9 * float(np.max(np.abs(u), initial=0.0)):
+    if float(np.ptp(u)) <= _ROUNDING * float(np.max(np.abs(u), initial=0.0)):
         return _unjudged("the input is constant"), unknown
     y, dt = recording.y, recording.duration / max(recording.y.size - 1, 1)
     lengths = segment_lengths(y.size, dt, _LONGEST)
     if not lengths:
         return _unjudged(f"shorter than {FEWEST_SEGMENTS} segments of 64 samples"), unknown
-    width = max(5, 2 * round(0.5 * _SMOOTH / dt) + 1)
-    speed = local_derivative(y, width, 3, 1, dt)
+    speed = local_derivative(y, window_width(SMOOTH, dt), 3, 1, dt)
     a = np.zeros(y.size)
     a[1:-1] = np.diff(y, 2) / dt**2
     deviation = max(noise_level(y), position_step / math.sqrt(12.0))
@@ -119,7 +124,7 @@ def input_checks(recording: Recording, position_step: float, thrust: Array | Non
         return _unjudged("too few frequencies that the input excites and the encoder resolves", friction, work), unknown
     value, spectra, bins = best
     power = np.sum(spectra.power(spectra.u)[bins]) * np.sum(spectra.power(spectra.a)[bins])
-    correlation = float(np.sum(np.real(spectra.cross()[bins])) / math.sqrt(max(float(power), 1e-300)))
+    correlation = float(np.sum(np.real(spectra.cross()[bins])) / math.sqrt(max(float(power), TINY)))
     band = spectra.frequency[bins]
     reason = "the input goes into friction" if friction > _FRICTION else ""
     coherence = Coherence(
@@ -144,10 +149,10 @@ def _unjudged(reason: str, friction: float = math.nan, work: float = math.nan) -
 
 def _friction_share(u: Array, speed: Array) -> tuple[float, float]:
     """Share of the input's variance that direction and speed explain, and the correlation of input and speed."""
-    power = math.sqrt(max(float(u @ u) * float(speed @ speed), 1e-300))
-    columns = np.column_stack([np.ones(u.size), np.sign(speed), speed / max(float(np.max(np.abs(speed))), 1e-300)])
+    power = math.sqrt(max(float(u @ u) * float(speed @ speed), TINY))
+    columns = np.column_stack([np.ones(u.size), np.sign(speed), speed / max(float(np.max(np.abs(speed))), TINY)])
     left = u - columns @ np.linalg.lstsq(columns, u, rcond=None)[0]
-    return 1.0 - float(left @ left) / max(float(np.sum((u - u.mean()) ** 2)), 1e-300), float(u @ speed) / power
+    return 1.0 - float(left @ left) / max(float(np.sum((u - u.mean()) ** 2)), TINY), float(u @ speed) / power
 
 
 def _delay(spectra: CrossSpectra, bins: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Delay:
@@ -169,10 +174,10 @@ def saturation(recording: Recording, input_step: float) -> Saturation:
     channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
     if channels is None or recording.kind == "free_wheel":
         return Saturation(0.0, math.nan, 0.0, math.nan)
-    found = [_at_limit(x, max(2.5 * input_step, 4.0 * noise_level(x))) for x in np.atleast_2d(channels)]
+    found = [_at_limit(x, max(_STEPS * input_step, _NOISES * noise_level(x))) for x in np.atleast_2d(channels)]
     rates = [np.diff(x) for x in np.atleast_2d(channels)]
-    # Steps of a few quanta are all alike without any limit.
-    ramps = [_at_limit(d, max(2.5 * input_step, 4.0 * noise_level(d)), least=20.0 * input_step) for d in rates]
+    bands = [max(_STEPS * input_step, _NOISES * noise_level(d)) for d in rates]
+    ramps = [_at_limit(d, band, _RAMP_STEPS * input_step) for d, band in zip(rates, bands, strict=True)]
     (share, level), (rate_share, rate) = max(found), max(ramps)
     rate = rate / recording.period if rate_share else math.nan
     return Saturation(share, level if share else math.nan, rate_share, rate)
@@ -180,13 +185,13 @@ def saturation(recording: Recording, input_step: float) -> Saturation:
 
 def _at_limit(x: Array, band: float, least: float = 0.0) -> tuple[float, float]:
     """Share of the samples (n,) at the largest or smallest value, within `band` of it, and the level."""
-    band = max(band, 1e-9 * float(np.ptp(x)))
+    band = max(band, _ROUNDING * float(np.ptp(x)))
     count, level = 0, 0.0
     for sign in (1.0, -1.0):
         top = float(np.max(sign * x))
-        if top <= max(0.05 * float(np.max(np.abs(x))), least, 8.0 * band):
+        if top <= max(_AT_ZERO * float(np.max(np.abs(x))), least, _NEAR * band):
             continue  # a rest at zero, or nothing but noise
-        near, inside = sign * x >= top - 8.0 * band, sign * x >= top - 2.0 * band
+        near, inside = sign * x >= top - _NEAR * band, sign * x >= top - _INSIDE * band
         edges = np.flatnonzero(np.diff(np.concatenate(([False], near, [False])).astype(np.int8)))
         for start, end in zip(edges[::2], edges[1::2], strict=True):
             rest = int(inside[start:end].sum())

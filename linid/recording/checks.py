@@ -16,6 +16,8 @@ from linid.recording.noise import quantum
 from linid.recording.recording import Reading, Recording
 from linid.recording.timebase import gaps, jitter
 
+_FOLLOWS = 0.5  # coherence: the input accounts for most of the acceleration
+_SIDED = 0.1  # correlation: nearer to zero its sign may be chance
 HEADER = (
     "Recording",
     "Follows",
@@ -57,7 +59,7 @@ def _checks(recording: Recording, thrust: Array | None) -> RecordingChecks:
     phased = thrust is None and recording.phase_currents is not None
     pushing = recording.drive_input if push is None and recording.phase_currents is None else push
     # The side on which the input pushes is known by what it accelerates, where it does.
-    known = coherence.judged and coherence.value > 0.5 and abs(coherence.correlation) > 0.1
+    known = coherence.judged and coherence.value > _FOLLOWS and abs(coherence.correlation) > _SIDED
     sense = 0 if not known else (1 if coherence.correlation > 0.0 else -1)
     checks = RecordingChecks(
         name=recording.name,

@@ -14,13 +14,20 @@ import numpy as np
 from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.recording import Recording
-from linid.recording.release import Derivatives, differentiate, find_release
+from linid.recording.release import THREE_WINDOWS, TWO_WINDOWS, Derivatives, differentiate, find_release
 
 _STANDSTILL_KEPT = 0.2  # s
 _MARGIN = 0.06  # share of the coast given away after the detected release: the hand leaves gently
 _MARGIN_TIME = 0.006  # s, the same for short coasts
 _SHORT = 0.25  # s
 _BUMP = 4.0  # deceleration above this many times the coast's median is no friction
+_BUMP_NOISE = 8.0  # deviations of the acceleration's noise that it must exceed besides
+_MOVING, _CLEARLY_MOVING = 8.0, 20.0  # deviations of the speed's noise
+_STILL = 2e-3  # of the top speed: slower is standstill, however little noise there is
+_SLIGHT = 0.02  # of the top speed: a motion that never exceeds it is no push
+_FALLING = 2.0  # deviations of the acceleration's noise; what it misses is bridged
+_AT_TOP, _AS_HARD = 0.98, 0.8  # of the top speed, of the usual deceleration: already coasting
+_STICKING = 0.1  # of the top speed: friction may rise below
 
 
 @dataclass(frozen=True)
@@ -90,18 +97,18 @@ def _evidence(motion: Derivatives, best: _Coast, count: int) -> str:
 def _decelerations(motion: Derivatives) -> list[tuple[int, int, int]]:
     """Intervals (first, last, rest) in one direction in which the speed falls; split where it rises again."""
     speed = np.abs(motion.v)
-    moving = speed > max(8.0 * motion.v_noise, 2e-3 * float(speed.max()))
+    moving = speed > max(_MOVING * motion.v_noise, _STILL * float(speed.max()))
     parts: list[tuple[int, int, int]] = []
     labels = np.where(moving, np.sign(motion.v), 0.0)
     edges = np.concatenate(([0], np.flatnonzero(np.diff(labels)) + 1, [len(labels)]))
     for i, j in pairwise(edges):
-        if labels[i] == 0 or speed[i:j].max() < 0.02 * speed.max():
+        if labels[i] == 0 or speed[i:j].max() < _SLIGHT * speed.max():
             continue
-        falling = -labels[i] * motion.a[i:j] > 2.0 * motion.a_noise
+        falling = -labels[i] * motion.a[i:j] > _FALLING * motion.a_noise
         falling = _bridged(falling, motion.half)
         inner = np.concatenate(([0], np.flatnonzero(np.diff(falling.astype(int))) + 1, [j - i]))
         for p, q in pairwise(inner):
-            if falling[p] and q - p > 4 * motion.half and speed[i + p] > 20 * motion.v_noise:
+            if falling[p] and q - p > TWO_WINDOWS * motion.half and speed[i + p] > _CLEARLY_MOVING * motion.v_noise:
                 parts.append((int(i + p), int(i + q - 1), int(j - 1)))
     return parts
 
@@ -131,13 +138,13 @@ def _refine(motion: Derivatives, first: int, last: int, rest: int) -> _Coast | N
             else ("the recording ends" if rest >= len(motion.t) - 1 - motion.half else "pushed again")
         )
     fit_end = _above_stribeck(motion, first, end)
-    if fit_end - first < 6 * motion.half:
+    if fit_end - first < THREE_WINDOWS * motion.half:
         return None
     release = find_release(motion, first, fit_end)
     at_beginning = first <= motion.half and (release <= motion.half or _already_coasting(motion, slowing, first, end))
     margin = int(np.ceil(_MARGIN * (end - release) + _MARGIN_TIME / motion.dt))
     start = 0 if at_beginning else release + margin
-    if end - start < 4 * motion.half:
+    if end - start < TWO_WINDOWS * motion.half:
         return None
     stop = end
     if reason == "standstill":
@@ -152,12 +159,13 @@ def _already_coasting(motion: Derivatives, slowing: Array, first: int, end: int)
     """
     early = slowing[first : first + 3 * motion.half]
     speed = np.abs(motion.v[first : end + 1])
-    return bool(speed[0] > 0.98 * speed.max() and np.median(early) > 0.8 * np.median(slowing[first : end + 1]))
+    as_hard = np.median(early) > _AS_HARD * np.median(slowing[first : end + 1])
+    return bool(speed[0] > _AT_TOP * speed.max() and as_hard)
 
 
 def _speed(motion: Derivatives, start: int) -> float:
     """Speed at `start`, from a quadratic that looks only forward."""
-    n = min(4 * motion.half, len(motion.t) - start)
+    n = min(TWO_WINDOWS * motion.half, len(motion.t) - start)
     s = motion.t[start : start + n] - motion.t[start]
     c = np.polynomial.polynomial.polyfit(s, motion.y[start : start + n], 2)
     return float(c[1])
@@ -166,7 +174,7 @@ def _speed(motion: Derivatives, start: int) -> float:
 def _before_bump(motion: Derivatives, slowing: Array, first: int, last: int) -> tuple[int, str]:
     """Last sample before the deceleration leaves what friction can do (end stop, a catching hand)."""
     usual = float(np.median(slowing[first : last + 1]))
-    limit = _BUMP * usual + 8.0 * motion.a_noise
+    limit = _BUMP * usual + _BUMP_NOISE * motion.a_noise
     late = np.arange(first, last + 1)
     hard = late[slowing[first : last + 1] > limit]
     hard = hard[hard > first + (last - first) // 3]
@@ -178,7 +186,7 @@ def _before_bump(motion: Derivatives, slowing: Array, first: int, last: int) -> 
 def _above_stribeck(motion: Derivatives, first: int, end: int) -> int:
     """Last sample used for fitting: the slowest tenth is left out, where friction rises as it sticks."""
     peak = float(np.abs(motion.v[first : end + 1]).max())
-    fast = np.flatnonzero(np.abs(motion.v[first : end + 1]) > max(0.1 * peak, 20 * motion.v_noise))
+    fast = np.flatnonzero(np.abs(motion.v[first : end + 1]) > max(_STICKING * peak, _CLEARLY_MOVING * motion.v_noise))
     return first + int(fast[-1]) if len(fast) else first
 
 
@@ -187,5 +195,5 @@ def _end_of_rest(motion: Derivatives, rest: int) -> int:
     n = len(motion.t)
     wanted = min(n - 1, rest + motion.half + round(_STANDSTILL_KEPT / motion.dt))
     after = np.abs(motion.v[rest + 2 * motion.half : wanted + 1])
-    again = np.flatnonzero(after > 20 * motion.v_noise)
+    again = np.flatnonzero(after > _CLEARLY_MOVING * motion.v_noise)
     return wanted if not len(again) else max(rest, rest + int(again[0]))

@@ -17,6 +17,10 @@ NUMBER = {
     ",": r"[+-]?(?:\d++(?:,\d*+)?|,\d++)(?:[eE][+-]?\d++)?",
 }
 _SUPPORT = 0.5  # of the rows that fit the best reading, which another one must fit too
+_AGREEING = 0.9  # of the sampled rows that must have one number of fields
+_SHORT = 2000  # lines: of a longer file four places are looked at
+_FEW_LINES = 8  # of more, the first quarter may be header and is not sampled
+_MOST_SAMPLED = 400  # lines: more cost time and say nothing new
 _LONGEST_CELL = 400  # characters; what is longer is no number
 LARGEST = 1e30  # of either sign: no channel of a drive holds more, and its square still is a number
 _IS_NUMBER = {mark: re.compile(pattern) for mark, pattern in NUMBER.items()}
@@ -133,7 +137,7 @@ def _try(
     if not rows:
         return None
     count, votes = Counter(len(row) for row in rows).most_common(1)[0]
-    if votes < 0.9 * len(rows) and len(rows) - votes > 1:
+    if votes < _AGREEING * len(rows) and len(rows) - votes > 1:
         return None
     # The top rows too: a slower time group fills its columns only there.
     top = [split(line, separator) for line in lines[skip : skip + 60]]
@@ -157,10 +161,12 @@ def _is_stamped(cells: Sequence[str]) -> bool:
 
 
 def _sample(lines: Sequence[str], skip: int) -> list[int]:
-    filled = [i for i in range(skip, len(lines)) if lines[i].strip()] if len(lines) < 2000 else None
+    filled = [i for i in range(skip, len(lines)) if lines[i].strip()] if len(lines) < _SHORT else None
     if filled is not None:
-        filled = filled[len(filled) // 4 :] if len(filled) > 8 else filled
-        return filled if len(filled) <= 400 else filled[:100] + filled[len(filled) // 2 :][:200] + filled[-100:]
+        filled = filled[len(filled) // 4 :] if len(filled) > _FEW_LINES else filled
+        return (
+            filled if len(filled) <= _MOST_SAMPLED else filled[:100] + filled[len(filled) // 2 :][:200] + filled[-100:]
+        )
     middle = [len(lines) * part // 8 for part in (1, 2, 4, 6)]
     return [i for start in middle for i in range(start, start + 75) if lines[i].strip()]
 

@@ -8,6 +8,13 @@ import numpy as np
 
 from linid.arrays import Array
 
+_LEAST_WIDTH = 5  # samples: a cubic passes through four, and would smooth nothing
+
+
+def window_width(seconds: float, dt: float) -> int:
+    """Samples of a window of about `seconds` for a local cubic, odd; dt: s."""
+    return max(_LEAST_WIDTH, 2 * round(0.5 * seconds / dt) + 1)
+
 
 def local_derivative(y: Array, width: int, degree: int, order: int, period: float) -> Array:
     """Derivative of the polynomial that fits `width` samples around each sample best; (n,), unit of y per s^order.

@@ -16,6 +16,12 @@ _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 SMOOTHING_REACH = _HALF_WIDTHS[-1]  # samples to either side that the smoothed motion may hang on
 _ORDER = 3
 _LEAST_STEPPED = 0.02  # of its quantum: an encoder's steps alone bring 0.29 of it as noise, less only at rest
+_REST = 0.01  # s to either side within which a resting axis stays
+_REST_NOISES = 6.0  # deviations that the range of so few samples at rest stays within
+_REST_STEPS = 2.001  # of the encoder, and the rounding of their difference
+_LEAST_NOISE = 1e-15  # m: exact positions have none
+_QUARTIC_SLOPE = 0.95  # norm of its weights (1, -8, 0, 8, -1) / 12
+_MAJORITY = 0.5  # of the samples: the widest window that more of them have tells the speed's noise
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
 
 
@@ -50,7 +56,7 @@ def motion_behind(y: Array, dt: float) -> MeasuredMotion:
     The speed is only a start value for short predictions; it is never fitted.
     """
     smooth, speed, noise, speed_noise = _smooth(y, dt)
-    rests = _rests(y, noise, max(2, round(0.01 / dt)))
+    rests = _rests(y, noise, max(2, round(_REST / dt)))
     speed[rests] = 0.0
     return MeasuredMotion(y, dt, smooth, speed, rests, noise, speed_noise)
 
@@ -66,19 +72,19 @@ def _smooth(y: Array, dt: float) -> tuple[Array, Array, float, float]:
     noise = noise_level(y)
     allowed = np.ones(y.size, dtype=bool)
     smooth, speed = y, local_derivative(y, 5, 4, 1, dt)  # no smoothing: the slope of five samples' quartic
-    speed_noise = 0.95 * noise / dt
+    speed_noise = _QUARTIC_SLOPE * noise / dt
     for half in _HALF_WIDTHS:
         width = 2 * half + 1
         if width > y.size:
             break
         wide = local_derivative(y, width, _ORDER, 0, dt)
         spread = np.sqrt(np.maximum(uniform_filter1d((y - wide) ** 2, width), 0.0))
-        allowed &= spread <= (1.0 + _DOUBT / np.sqrt(2.0 * width)) * max(noise, 1e-15)
+        allowed &= spread <= (1.0 + _DOUBT / np.sqrt(2.0 * width)) * max(noise, _LEAST_NOISE)
         if not np.any(allowed):
             break
         rate = local_derivative(y, width, _ORDER, 1, dt)
         smooth, speed = np.where(allowed, wide, smooth), np.where(allowed, rate, speed)
-        if np.mean(allowed) > 0.5:
+        if np.mean(allowed) > _MAJORITY:
             speed_noise = noise / dt * float(np.linalg.norm(local_weights(width, _ORDER, 1)[half]))
     return smooth, speed, noise, speed_noise
 
@@ -89,4 +95,4 @@ def _rests(y: Array, noise: float, reach: int) -> NDArray[np.bool_]:
 
     width = 2 * reach + 1
     span = maximum_filter1d(y, width) - minimum_filter1d(y, width)
-    return np.asarray(span <= max(6.0 * noise, 2.001 * smallest_step(y)))
+    return np.asarray(span <= max(_REST_NOISES * noise, _REST_STEPS * smallest_step(y)))

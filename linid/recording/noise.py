@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from linid.arrays import Array
-from linid.statistics import MEDIAN_ABSOLUTE
+from linid.statistics import MEDIAN_ABSOLUTE, robust_spread
 
-_GAIN = 70.0  # of fourth differences' variance
+_ORDER = 4  # of the differences in which smooth motion vanishes
+_FEWEST = 8  # samples: of fewer there are hardly any such differences
+ROUNDING = 1e-12  # of the largest value: differences below are those of arithmetic
 # A channel is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
 # lower nine tenths have this share of the mean.
 _COARSE, _KEPT, _KEPT_POWER = 12.0, 0.9, 0.623
@@ -20,24 +24,28 @@ _LATTICE = 0.2  # RMS distance from a lattice, in quanta: 0.29 is what chance gi
 _FEWEST_STEPS = 12  # fewer may lie on a lattice by chance
 _REACH = (3, 10, 30, 100, 300, 1000)  # quanta; longer steps once shorter ones have refined the quantum
 _LAGS = (8, 64)  # values apart: travel per sample that changes a little looks like a lattice, but not over so many
+_ROUNDINGS = 4.0  # that a difference of two steps carries
+_ONE_QUANTUM = 1.5  # times the shortest step: what is longer may be two of them
 _PARTS = (1, 2, 3, 4)  # the smallest step seen may be so many quanta
 
 
-def noise_level(samples: Array) -> float:
-    """Standard deviation of white noise in samples (n,), from fourth differences (robust, unit of the samples).
+def difference_gain(order: int) -> float:
+    """Variance of the differences of some order in white noise of variance one: the squared binomials' sum."""
+    return float(math.comb(2 * order, order))
 
-    Smooth motion vanishes in fourth differences; their variance is 70 times that of white noise.
-    """
-    if samples.size < 8:
+
+def noise_level(samples: Array) -> float:
+    """Standard deviation of white noise in samples (n,), from fourth differences (robust, unit of the samples)."""
+    if samples.size < _FEWEST:
         return 0.0
-    differences = np.diff(samples, 4)
-    spread = float(np.median(np.abs(differences))) / MEDIAN_ABSOLUTE
+    differences = np.diff(samples, _ORDER)
+    spread = robust_spread(differences)
     if spread < _COARSE * smallest_step(samples):
         # A median of few different values jumps: the mean square of all but the largest tenth does not.
         squares = np.sort(differences**2)
         kept = squares[: max(int(_KEPT * squares.size), 1)]
         spread = float(np.sqrt(np.mean(kept) / _KEPT_POWER)) or float(np.sqrt(np.mean(squares)))
-    return float(spread / np.sqrt(_GAIN))
+    return float(spread / np.sqrt(difference_gain(_ORDER)))
 
 
 def noise_profile(samples: Array) -> Array:
@@ -49,15 +57,16 @@ def noise_profile(samples: Array) -> Array:
     level = noise_level(samples)
     if samples.size < 2 * _AROUND:
         return np.full(samples.size, level)
-    differences = np.abs(np.diff(samples, 4))
-    limit = level * np.sqrt(_GAIN)
+    differences = np.abs(np.diff(samples, _ORDER))
+    gain = np.sqrt(difference_gain(_ORDER))
+    limit = level * gain
     if limit < _COARSE * _resolution(samples):  # a median of few different values says nothing
         squares = np.minimum(differences, _BURST * limit) ** 2
         spread = np.sqrt(np.maximum(uniform_filter1d(squares, _AROUND, mode="nearest"), 0.0))
         spread[spread < _FAR * limit] = limit
     else:
         spread = median_filter(differences, _AROUND, mode="reflect") / MEDIAN_ABSOLUTE
-    spread = np.pad(spread / np.sqrt(_GAIN), 2, mode="edge")
+    spread = np.pad(spread / gain, _ORDER // 2, mode="edge")
     return np.asarray(np.where((spread < _LIKE * level) & (level < _LIKE * spread), level, spread))
 
 
@@ -71,7 +80,7 @@ def _resolution(samples: Array) -> float:
 def smallest_step(samples: Array) -> float:
     """The smallest difference between two values of samples (n,) that is more than rounding; 0 where all are equal."""
     steps = np.diff(np.unique(samples))
-    steps = steps[steps > 1e-12 * float(np.max(np.abs(samples), initial=0.0))]
+    steps = steps[steps > ROUNDING * float(np.max(np.abs(samples), initial=0.0))]
     return float(np.min(steps)) if steps.size else 0.0
 
 
@@ -87,17 +96,17 @@ def quantum(samples: Array) -> float:
     if values.size <= _FEWEST_STEPS:
         return 0.0
     # Equal numbers come out of arithmetic with different last bits.
-    rounding = 1e-12 * max(abs(values[0]), abs(values[-1]))
+    rounding = ROUNDING * max(abs(values[0]), abs(values[-1]))
     values = values[np.concatenate([[True], np.diff(values) > rounding])]
     steps = np.sort(np.diff(values))
     if steps.size < _FEWEST_STEPS:
         return 0.0
     further = [values[lag:] - values[:-lag] for lag in _LAGS if values.size > lag]
     differences = np.sort(np.diff(steps))
-    differences = differences[differences > 4.0 * rounding]
+    differences = differences[differences > _ROUNDINGS * rounding]
     for lengths in (steps, differences):
         if lengths.size:
-            smallest = float(np.median(lengths[lengths < 1.5 * lengths[0]]))
+            smallest = float(np.median(lengths[lengths < _ONE_QUANTUM * lengths[0]]))
             for part in _PARTS:
                 step = _lattice(steps, smallest / part)
                 if step > 0.0 and all(_on_lattice(spans, step) for spans in further):

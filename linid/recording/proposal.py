@@ -16,6 +16,8 @@ from linid.recording.read import read_recording
 from linid.recording.recording import Axis, Recording, Split
 
 _ALIKE = 0.02  # of the motion's RMS, by which two runs of one command may differ
+_SAME_PERIOD = 1e-6  # by which the printed periods of one rate may differ
+_SAME_LENGTH = 0.9  # of the longer run: a run that was cut short repeats no whole one
 _EVERY = 3  # of recordings of one kind that repeat nothing, each third is held out
 SUFFIXES = (
     ".csv",
@@ -128,10 +130,10 @@ def _with_something_held_out(entries: list[Proposed]) -> tuple[Proposed, ...]:
 
 def _repeats(one: Recording, other: Recording) -> bool:
     """Whether two recordings show the same motion from where they begin."""
-    if one.kind != other.kind or abs(one.period - other.period) > 1e-6 * one.period:
+    if one.kind != other.kind or abs(one.period - other.period) > _SAME_PERIOD * one.period:
         return False
     n = min(one.y.size, other.y.size)
-    if n < 0.9 * max(one.y.size, other.y.size):
+    if n < _SAME_LENGTH * max(one.y.size, other.y.size):
         return False
     a, b = one.y[:n] - one.y[0], other.y[:n] - other.y[0]
     size = float(np.sqrt(np.mean(a**2)))

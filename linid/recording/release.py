@@ -13,10 +13,20 @@ import numpy as np
 from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.local_polynomial import local_derivative
+from linid.recording.noise import difference_gain
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
 _HALF = 0.010  # s, half-width of the differentiating window
+_LEAST_HALF = 5  # samples, the same
+_ORDER = 3  # of the differences that show the position's noise
+_LEAST_NOISE, _MOST_NOISE = 1e-9, 1e-3  # of the stroke: exact positions have none to divide by, and jumps are none
+TWO_WINDOWS, THREE_WINDOWS = 4, 6  # in half-widths: within shorter stretches speed and deceleration have no course
+_BLOCKS = 60  # of a deceleration, at most, that are tried one after the other
+_BASE_BLOCKS = 12  # that the law is fitted to, of one that it is to predict
+_NOISE_DOUBT = 1.1  # times the noise, which is only estimated
+# Deviations of chi-square above its mean, and what its long tail adds where samples are few.
+_CHANCE, _CHANCE_OF_FEW = 3.5, 6.0
 _BASES = ((0.5, 1.0), (0.5, 0.75), (0.35, 0.6), (0.25, 0.5), (0.15, 0.4))  # shares of a deceleration
 
 
@@ -42,9 +52,10 @@ def differentiate(recording: Recording, place: str) -> Derivatives:
     """Speed and acceleration by local quadratic fits; their noise from the position's third differences."""
     t, y = recording.t, recording.y
     dt = recording.period
-    half = max(5, round(_HALF / dt))
-    if len(t) < 6 * half:
-        raise DataError(place, f"found {len(t)} samples, expected at least {6 * half}", "Record longer.")
+    half = max(_LEAST_HALF, round(_HALF / dt))
+    if len(t) < THREE_WINDOWS * half:
+        fewest = THREE_WINDOWS * half
+        raise DataError(place, f"found {len(t)} samples, expected at least {fewest}", "Record longer.")
     noise = _position_noise(y)
     n = 2 * half + 1
     v = local_derivative(y, n, 2, 1, dt)
@@ -55,13 +66,19 @@ def differentiate(recording: Recording, place: str) -> Derivatives:
 
 
 def _position_noise(y: Array) -> float:
-    """Standard deviation of the position's noise from its third differences, at rest and in motion."""
-    third, step = np.abs(np.diff(y, 3)), np.abs(np.diff(y))[1:-1]
+    """Standard deviation of the position's noise from its third differences, at rest and in motion.
+
+    Not `noise_level`: what matters is the noise in motion, where an encoder that interpolates has more of it than at
+    rest, within bounds that hold for positions without any.
+    """
+    third, step = np.abs(np.diff(y, _ORDER)), np.abs(np.diff(y))[1:-1]
     moving = third[step >= np.median(step)]
-    noise = max(float(np.median(third)), float(np.median(moving))) / (MEDIAN_ABSOLUTE * np.sqrt(20.0))
+    noise = max(float(np.median(third)), float(np.median(moving))) / (
+        MEDIAN_ABSOLUTE * np.sqrt(difference_gain(_ORDER))
+    )
     if noise == 0:  # at rest most of the time on a coarse scale: the smallest step is one count
         noise = float(step[step > 0].min(initial=np.inf)) / np.sqrt(12.0)
-    return float(np.clip(noise, 1e-9 * np.ptp(y) + 1e-15, 1e-3 * np.ptp(y) + 1e-15))
+    return float(np.clip(noise, _LEAST_NOISE * np.ptp(y) + 1e-15, _MOST_NOISE * np.ptp(y) + 1e-15))
 
 
 def find_release(motion: Derivatives, first: int, end: int) -> int:
@@ -76,15 +93,15 @@ def find_release(motion: Derivatives, first: int, end: int) -> int:
         begin = 0  # nothing before it: a recording that may start already coasting
     start, width, terms = _base(motion, first, end)
     stop = min(end, start + width)
-    noise = motion.noise * max(1.1, _misfit(motion, start, stop, terms))
-    block = max(5, motion.half // 2, length // 60)
+    noise = motion.noise * max(_NOISE_DOUBT, _misfit(motion, start, stop, terms))
+    block = max(_LEAST_HALF, motion.half // 2, length // _BLOCKS)
     while start > begin:
         n = min(block, start - begin)
-        if not _predicted(motion, start, min(end, start + max(width, 12 * n)), n, terms, noise):
+        if not _predicted(motion, start, min(end, start + max(width, _BASE_BLOCKS * n)), n, terms, noise):
             # A push deviates ever more further back; a chance excess of one block does not.
             further = min(3 * n, start - begin)
             if further <= n or not _predicted(
-                motion, start, min(end, start + max(width, 12 * further)), further, terms, noise
+                motion, start, min(end, start + max(width, _BASE_BLOCKS * further)), further, terms, noise
             ):
                 return start
         start -= n
@@ -124,7 +141,7 @@ def _predicted(motion: Derivatives, start: int, stop: int, n: int, terms: int, n
     covariance = np.eye(n) + spread.T @ spread
     deviation = y[:n] - before @ coefficients
     chi2 = float(deviation @ np.linalg.solve(covariance, deviation)) / noise**2
-    return bool(chi2 < n + 3.5 * np.sqrt(2.0 * n) + 6.0)
+    return bool(chi2 < n + _CHANCE * np.sqrt(2.0 * n) + _CHANCE_OF_FEW)
 
 
 def _misfit(motion: Derivatives, start: int, end: int, terms: int = 5) -> float:

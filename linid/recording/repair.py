@@ -9,10 +9,16 @@ import numpy as np
 from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.resolve import Channel
-from linid.recording.timebase import GAP
+from linid.recording.timebase import FEW, FEWEST_OF_SPLINE, GAP
 
-LONGEST_RUN = 5
-_SHARE = 0.01
+LONGEST_RUN = 5  # cells; across more a spline invents what the channel did
+_ROUNDING = 1e-12  # of a channel's range
+_JUMP = 20  # times the usual steps: no axis moves so within a sample
+_USUAL = 0.95  # quantile of the steps
+_FEWEST = 20  # samples that such a quantile needs
+_FILLED, _BEYOND = 0.9, 1e-6  # of a counter's range that positions span when it wraps, and the digits of its bounds
+_REST = 5  # samples in a row: a shorter rest is a peak
+_PEAK_STEP = 2.5  # of the resolution: a smooth peak leaves its rest by one step
 
 
 def bad_cell_error(
@@ -42,7 +48,7 @@ def fill(
         return x, None
     run = max(len(part) for part in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1))
     good = np.isfinite(x)
-    if len(bad) > max(1, _SHARE * len(x)) or run > LONGEST_RUN or good.sum() < 4:
+    if len(bad) > max(1, FEW * len(x)) or run > LONGEST_RUN or good.sum() < FEWEST_OF_SPLINE:
         raise bad_cell_error(channel, rows[bad], len(x), place)
     filled = np.asarray(CubicSpline(t[good], x[good])(t), dtype=np.float64)
     texts = sorted({_shown(channel, int(row)) for row in rows[bad]})[:3]
@@ -79,12 +85,12 @@ def unwrap(
         note = f"{channel.column.header}: wrapped position made continuous "
         note += f"({len(jumps)} wraps of {modulus:g} {channel.declared})"
         return raw + modulus * turns, note
-    usual = 20 * max(float(np.quantile(np.abs(step), 0.95)), 1e-12 * span)
+    usual = _JUMP * max(float(np.quantile(np.abs(step), _USUAL)), _ROUNDING * span)
     if largest > usual:
         clock = np.diff(t)
         step = np.where(clock < GAP * np.median(clock), step, 0.0)
         largest = float(np.abs(step).max())
-    if len(raw) >= 20 and largest > usual:
+    if len(raw) >= _FEWEST and largest > usual:
         k = int(np.argmax(np.abs(step)))
         raise DataError(
             f"{place}, line {lines[k + 1]}, column '{channel.column.header}'",
@@ -102,24 +108,24 @@ def _modulus(raw: Array, channel: Channel, span: float) -> float | None:
         options.append(2 * math.pi / abs(unit))
     if np.array_equal(raw, np.rint(raw)):
         options += [2.0**k for k in range(8, 65)]
-    fitting = [m for m in options if 0.9 * m < span <= m * (1 + 1e-6)]
+    fitting = [m for m in options if _FILLED * m < span <= m * (1 + _BEYOND)]
     return min(fitting) if fitting else None
 
 
 def saturation_note(x: Array, name: str, unit: str) -> str | None:
     """A note when a measured channel rests at its extreme value for five samples or more."""
     limits = [limit for limit in (float(x.max()), float(x.min())) if limit != 0]
-    if len(x) < 20 or float(x.max()) == float(x.min()):
+    if len(x) < _FEWEST or float(x.max()) == float(x.min()):
         return None
     parts = []
     steps = np.abs(np.diff(x))
-    resolution = float(steps[steps > 1e-12 * np.ptp(x)].min())
+    resolution = float(steps[steps > _ROUNDING * np.ptp(x)].min())
     for limit in limits:
         at = np.flatnonzero(x == limit)
-        runs = [run for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(run) >= 5]
+        runs = [run for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(run) >= _REST]
         # A smooth peak printed coarsely also rests, but leaves its rest by a single step of the resolution.
         edges = [abs(x[k] - limit) for run in runs for k in (run[0] - 1, run[-1] + 1) if 0 <= k < len(x)]
-        stuck = sum(len(run) for run in runs) if not edges or np.median(edges) > 2.5 * resolution else 0
+        stuck = sum(len(run) for run in runs) if not edges or np.median(edges) > _PEAK_STEP * resolution else 0
         if stuck:
             parts.append(f"{stuck} samples at {limit:g} {unit}")
     return f"{name}: {' and '.join(parts)} in a row: saturated, or a constant demand?" if parts else None

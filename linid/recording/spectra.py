@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.statistics import TINY
 
 Complex = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -18,6 +19,7 @@ _OVERLAP = 0.95  # independent segments per segment: half-overlapping Hann windo
 _DRIFT = 2  # lowest bins, left to trends and the window's main lobe
 _CURVED = 0.3  # rad: RMS departure of the phase from that of a shift, above which it is no shift
 _AMBIGUOUS = 0.9  # of the best agreement; another shift that agrees so well makes it ambiguous
+_PERFECT = 0.999  # coherence: more would give a bin any weight
 _GRID = 801  # shifts tried
 
 
@@ -44,8 +46,8 @@ class CrossSpectra:
 
     def coherence(self) -> Array:
         """Share (f,) of the power of a that follows u linearly, without what chance gives so few segments."""
-        raw = np.abs(self.cross()) ** 2 / np.maximum(self.power(self.u) * self.power(self.a), 1e-300)
-        chance = 1.0 / max(_OVERLAP * len(self.u), 1.0 + 1e-9)
+        raw = np.abs(self.cross()) ** 2 / np.maximum(self.power(self.u) * self.power(self.a), TINY)
+        chance = 1.0 / max(_OVERLAP * len(self.u), 1.0 + 1e-9)  # below one even for a single segment
         return np.asarray(np.clip((raw - chance) / (1.0 - chance), 0.0, 1.0))
 
 
@@ -74,7 +76,7 @@ def segment_lengths(samples: int, dt: float, longest: float) -> tuple[int, ...]:
 def excited(spectra: CrossSpectra, share: float) -> Bools:
     """Bins (f,) in which the input has at least `share` of its largest power."""
     power = spectra.power(spectra.u)
-    least = share * max(float(power.max()), 1e-300)
+    least = share * max(float(power.max()), TINY)
     power[:_DRIFT] = 0.0
     return np.asarray(power > least)
 
@@ -113,16 +115,16 @@ def time_shift(spectra: CrossSpectra, bins: Bools, largest: float) -> Shift:
     deviation joins the jackknife's over the segments and what low and high frequencies disagree. At least six bins.
     """
     f = spectra.frequency[bins]
-    coherence = np.minimum(spectra.coherence()[bins], 0.999)
+    coherence = np.minimum(spectra.coherence()[bins], _PERFECT)
     weight = coherence / (1.0 - coherence)
     products = (np.conj(spectra.u) * spectra.a)[:, bins]
     total = products.sum(axis=0)
     trials = np.linspace(-largest, largest, _GRID)
     turned = np.exp(2j * math.pi * trials[:, None] * f)
-    agreement = np.real(turned @ (weight * total / np.maximum(np.abs(total), 1e-300))) / float(weight.sum())
+    agreement = np.real(turned @ (weight * total / np.maximum(np.abs(total), TINY))) / float(weight.sum())
     best = int(np.argmax(np.abs(agreement)))
     sign = 1 if agreement[best] >= 0.0 else -1
-    lobe = np.abs(trials - trials[best]) > 0.5 / max(float(f[-1] - f[0]), 1e-9)
+    lobe = np.abs(trials - trials[best]) > 0.5 / max(float(f[-1] - f[0]), TINY)
     rival = float(np.max(np.abs(agreement[lobe]), initial=0.0))
     seconds, curved = _refined(total, f, weight, trials[best], sign)
     count = len(products)

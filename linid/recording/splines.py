@@ -9,10 +9,14 @@ import numpy as np
 from linid.arrays import Array
 from linid.errors import DataError
 from linid.recording.recording import Recording
-from linid.recording.timebase import GAP, jitter
+from linid.recording.timebase import FEWEST_OF_SPLINE, GAP, ROUNDING, jitter
 
-_JITTER = 0.01
+_JITTER = 0.01  # of a period: less is taken for regular
 _LONGEST_GAP = 10.5  # periods; a spline across more than that invents motion
+_LATE = 0.5  # of a period: so short a step follows a stamp that came late
+_SAME_RATE = 1e-3  # by which the mean step may differ from the usual one if no sample is missing
+_UNEVEN = 3.0  # times the usual step, or its third: beside it a spline overshoots
+_BESIDE = 9  # steps, centred on it
 
 
 def cubic_spline_coefficients(dt: float, samples: Array) -> Array:
@@ -39,7 +43,7 @@ def to_uniform(recording: Recording) -> Recording:
     its longest gap-free part kept, with a note: a spline across it would invent motion.
     """
     t = recording.t
-    if len(t) < 4:
+    if len(t) < FEWEST_OF_SPLINE:
         raise DataError(
             str(recording.source or recording.name), f"found {len(t)} samples, expected at least 4", "Record longer."
         )
@@ -53,7 +57,7 @@ def to_uniform(recording: Recording) -> Recording:
         k = int(np.argmax(np.diff(edges)))
         part = slice(int(edges[k]), int(edges[k + 1]))
         kept = part.stop - part.start
-        if kept < 4:
+        if kept < FEWEST_OF_SPLINE:
             raise DataError(
                 str(recording.source or recording.name),
                 "no gap-free part of at least 4 samples",
@@ -77,7 +81,7 @@ def to_uniform(recording: Recording) -> Recording:
     grid[-1] = min(grid[-1], t[-1])
     note = f"resampled to a regular {period:.6g} s by cubic spline (jitter {100 * irregular:.2g} % of the period)"
     mean = float(t[-1] - t[0]) / (len(t) - 1)
-    if float(np.diff(t).min()) < 0.5 * period and abs(mean / period - 1.0) < 1e-3:
+    if float(np.diff(t).min()) < _LATE * period and abs(mean / period - 1.0) < _SAME_RATE:
         note += (
             "; as many samples as a regular clock would give: if the drive sampled regularly and only the stamps came "
             f"late, set `period: {period:.6g}`"
@@ -96,7 +100,7 @@ def _read(recording: Recording, cut: int = 0, resampled: bool = False) -> Record
 
 def trim(recording: Recording, t0: float, t1: float) -> Recording:
     """The samples with t0 <= t <= t1 (s); the cut is noted, time keeps its origin."""
-    keep = np.flatnonzero((recording.t >= t0 - 1e-12) & (recording.t <= t1 + 1e-12))
+    keep = np.flatnonzero((recording.t >= t0 - ROUNDING) & (recording.t <= t1 + ROUNDING))
     if len(keep) < 2:
         raise DataError(
             str(recording.source or recording.name),
@@ -131,7 +135,9 @@ def _resampled(recording: Recording, grid: Array, notes: tuple[str, ...]) -> Rec
     t = recording.t
     # Beside very uneven steps (late time stamps, missing samples) a spline overshoots: shape-preserving there.
     step = np.diff(t)
-    near = np.convolve((step > 3 * np.median(step)) | (step < np.median(step) / 3), np.ones(9), mode="same") > 0
+    usual = np.median(step)
+    uneven = (step > _UNEVEN * usual) | (step < usual / _UNEVEN)
+    near = np.convolve(uneven, np.ones(_BESIDE), mode="same") > 0
     rough = near[np.clip(np.searchsorted(t, grid, side="right") - 1, 0, len(step) - 1)]
 
     def at_grid(x: Array | None) -> Array | None:

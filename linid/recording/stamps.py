@@ -13,11 +13,12 @@ _CLOCK = r"\d{1,2}:\d{2}:\d{2}(?:[.,]\d{1,9}\d*)?"
 _ISO = r"\d{4}[-/]\d{2}[-/]\d{2}"
 _DOTTED = r"\d{1,2}\.\d{1,2}\.\d{4}"
 STAMP = re.compile(rf"(?:(?:{_ISO}[T ]|{_DOTTED}[ T]){_CLOCK}(?:Z|[+-]\d{{2}}:?\d{{2}})?|{_CLOCK})")
+_LONGEST = 60  # characters: the pattern need not try longer cells
 
 
 def is_stamp(cell: str) -> bool:
     """Whether a cell is a clock time to the second at least, with or without a date whose order is beyond doubt."""
-    return len(cell) <= 60 and bool(STAMP.fullmatch(cell))
+    return len(cell) <= _LONGEST and bool(STAMP.fullmatch(cell))
 
 
 class StampClock:

@@ -16,6 +16,9 @@ _MAGIC = {
     b"MATLAB 5.0": ("a MATLAB file", "Give it the suffix .mat."),
     b"%PDF": ("a PDF", "Export the data as CSV."),
 }
+_UTF16_HEAD, _FEWEST_BYTES = 4096, 8  # bytes that are looked at, and that tell anything
+_ZEROS, _NO_ZEROS = 0.7, 0.1  # of every other byte: UTF-16 of Latin letters has its zeros in one half
+_CONTROL = 0.02  # of the bytes: text has hardly any control characters
 PIECE = 1 << 23  # bytes; longer files are read in pieces of this size
 
 
@@ -99,14 +102,14 @@ def _encoding(path: Path, head: bytes, given: str | None) -> str | None:
 
 
 def _utf16_without_bom(data: bytes) -> str | None:
-    sample = data[:4096]
-    if len(sample) < 8:
+    sample = data[:_UTF16_HEAD]
+    if len(sample) < _FEWEST_BYTES:
         return None
     even, odd = sample[0::2].count(0), sample[1::2].count(0)
     half = len(sample) / 2
-    if odd > 0.7 * half and even < 0.1 * half:
+    if odd > _ZEROS * half and even < _NO_ZEROS * half:
         return "utf-16-le"
-    if even > 0.7 * half and odd < 0.1 * half:
+    if even > _ZEROS * half and odd < _NO_ZEROS * half:
         return "utf-16-be"
     return None
 
@@ -114,7 +117,7 @@ def _utf16_without_bom(data: bytes) -> str | None:
 def _refuse_binary(path: Path, data: bytes) -> None:
     sample = data.rstrip(b"\x00")
     control = sum(sample.count(bytes([code])) for code in (*range(9), 11, *range(14, 27), 28, 29, 30, 31, 127))
-    if not sample or control > max(2, 0.02 * len(sample)):
+    if not sample or control > max(2, _CONTROL * len(sample)):
         raise DataError(
             str(path), "is a binary file, not a text export", "Export the recording as CSV (or .mat with that suffix)."
         )

@@ -10,8 +10,15 @@ import numpy as np
 from linid.arrays import Array
 from linid.errors import DataError
 
-_FEW = 0.01
+FEW = 0.01  # of a column: more of it unusable is no isolated damage
 GAP = 1.5  # periods; a longer step lacks a sample
+FEWEST_OF_SPLINE = 4  # samples that determine a cubic
+ROUNDING = 1e-12  # s: a sample at the end of a window lies in it, whatever its last bit says
+_FEWEST_STAMPS = 10  # of fewer the rate says little
+_REGULAR, _IRREGULAR = 1e-6, 0.6  # of a period: nothing to mend below, more than rounding above
+_COARSEST = 0.5  # of a period: coarser digits are no regular grid's
+_DIGIT = 1e-3  # of the last printed digit, by which stamps may miss it
+_ROUNDED = 0.55  # of the last digit: rounding moves a stamp by half of it at most
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,7 @@ def clean_clock(
     notes: list[str] = []
     rows = np.flatnonzero(np.isfinite(t))
     missing = len(t) - len(rows)
-    if missing > max(1, _FEW * len(t)):
+    if missing > max(1, FEW * len(t)):
         first = int(np.flatnonzero(~np.isfinite(t))[0])
         raise DataError(
             f"{place}, line {lines[first]}",
@@ -88,7 +95,7 @@ def _without_duplicates(
     here, before = (np.column_stack([x[at] for x in others]) for at in (rows[repeated + 1], rows[repeated]))
     same = ((here == before) | (np.isnan(here) & np.isnan(before))).all(axis=1)
     different = int((~same).sum())
-    if different > max(1, _FEW * len(rows)):
+    if different > max(1, FEW * len(rows)):
         k = int(repeated[~same][0])
         raise DataError(
             f"{place}, line {lines[rows[k + 1]]}",
@@ -110,23 +117,23 @@ def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...], float]:
     Others stay as they are, without a note and with 0.
     """
     n = len(t)
-    if n < 10:
+    if n < _FEWEST_STAMPS:
         return t, (), 0.0
     grid: Array = np.arange(n, dtype=np.float64) - 0.5 * (n - 1)
     slope = float((grid * (t - t.mean())).sum() / (grid**2).sum())
     grid *= slope
     grid += t.mean()
     spread = float(np.abs(t - grid).max())
-    if spread < 1e-6 * slope or spread > 0.6 * slope:
+    if spread < _REGULAR * slope or spread > _IRREGULAR * slope:
         return t, (), 0.0
     for digits in range(0, 12):
         quantum = 10.0**-digits
         units = t / quantum
-        if np.abs(units - np.rint(units)).max() < 1e-3:
+        if np.abs(units - np.rint(units)).max() < _DIGIT:
             break
     else:
         return t, (), 0.0
-    if spread > 0.55 * quantum or quantum > 0.5 * slope:
+    if spread > _ROUNDED * quantum or quantum > _COARSEST * slope:
         return t, (), 0.0
     return grid, (f"time stamps rounded to {quantum:g} s: replaced by a regular grid of {slope:.6g} s",), quantum
 
@@ -155,7 +162,7 @@ def onto(t: Array, t_group: Array, x: Array, place: str) -> Array:
     """Channel x of another time group at the times t (inside its range only) by a cubic spline."""
     from scipy.interpolate import CubicSpline
 
-    if len(t_group) < 4:
+    if len(t_group) < FEWEST_OF_SPLINE:
         raise DataError(
             place, f"found {len(t_group)} samples in a time group, expected at least 4", "Export all samples."
         )

@@ -12,8 +12,9 @@ from linid.report.tables import console_table, write_csv
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from linid.challenge.budget import Item
     from linid.challenge.rates import Rate
-    from linid.challenge.score import Score
+    from linid.challenge.score import Line, Score
 
 LABELS = {
     "top_1": "single effects: named first",
@@ -142,71 +143,61 @@ def share_table(score: Score) -> Table:
 def write_score_csv(score: Score, folder: Path) -> tuple[Path, ...]:
     """Write campaigns.csv, one scored campaign per row; shares.csv, one hidden effect per row; budget.csv and
     strength.csv, one rate of one group or bin per row."""
-    rows = [
-        [
-            line.campaign,
-            line.kind,
-            " ".join(line.hidden),
-            _number(line.strength),
-            line.answer.status,
-            " ".join(line.answer.named),
-            " ".join(line.ledger.absent),
-            _number(line.top_1),
-            _number(line.top_3),
-            _number(line.answer.closure),
-            _number(line.answer.oracle),
-            _number(line.ledger.unexplained),
-        ]
-        for line in score.lines
-    ]
-    shares = [
-        [
-            line.campaign,
-            line.kind,
-            item.effect,
-            _number(line.strengths.get(item.effect)),
-            _number(item.share),
-            item.entry.effect if item.entry else "",
-            str(int(item.rival)),
-            *(
-                ("", "", "")
-                if item.entry is None
-                else map(_number, (item.entry.stated.share, item.entry.stated.low, item.entry.stated.high))
-            ),
-        ]
-        for line in score.lines
-        for item in line.ledger.items
-    ]
     budgets = [
-        [
-            group,
-            str(one.campaigns),
-            name,
-            f"{rate.count:g}",
-            str(rate.total),
-            *map(_number, (rate.value, rate.low, rate.high)),
-        ]
+        [group, str(one.campaigns), *_rate_cells(name, rate)]
         for group, one in score.budgets.items()
         for name, rate in one.rates.items()
     ]
     bins = [
-        [
-            f"{one.low:g}",
-            f"{one.high:g}",
-            name,
-            f"{rate.count:g}",
-            str(rate.total),
-            *map(_number, (rate.value, rate.low, rate.high)),
-        ]
+        [f"{one.low:g}", f"{one.high:g}", *_rate_cells(name, rate)]
         for one in score.bins
         for name, rate in (("top_1", one.top_1), ("top_3", one.top_3), ("wrong", one.wrong), ("said_none", one.silent))
     ]
+    shares = [_share_cells(line, item) for line in score.lines for item in line.ledger.items]
     return (
-        write_csv(folder / "campaigns.csv", CAMPAIGN_COLUMNS, rows),
+        write_csv(folder / "campaigns.csv", CAMPAIGN_COLUMNS, [_campaign_cells(line) for line in score.lines]),
         write_csv(folder / "shares.csv", SHARE_COLUMNS, shares),
         write_csv(folder / "budget.csv", BUDGET_COLUMNS, budgets),
         write_csv(folder / "strength.csv", BIN_COLUMNS, bins),
     )
+
+
+def _campaign_cells(line: Line) -> list[str]:
+    """A row under CAMPAIGN_COLUMNS."""
+    return [
+        line.campaign,
+        line.kind,
+        " ".join(line.hidden),
+        _number(line.strength),
+        line.answer.status,
+        " ".join(line.answer.named),
+        " ".join(line.ledger.absent),
+        _number(line.top_1),
+        _number(line.top_3),
+        _number(line.answer.closure),
+        _number(line.answer.oracle),
+        _number(line.ledger.unexplained),
+    ]
+
+
+def _share_cells(line: Line, item: Item) -> list[str]:
+    """A row under SHARE_COLUMNS."""
+    stated = item.entry.stated if item.entry else None
+    return [
+        line.campaign,
+        line.kind,
+        item.effect,
+        _number(line.strengths.get(item.effect)),
+        _number(item.share),
+        item.entry.effect if item.entry else "",
+        str(int(item.rival)),
+        *map(_number, (stated.share, stated.low, stated.high) if stated else (None, None, None)),
+    ]
+
+
+def _rate_cells(name: str, rate: Rate) -> list[str]:
+    """The cells from the rate's name on, of BUDGET_COLUMNS and BIN_COLUMNS."""
+    return [name, f"{rate.count:g}", str(rate.total), *map(_number, (rate.value, rate.low, rate.high))]
 
 
 def _number(value: float | None) -> str:

@@ -18,6 +18,7 @@ Kind = Literal["uncertain", "exact", "magnitude", "bound", "unknown"]
 
 FLOAT_DIGITS = 15  # decimal digits that a double carries faithfully
 EXACT_DIGITS = 6  # shown of a number that comes without any uncertainty
+_ONE_DIGIT_FROM = 355  # of three leading digits, by the rule above
 _SKEW = 1.25  # ratio of the interval's sides above which +- would mislead
 _CONTEXT = Context(prec=60, rounding=ROUND_HALF_EVEN)
 
@@ -45,7 +46,7 @@ def supported_place(std: float) -> int:
     exact = Decimal(repr(float(std)))
     exponent = exact.adjusted()
     leading = exact.scaleb(2 - exponent, _CONTEXT)
-    return exponent - 1 if leading < 355 else exponent
+    return exponent - 1 if leading < _ONE_DIGIT_FROM else exponent
 
 
 def round_estimate(value: float, std: float, low: float, high: float, status: str = "fitted") -> Rounded:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from linid.arrays import Array
+from linid.statistics import TINY
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import PairShare, ResidualTrace
@@ -20,6 +21,8 @@ _PER_PAIR, _MOST_POSITIONS = 8, 240
 _FEWEST = 4  # samples that make a mean worth drawing
 _LONGEST_SEGMENT = 2.0  # s
 _SHORTEST_SEGMENT = 0.25  # s
+_FEWEST_IN_TIME = 16  # samples, of which a spectrum takes more
+COLOURED = 0.98  # quantile of the cells that a colour scale holds: single cells would pale all others
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,9 @@ def amplitude_spectrum(traces: Sequence[ResidualTrace], which: Which) -> tuple[A
     """
     from scipy.signal import welch
 
-    usable = [t for t in traces if len(t.t) > 16 and np.isfinite(getattr(t, which)).sum() > 16]
+    usable = [
+        t for t in traces if len(t.t) > _FEWEST_IN_TIME and np.isfinite(getattr(t, which)).sum() > _FEWEST_IN_TIME
+    ]
     usable = [t for t in usable if t.t[-1] - t.t[0] >= _SHORTEST_SEGMENT]
     if not usable:
         return np.zeros(0), np.zeros(0)
@@ -116,7 +121,7 @@ def resolves_poles(traces: Sequence[ResidualTrace], field_wavenumber: float) -> 
 def symmetric_limit(*maps: ResidualMap) -> float:
     """Limit of a diverging colour scale: what 98 % of the filled cells of all maps stay below, in N."""
     cells = np.concatenate([m.mean[np.isfinite(m.mean)] for m in maps])
-    return float(np.quantile(np.abs(cells), 0.98)) or 1.0 if cells.size else 1.0
+    return float(np.quantile(np.abs(cells), COLOURED)) or 1.0 if cells.size else 1.0
 
 
 def worst_first(traces: Sequence[ResidualTrace]) -> tuple[ResidualTrace, ...]:
@@ -124,7 +129,7 @@ def worst_first(traces: Sequence[ResidualTrace]) -> tuple[ResidualTrace, ...]:
 
     def excess(trace: ResidualTrace) -> float:
         good = trace.before[np.isfinite(trace.before)]
-        noise = trace.deviation if trace.deviation > 0 else 1e-12
+        noise = trace.deviation if trace.deviation > 0 else TINY
         return float(np.sqrt(np.mean(good**2))) / noise if good.size else 0.0
 
     return tuple(sorted(traces, key=lambda trace: (trace.split != "held_out", -excess(trace))))
@@ -175,7 +180,7 @@ def pair_slopes(pair: PairShare) -> Array:
     y = centres(pair.y_edges)[:, None]
     rows = np.where(np.isfinite(pair.mean), pair.rows, 0).astype(float)
     mean = np.where(rows > 0, pair.mean, 0.0)
-    count = np.maximum(np.sum(rows, axis=0), 1e-300)
+    count = np.maximum(np.sum(rows, axis=0), TINY)
     about = y - np.sum(rows * y, axis=0) / count
     spread = np.sum(rows * about**2, axis=0)
     filled = np.count_nonzero(rows, axis=0) > 1

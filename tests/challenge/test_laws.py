@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linid.challenge import kernel
 from linid.challenge.axes import draw_axis
 from linid.challenge.hidden_axis import AXES, AxisKind, HiddenAxis, Law, thrust_per_ampere, truth, varied
+from linid.challenge.kernel import layout
+from linid.challenge.kernel.friction import slip, slipped
 from linid.challenge.plant import build_plant, simulate
 from linid.stand.mode_descriptions import Mode
 
@@ -38,14 +39,14 @@ def test_maxwells_elements_follow_masings_rules() -> None:
     def virgin(x: float) -> float:
         return float(np.sum(np.minimum(plant.stiffness * x, plant.shares * g)))
 
-    slips, place = np.zeros(kernel.ELEMENTS), 0.0
+    slips, place = np.zeros(layout.ELEMENTS), 0.0
 
     def walk(end: float) -> float:
         nonlocal place
         for step in np.diff(np.linspace(place, end, 200)):
-            kernel.slip(slips, step, g, plant)
+            slip.py_func(slips, step, g, plant)
         place = end
-        return float(kernel.slipped(slips, 0.0, g, plant)[0])
+        return float(slipped.py_func(slips, 0.0, g, plant)[0])
 
     turn = 0.8 * furthest
     for x in (0.2 * furthest, 0.5 * furthest, turn):
@@ -65,7 +66,7 @@ def test_dahls_force_is_its_closed_form(bend: float) -> None:
     turned = np.flatnonzero(run.v[5:] * run.v[5] <= 0)
     rows = slice(5, 3 + int(turned[0]) if turned.size else None)  # until the first reversal
     travel = np.abs(run.y[rows] - run.y[0]) * axis.friction.bristle_stiffness_n_per_m / axis.friction.coulomb_force_n
-    force = np.abs(run.states[rows, kernel.W]) * axis.friction.bristle_stiffness_n_per_m
+    force = np.abs(run.states[rows, layout.W]) * axis.friction.bristle_stiffness_n_per_m
     share = 1 - np.exp(-travel) if bend == 1.0 else travel / (1 + travel)
     assert travel.max() > 0.1
     assert force == pytest.approx(axis.friction.coulomb_force_n * share, rel=1e-4, abs=1e-6)
@@ -90,8 +91,8 @@ def test_other_laws_slide_like_lugres_and_keep_their_energy(law: Law) -> None:
     assert np.median(np.abs(resist[far] - expected[far])) < 0.02 * axis.friction.coulomb_force_n
     stored = 0.5 * run.mass * run.v**2
     if law == "dahl":
-        stored = stored + 0.5 * axis.friction.bristle_stiffness_n_per_m * run.states[:, kernel.W] ** 2
-    work, loss = run.states[:, kernel.WORK], run.states[:, kernel.LOSS]
+        stored = stored + 0.5 * axis.friction.bristle_stiffness_n_per_m * run.states[:, layout.W] ** 2
+    work, loss = run.states[:, layout.WORK], run.states[:, layout.LOSS]
     assert np.abs(stored - work + loss).max() < 1e-5 * np.ptp(work)
 
 

@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from linid.challenge import kernel
 from linid.challenge.axes import draw_axis, scales
 from linid.challenge.catalogue import ENTRIES, FIRST, LISTED, OUTSIDE, HiddenEffect, draw_effect
 from linid.challenge.hidden_axis import varied
+from linid.challenge.kernel import layout
 from linid.challenge.plant import HiddenRun, build_plant, simulate
 from linid.physics.effects.registry import EFFECTS
 from linid.stand.description import AxisDescription
@@ -72,25 +72,25 @@ def energy_error(axis: AxisDescription, mode: Mode, hidden: HiddenEffect | None)
     told = command(mode, axis)
     plant = build_plant(axis, mode, effects, index=0, powered=told.control != 0)
     s = run.states
-    load_speed = s[:, kernel.V] + s[:, kernel.PLAIN_STATES + kernel.LOAD_RATE]
-    gear_speed = s[:, kernel.V] + s[:, kernel.PLAIN_STATES + kernel.GEAR_RATE]
+    load_speed = s[:, layout.V] + s[:, layout.PLAIN_STATES + layout.LOAD_RATE]
+    gear_speed = s[:, layout.V] + s[:, layout.PLAIN_STATES + layout.GEAR_RATE]
     stored = (
-        0.5 * plant.mass * s[:, kernel.V] ** 2
+        0.5 * plant.mass * s[:, layout.V] ** 2
         + 0.5 * plant.load_mass * load_speed**2
         + 0.5 * plant.gear_mass * gear_speed**2
-        + 0.5 * plant.sigma_0 * s[:, kernel.W] ** 2
+        + 0.5 * plant.sigma_0 * s[:, layout.W] ** 2
     )
     if plant.load_mass:
-        rate = 2 * np.pi * plant.number[kernel.LOAD_SPRING, 1]
-        stored = stored + 0.5 * plant.load_mass * rate**2 * s[:, kernel.PLAIN_STATES + kernel.LOAD] ** 2
+        rate = 2 * np.pi * plant.number[layout.LOAD_SPRING, 1]
+        stored = stored + 0.5 * plant.load_mass * rate**2 * s[:, layout.PLAIN_STATES + layout.LOAD] ** 2
     if plant.gear_mass:
         # The force beyond a soft play, x - h tanh(x/h), integrated.
-        _, half, frequency, _ = plant.number[kernel.GEAR_PLAY, :4]
-        x = s[:, kernel.PLAIN_STATES + kernel.GEAR]
+        _, half, frequency, _ = plant.number[layout.GEAR_PLAY, :4]
+        x = s[:, layout.PLAIN_STATES + layout.GEAR]
         stiffness = plant.gear_mass * (2 * np.pi * frequency) ** 2
         stored = stored + stiffness * (x**2 / 2 - half**2 * np.log(np.cosh(x / half)))
-    balance = stored - stored[0] - s[:, kernel.WORK] + s[:, kernel.LOSS]
-    return float(np.abs(balance).max()), float(np.ptp(s[:, kernel.WORK]) + stored.max())
+    balance = stored - stored[0] - s[:, layout.WORK] + s[:, layout.LOSS]
+    return float(np.abs(balance).max()), float(np.ptp(s[:, layout.WORK]) + stored.max())
 
 
 @pytest.mark.parametrize("name", [None, *PUSHY])
@@ -227,7 +227,7 @@ def test_input_delay_lets_the_force_follow_late(axis: AxisDescription) -> None:
 
 def test_force_saturation_costs_thrust_at_high_current_only(axis: AxisDescription) -> None:
     _, run = pair(axis, "force_saturation", "sine_current_2", 3.0)
-    size = np.abs(run.states[:, kernel.IQ])
+    size = np.abs(run.states[:, layout.IQ])
     loss = -missing(run) / np.where(run.thrust == 0, np.inf, run.thrust)
     high, low = loss[size > 0.9 * size.max()], loss[(size > 0.2 * size.max()) & (size < 0.3 * size.max())]
     assert np.median(high) > 5 * np.median(low) > 0
@@ -254,7 +254,7 @@ def test_end_effect_costs_thrust_far_from_the_middle(axis: AxisDescription) -> N
 def test_flexible_load_rings_at_its_frequency(axis: AxisDescription) -> None:
     hidden = replace(effect("flexible_load", axis), shape={"frequency": 40.0, "damping": 0.01})
     run = simulate(axis, mode_of(axis, "square_current_1"), [hidden])
-    ring = run.states[:, kernel.PLAIN_STATES + kernel.LOAD]
+    ring = run.states[:, layout.PLAIN_STATES + layout.LOAD]
     spectrum = np.abs(np.fft.rfft((ring - ring.mean()) * np.hanning(ring.size)))
     frequency = np.fft.rfftfreq(ring.size, 1e-3)
     high = frequency > 20
@@ -317,7 +317,7 @@ def test_eddy_current_drag_is_largest_at_its_critical_speed(axis: AxisDescriptio
 def test_dwell_stiction_holds_after_a_rest_and_is_worn_off(axis: AxisDescription) -> None:
     hidden = effect("dwell_stiction", axis)
     run = simulate(axis, mode_of(axis, "moves_1"), [hidden])
-    grown = run.states[:, kernel.PLAIN_STATES + kernel.DWELT]
+    grown = run.states[:, layout.PLAIN_STATES + layout.DWELT]
     sliding = np.abs(run.v) > 0.2
     assert grown[0] == 1.0 and grown[sliding].max() < 0.2 and grown.min() >= 0
     # What is missed brakes, and is felt at the breakaways alone.
@@ -374,7 +374,7 @@ def test_gravity_turns_with_the_shaft() -> None:
 def test_a_play_in_the_drive_train_swings_softly_within_and_stiffly_beyond(axis: AxisDescription) -> None:
     hidden = effect("drive_train_backlash", axis, 4.0)
     run = simulate(axis, mode_of(axis, "square_current_1"), [hidden])
-    x = np.abs(run.states[:, kernel.PLAIN_STATES + kernel.GEAR])
+    x = np.abs(run.states[:, layout.PLAIN_STATES + layout.GEAR])
     half = hidden.shape["half_play"]
     assert x.max() > half and np.std(missing(run)) > 0
     mass = hidden.amplitude * axis.mass_kg

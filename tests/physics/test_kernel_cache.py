@@ -65,7 +65,14 @@ def test_nested_compilations_hold_the_lock_until_the_last_ends(tmp_path: Path) -
 
 
 def test_an_unwritable_cache_does_not_stop_the_work(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    lock = CompileLock(tmp_path / "file" / LOCK_FILE)
+    in_the_way = tmp_path / "file"
+    in_the_way.touch()
+    lock = CompileLock(in_the_way / LOCK_FILE)
     lock.on_start(None)
     lock.on_end(None)
+    assert in_the_way.is_file() and in_the_way.stat().st_size == 0
+    in_the_way.unlink()  # from then on the same lock holds
+    lock.on_start(None)
+    assert held(lock.path)
+    lock.on_end(None)
+    assert not held(lock.path)

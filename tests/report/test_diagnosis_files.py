@@ -28,7 +28,8 @@ from linid.report.figures.diagnosis_traces import residual_trace_figure
 from linid.report.figures.diagnosis_waterfall import waterfall_figure
 from linid.report.style import ERROR, MEASURED
 
-from .diagnosis_samples import DEVIATION, SAMPLES, entry, explained, partly, rotary, unknown
+from .diagnosis_parts import DEVIATION, entry
+from .diagnosis_samples import SAMPLES, explained, partly, rotary, unknown
 from .samples import NAN
 
 

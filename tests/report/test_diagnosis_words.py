@@ -16,7 +16,8 @@ from linid.report.diagnosis.measures import AT_FLOOR, WORSE, measure_remarks, st
 from linid.report.diagnosis.words import in_axis_words, parameters_in_use
 from linid.report.residual_views import pair_slopes
 
-from .diagnosis_samples import COGGING, entry, explained, partly
+from .diagnosis_parts import entry
+from .diagnosis_samples import COGGING, explained, partly
 from .samples import NAN, estimate
 
 INF = float("inf")

@@ -144,10 +144,18 @@ def test_convergence_draws_history() -> None:
 
 
 def test_convergence_survives_bad_costs() -> None:
-    history = tuple(
-        g if i else type(g)("genetic", 0, 120, 0.0, float("inf")) for i, g in enumerate(fit_result().history)
-    )
-    convergence_figure(fit_result(history=history, converged=False)).draw_without_rendering()
+    """Costs that a logarithm does not have are left out; the others of their stage stay."""
+    good = fit_result().history
+    history = (type(good[0])("genetic", 0, 120, 0.0, float("inf")), *good[1:])
+    figure = convergence_figure(fit_result(history=history, converged=False))
+    figure.draw_without_rendering()
+    kept = [g for g in good[1:] if g.stage == "genetic"]
+    for colour, costs in ((MODEL, [g.best for g in kept]), (MEASURED_LIGHT, [g.median for g in kept])):
+        drawn = next(line.get_ydata() for line in figure.axes[0].lines if line.get_color() == colour)
+        np.testing.assert_allclose(drawn, [np.nan, *costs])
+    low, high = figure.axes[0].get_ylim()
+    assert 0.0 < low < high < np.inf
+    assert "Did not converge" in figure._supxlabel.get_text()
 
 
 def big_fit(count: int) -> object:

@@ -22,7 +22,8 @@ from linid.report.diagnosis.words import in_axis_words
 from linid.report.page.build import page_html
 from linid.report.page.pieces import wrapped
 
-from .diagnosis_samples import SAMPLES, explained, recordings, traces
+from .diagnosis_parts import recordings, traces
+from .diagnosis_samples import SAMPLES, explained
 
 CHROMIUM = shutil.which("chromium")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")

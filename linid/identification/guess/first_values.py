@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,7 +19,7 @@ from linid.identification.space.bounds import build_space
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.effect import Values
 from linid.physics.model import Model
-from linid.physics.motors import MOTORS, fundamental_force_constant
+from linid.physics.motors import MOTORS
 from linid.recording.recording import Recording
 
 
@@ -46,8 +45,7 @@ def first_values(
         motor, densities = guess.phase_guess(
             driven, mass if mass is not None else 1.0, 20.0, 1500.0, None if given is None else given * model.turns
         )
-        if model.kind == "theta":
-            motor = _as_theta(motor, known)
+        motor = MOTORS[model.kind].of_first_harmonic(motor, known)
         densities = tuple(d / model.turns for d in densities)
         values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "commutation_offset")}}
     return {**values, **known}, densities
@@ -75,16 +73,6 @@ def guess_effects(
         settings.stribeck,
     )
     return effect_guess(space, model.effects, recordings, first, fixed, settings.jobs)
-
-
-def _as_theta(sine: dict[str, float], known: dict[str, float]) -> dict[str, float]:
-    nome, length = known.get("nome", 0.5), known.get("winding_length", 0.25 * math.pi)
-    out = dict(sine)
-    for name in ("electrical_wavenumber", "winding_displacement", "commutation_offset"):
-        out[name] = 0.5 * sine[name]
-    out["force_constant"] = sine["force_constant"] / fundamental_force_constant(1.0, length, nome)
-    out["nome"], out["winding_length"] = nome, length
-    return out
 
 
 def mass_known(recordings: Sequence[Recording], known: dict[str, float], model: Model) -> tuple[bool, bool]:

@@ -13,7 +13,7 @@ from linid.identification.signals.motion import measure_motion
 from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.physics.motors import fundamental_force_constant
+from linid.physics.motors import MOTORS
 from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
 
@@ -52,10 +52,10 @@ def build_space(
     if "commutation_offset" in first:
         half = math.pi / model.turns
         box["commutation_offset"] = (first["commutation_offset"] - half, first["commutation_offset"] + half)
-    fundamental = model.kind == "theta" and "force_constant" in box and "force_constant" not in bounds
+    motor = MOTORS[model.kind]
+    fundamental = bool(motor.shape) and "force_constant" in box and "force_constant" not in bounds
     if fundamental:
-        at = {**first, **fixed}
-        share = fundamental_force_constant(1.0, at["winding_length"], at["nome"])
+        share = motor.fundamental(1.0, {**first, **fixed})
         box["force_constant"] = (share * box["force_constant"][0], share * box["force_constant"][1])
     box |= _effect_box(model, recordings, first, fixed)
     searched = []

@@ -8,7 +8,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.physics.model import MASS, VECTOR_SIZE, Model
-from linid.physics.motors import fundamental_force_constant
+from linid.physics.motors import MOTORS
 
 _COULOMB, _STATIC, _SIGMA_0, _SIGMA_1 = 0, 1, 4, 5
 # Standard deviation of a uniform prior over the search box in search coordinates: what a parameter that the data
@@ -80,8 +80,9 @@ class SearchSpace:
         if "bristle_damping" in names:
             out[:, _SIGMA_1] *= 2.0 * np.sqrt(out[:, _SIGMA_0] * out[:, MASS])
         if self.fundamental and "force_constant" in names:
-            nome, length, constant = (self.model.slot(n) for n in ("nome", "winding_length", "force_constant"))
-            out[:, constant] /= fundamental_force_constant(np.ones(out.shape[0]), out[:, length], out[:, nome])
+            motor = MOTORS[self.model.kind]
+            shape = {name: out[:, self.model.slot(name)] for name, _ in motor.shape}
+            out[:, self.model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
         return out
 
     def encode(self, values: dict[str, float]) -> Array:
@@ -97,7 +98,7 @@ class SearchSpace:
             elif searched.name == "bristle_damping":
                 value /= 2.0 * np.sqrt(known["bristle_stiffness"] * known["mass"])
             elif searched.name == "force_constant" and self.fundamental:
-                value = fundamental_force_constant(value, known["winding_length"], known["nome"])
+                value = MOTORS[self.model.kind].fundamental(value, known)
             point[column] = searched.coordinate(value)
         return point
 

@@ -7,7 +7,6 @@ Biometrika 77).
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -19,12 +18,15 @@ from linid.identification.optimise.least_squares import LeastSquaresFit, Lineari
 from linid.identification.space.search_space import BOX_STD, SearchSpace
 from linid.physics.electrical import PARAMETERS
 from linid.physics.model import Model
+from linid.recording.noise import difference_gain
 from linid.recording.recording import Recording
 from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
-from linid.statistics import MEDIAN_ABSOLUTE
+from linid.statistics import robust_spread
 
 _ROUNDS = 3
+_ORDER = 8  # of the differences of a voltage
+_KEPT = 4.0  # deviations: nearly all of the noise, none of a step
 _STEP = 1e-4  # of a search coordinate
 _TAPS = 256  # samples of an impulse's answer
 # Share of what seems to tell the mutual inductance that noise may feign: with twice as much its interval is too narrow.
@@ -165,12 +167,11 @@ def tells_mutual_inductance(vector: Array, part: WindingCurrents) -> bool:
 def voltage_noise_level(samples: Array) -> float:
     """Standard deviation in V of white noise in a phase voltage (n,), from eighth differences.
 
-    Commutated voltages turn by a third of a radian per sample; only that many differences leave next to nothing of
-    them (gain (2 sin(x / 2))^8). The variance of the noise grows by 16 over 8.
+    Not the `noise_level` of a position: commutated voltages turn by a third of a radian per sample, and only that many
+    differences leave next to nothing of them (gain (2 sin(x / 2))^8).
     """
-    if samples.size < 16:
+    if samples.size < 2 * _ORDER:
         return 0.0
-    differences = np.diff(samples, 8)
-    usual = float(np.median(np.abs(differences))) / MEDIAN_ABSOLUTE
-    kept = differences[np.abs(differences) <= 4.0 * usual]  # nearly all of the noise, none of a step
-    return float(np.sqrt(np.mean(kept**2) / math.comb(16, 8)))
+    differences = np.diff(samples, _ORDER)
+    kept = differences[np.abs(differences) <= _KEPT * robust_spread(differences)]
+    return float(np.sqrt(np.mean(kept**2) / difference_gain(_ORDER)))

@@ -31,6 +31,8 @@ TRIED_MEANING = (
     "away. Closed and certainty: of the gap on held-out recordings, where the effect was tested in the model."
 )
 SIGNIFICANT = 0.05
+FEWEST_OF_CURVE = 5  # places: fewer (directions, recordings) are points, not a curve
+_LEAST_P = 0.001  # as permutations hardly tell smaller ones apart
 _ONE_BY_ONE = 2  # effects that a legend names
 
 
@@ -166,7 +168,7 @@ def percent(value: float) -> str:
     """A share as `84 %`, below one per cent as `0.4 %`; '-' if there is none."""
     if not math.isfinite(value):
         return "-"
-    if 0.995 <= value < 1:
+    if 0.995 <= value < 1:  # would be rounded to 100
         return "> 99 %"  # not all
     if 0 < abs(value) < 0.0005:
         return "< 0.1 %" if value > 0 else "> -0.1 %"  # not nothing
@@ -192,7 +194,7 @@ def p_words(p_value: float) -> str:
     """`p = 0.02`, `p < 0.001`; empty if there is none."""
     if not math.isfinite(p_value):
         return ""
-    return "p < 0.001" if p_value < 0.001 else f"p = {p_value:.2g}"
+    return f"p < {_LEAST_P:g}" if p_value < _LEAST_P else f"p = {p_value:.2g}"
 
 
 def effect_meanings(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:

@@ -14,6 +14,7 @@ from linid.report.style import ACCENT, ERROR, ERROR_LIGHT, MEASURED, MODEL, MUTE
 if TYPE_CHECKING:
     from linid.diagnosis.gap import AheadPieces, Trace
 
+_FEW = 400  # windows, whose points can be told apart
 _BINS = 4000
 _LOST = 0.25  # of the measured travel: where a free run without pole pitch is of no more use
 
@@ -83,7 +84,7 @@ def draw_ahead_error(axes: Any, pieces: AheadPieces, factor: float) -> None:
     """Errors growing over each piece, and points where a window reaches the horizon."""
     axes.axhline(0.0, color=MUTED, linewidth=0.5, zorder=1)
     axes.plot(*envelope(pieces.t, pieces.error * factor, _BINS), color=ERROR_LIGHT, linewidth=0.8, zorder=2)
-    few = len(pieces.end_t) <= 400
+    few = len(pieces.end_t) <= _FEW
     axes.plot(
         pieces.end_t,
         pieces.end_error * factor,

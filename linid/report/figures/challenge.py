@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.errors import DataError
 from linid.report.style import ACCENT, ERROR, MEASURED, MUTED, caption, new_figure, style
+from linid.statistics import TINY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,6 +23,7 @@ _SERIES = (
     ("silent", "said none", MUTED, "D"),
     ("wrong", "named, but wrong", ERROR, "v"),
 )
+_DARK = 0.75  # of a row: on more, white letters read better
 _SPREAD = 0.028  # of a decade, between the series within a bin
 
 
@@ -142,12 +144,12 @@ def confusion_figure(score: Score) -> Figure:
     with style():
         figure = new_figure(52.0 + 5.2 * len(rows), "Hidden effect against verdict")
         axes: Any = figure.subplots()
-        share = values / np.maximum(values.sum(axis=1, keepdims=True), 1e-12)
+        share = values / np.maximum(values.sum(axis=1, keepdims=True), TINY)
         axes.imshow(np.ma.masked_equal(share, 0.0), cmap="Blues", vmin=0.0, vmax=1.3, aspect="auto")
         for row, name in enumerate(rows):
             for column, said in enumerate(columns):
                 if values[row, column]:
-                    colour = "white" if share[row, column] > 0.75 else "#222222"
+                    colour = "white" if share[row, column] > _DARK else "#222222"
                     text = f"{round(values[row, column], 2):g}"
                     axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=colour)
                 if name == said:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from linid.identification.result import FitResult, Generation
 
 _MARKER_LIMIT = 40
+_DECADE = 10.0  # highest to lowest cost: more is drawn logarithmically
+_FLAT = 1e-3  # of the highest cost: within less, rounding would fill the panel
 _TITLE_COLUMNS = 12
 _NARROWEST = 0.22  # of the widest panel: room for a title and two ticks
 
@@ -64,15 +66,15 @@ def _panel(axes: Any, lines: Sequence[Generation]) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(2 if len(lines) < _MARKER_LIMIT else 5, integer=True))
     shown = np.concatenate([best, median])
     shown = shown[np.isfinite(shown)]
-    if shown.size and shown.max() > 10.0 * shown.min():
+    if shown.size and shown.max() > _DECADE * shown.min():
         axes.set_yscale("log")
         axes.yaxis.set_minor_formatter(NullFormatter())
     else:
         axes.yaxis.set_major_locator(MaxNLocator(4))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: format_number(value, 4)))
-    if len(lines) == 1 or (shown.size and np.ptp(shown) < 1e-3 * shown.max()):
+    if len(lines) == 1 or (shown.size and np.ptp(shown) < _FLAT * shown.max()):
         axes.margins(x=0.4)
-        if shown.size:  # else rounding would fill the panel
+        if shown.size:
             axes.set_ylim(0.98 * shown.min(), 1.02 * shown.max())
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from linid.identification.result import FitResult
 
+_DARK = 0.7  # of the colour scale: on more, white letters read better
+
 
 def correlation_figure(result: FitResult) -> Figure:
     """Lower triangle of the correlation matrix of `result.fitted`, values written in; pairs in `result.pairs` outlined.
@@ -58,7 +60,7 @@ def _write(axes: Any, x: int, y: int, value: float, size: float) -> None:
         axes.text(x, y, "–", ha="center", va="center", fontsize=size, color="#777777")
         return
     text = f"{value:.2f}".replace("0.", ".", 1).replace("-", "−")
-    colour = "white" if abs(value) > 0.7 else "#222222"
+    colour = "white" if abs(value) > _DARK else "#222222"
     axes.text(x, y, "0" if text in (".00", "−.00") else text, ha="center", va="center", fontsize=size, color=colour)
 
 

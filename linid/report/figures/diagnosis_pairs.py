@@ -15,7 +15,7 @@ from linid.report.diagnosis.content import (
     share_words,
     shown_pairs,
 )
-from linid.report.residual_views import centres, pair_slopes
+from linid.report.residual_views import COLOURED, centres, pair_slopes
 from linid.report.style import MEASURED, MUTED, caption, new_figure, style
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def pair_title(pair: PairShare) -> str:
 def map_limit(pair: PairShare) -> float:
     """End of a symmetric colour scale that single cells do not blow up."""
     sizes = np.abs(pair.mean[np.isfinite(pair.mean)])
-    return float(np.quantile(sizes, 0.98)) if sizes.size and np.quantile(sizes, 0.98) > 0 else 1.0
+    return float(np.quantile(sizes, COLOURED)) if sizes.size and np.quantile(sizes, COLOURED) > 0 else 1.0
 
 
 def pairs_figure(diagnosis: Diagnosis) -> Figure:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linid.report.diagnosis.content import (
+    FEWEST_OF_CURVE,
     SIGNIFICANT,
     after_words,
     before_words,
@@ -176,7 +177,7 @@ def _curve(axes: Any, diagnosis: Diagnosis, share: Share) -> None:
     display, force = coordinate_display(share.x, share.unit, diagnosis.axis), force_display(diagnosis)
     x, mean, spread = share.x * display.factor, share.mean * force.factor, 2 * share.spread * force.factor
     axes.axhline(0.0, color=MUTED, linewidth=0.5)
-    if len(x) > 4:
+    if len(x) >= FEWEST_OF_CURVE:
         axes.fill_between(x, mean - spread, mean + spread, color=MEASURED_LIGHT, alpha=0.5, linewidth=0)
         axes.plot(x, mean, color=MEASURED)
     else:

@@ -24,6 +24,7 @@ _POINTS = 45
 _LEGEND_LINE = 0.1  # of the axes' height
 _STOPPED = 2e-3  # of the travel: what is left to go when a free wheel counts as stopped
 _BEYOND_STOP = 1.4  # how far past the stop is drawn
+_FAR_OFF = 1.6  # times the measured span: a simulation that goes further is cut off
 _LEGEND_LINES = 3  # more would take the curves' room
 
 
@@ -144,8 +145,8 @@ def _panel(
             first = float(t[int(np.argmax(~np.isfinite(simulated)))])
             top.axvline(first, color=ERROR, linewidth=0.8, linestyle=":")
     span = max(peak(_lines(trace, quantity)[0]) for trace in group)
-    if span > 0 and max(peak(_lines(trace, quantity)[1]) for trace in group) > 1.6 * span:
-        top.set_ylim(-0.1 * span * main.factor, 1.6 * span * main.factor)
+    if span > 0 and max(peak(_lines(trace, quantity)[1]) for trace in group) > _FAR_OFF * span:
+        top.set_ylim(-0.1 * span * main.factor, _FAR_OFF * span * main.factor)
         bottom.set_ylim(-span * error.factor, span * error.factor)
     if _legend_lines(group, columns):
         names = [shorten(trace.recording, 20) for trace in group]

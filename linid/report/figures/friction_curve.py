@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 CURVE = ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent", "viscous_friction")
 _SAMPLES = 2000
+_FASTEST = 99.5  # per cent of the measured speeds: noise does not count as speed
+_STRIBECK_RANGE = 6.0  # times v_s: there its exponential has died out
 _BEYOND = 1.3  # how far past the covered speeds the curve is drawn
 _LARGEST_LOG_STD = 3.0  # e^3: beyond a factor of 20 the linearised covariance says nothing
 
@@ -75,7 +77,7 @@ def friction_band(result: FitResult, v: Array, samples: int = _SAMPLES, seed: in
 
 def speed_covered(traces: Sequence[Trace]) -> float:
     """Highest speed in the data, m/s: the 99.5 % point of the differentiated speed, so that noise does not count."""
-    speeds = [float(np.percentile(np.abs(t.velocity_measured), 99.5)) for t in traces if t.velocity_measured.size]
+    speeds = [float(np.percentile(np.abs(t.velocity_measured), _FASTEST)) for t in traces if t.velocity_measured.size]
     return max(speeds, default=0.0)
 
 
@@ -92,7 +94,7 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
     known = np.isfinite(covered) and covered > 0
     top = _BEYOND * covered if known else 10.0 * v_s
     covered = covered if known else np.inf
-    zoom = min(6.0 * v_s, top)
+    zoom = min(_STRIBECK_RANGE * v_s, top)
     with style():
         figure = new_figure(75.0, "Steady friction over speed")
         margins = (15.0, 4.0, 10.5 + caption(figure, _remark(result, covered)), 12.0)

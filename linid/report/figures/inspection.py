@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _MOST = 16  # panels
 _PANEL_MM, _HEAD_MM = 22.0, 20.0
+_MOST_MARKED = 500  # unreadable cells; more lines would cover the panel
 _POINTS = 4000  # per panel: what a page can show; each stretch keeps its extremes
 
 
@@ -52,7 +53,7 @@ def inspection_figure(title: str, panels: list[Panel], marks: Marks, x_label: st
             ax.set_title(panel.label + ("" if panel.read else " (not used)"))
             for start, end in marks.gaps:
                 ax.axvspan(start, end, color=ERROR_LIGHT, linewidth=0.0)
-            for at in marks.unreadable[:500]:
+            for at in marks.unreadable[:_MOST_MARKED]:
                 ax.axvline(at, color=ERROR, linewidth=0.5)
             if marks.kept is not None:
                 for at in marks.kept:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linid.report.diagnosis.content import (
+    FEWEST_OF_CURVE,
     SIGNIFICANT,
     by_share,
     coordinate_display,
@@ -190,7 +191,7 @@ def trace_plot(diagnosis: Diagnosis, trace: ResidualTrace) -> Plot:
 def _curve(diagnosis: Diagnosis, share: Share, place: int) -> Plot:
     display, force = coordinate_display(share.x, share.unit, diagnosis.axis), force_display(diagnosis)
     x, mean, spread = share.x * display.factor, share.mean * force.factor, 2 * share.spread * force.factor
-    if len(x) > 4:
+    if len(x) >= FEWEST_OF_CURVE:
         data = [band(x, mean - spread, mean + spread, MEASURED), line(x, mean, share.label, MEASURED)]
     else:
         bars = {"type": "data", "array": short(spread), "color": MEASURED}
@@ -200,7 +201,7 @@ def _curve(diagnosis: Diagnosis, share: Share, place: int) -> Plot:
     layout = base_layout(title, f"residual {word} ({force.unit})", 270)
     layout |= {"showlegend": False, "title": small_title(f"{share_words(share)} explained")}
     layout["margin"] |= {"t": 34}
-    if len(x) <= 4:
+    if len(x) < FEWEST_OF_CURVE:
         layout["xaxis"]["tickvals"] = short(x)
         layout["xaxis"]["range"] = [float(np.min(x)) - 0.7, float(np.max(x)) + 0.7]
     alt = f"Mean residual {word} over {share.label}, {share_words(share)} explained."

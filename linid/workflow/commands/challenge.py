@@ -13,8 +13,7 @@ from linid.workflow.run.outcome import DONE, Outcome
 from linid.workflow.run.run_folder import Interrupted, fresh_folder, write_text
 
 if TYPE_CHECKING:
-    from linid.challenge.hidden_axis import AxisKind, Law
-    from linid.challenge.make import Kind
+    from linid.challenge.make import Plan
     from linid.challenge.run import Diagnose, Diagnosed
     from linid.challenge.score import Score
     from linid.workflow.run.reporter import Reporter
@@ -24,31 +23,15 @@ SCORE_FOLDER = "score"
 
 
 def make(
-    out: Path | None,
-    reporter: Reporter,
-    *,
-    count: int,
-    seed: int,
-    effects: Sequence[str] = (),
-    strength: tuple[float, float] = (0.05, 1.0),
-    kinds: Sequence[Kind] = ("single", "pair", "none", "unknown"),
-    keys: Path | None = None,
-    jobs: int = 1,
-    laws: Sequence[Law] = ("lugre",),
-    axes: Sequence[AxisKind] = ("phase",),
-    rates: Sequence[float] = (1000.0,),
-    encoders: tuple[float, float] | None = None,
+    plan: Plan, count: int, out: Path | None, reporter: Reporter, *, keys: Path | None = None, jobs: int = 1
 ) -> Outcome:
-    """Make a challenge; arguments as in `linid.challenge.make.Plan`, encoders in um.
+    """Make `count` campaigns of a challenge; keys: where theirs go, by default into the folder.
 
-    Raises UsageError for unknown names, wrong strengths, and folders that hold something.
+    Raises UsageError for folders that hold something.
     """
     from linid.challenge.create import make_challenge
     from linid.challenge.files import KEYS_FILE
-    from linid.challenge.make import Plan
 
-    metres = None if encoders is None else (1e-6 * encoders[0], 1e-6 * encoders[1])
-    plan = Plan(seed, tuple(effects), strength, tuple(kinds), tuple(laws), tuple(axes), tuple(rates), metres)
     folder = out or fresh_folder(COMMAND)
     with reporter:
         made = make_challenge(
@@ -64,7 +47,7 @@ def make(
         "folder": str(folder),
         "keys": str(keys or folder / KEYS_FILE),
         "campaigns": list(made),
-        "seed": seed,
+        "seed": plan.seed,
         "exit_code": DONE,
     }
     return Outcome(COMMAND, folder, DONE, f"{len(made)} campaigns", (), summary)
