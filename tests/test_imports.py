@@ -10,7 +10,8 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
-    ("arrays", "errors", "former_names", "statistics", "stop_signals"),
+    ("arrays",),
+    ("errors", "former_names", "statistics", "stop_signals"),
     ("config", "entry_points"),
     ("recording",),
     ("physics",),

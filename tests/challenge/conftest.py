@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from linid.challenge.axes import draw_axis, scales, tamed
 from linid.challenge.catalogue import AxisSizes, HiddenEffect, draw_effect
 from linid.stand.description import AxisDescription
+from linid.stand.mode_descriptions import Mode
 
 
 @pytest.fixture(scope="session")
@@ -41,3 +44,12 @@ def effect(name: str, axis: AxisDescription, factor: float = 1.0) -> HiddenEffec
     """A drawn effect of `factor` times its first, small amplitude."""
     drawn = draw_effect(name, np.random.default_rng(8), scales(axis), listed(axis))
     return HiddenEffect(name, factor * drawn.amplitude, drawn.shape, drawn.recordings)
+
+
+def mode_of(axis: AxisDescription, name: str) -> Mode:
+    return next(mode for mode in axis.campaign if mode.name == name)
+
+
+def everywhere(hidden: HiddenEffect, axis: AxisDescription) -> HiddenEffect:
+    """A per-recording effect put into all recordings."""
+    return replace(hidden, recordings=tuple(m.name for m in axis.campaign)) if hidden.recordings else hidden

@@ -10,7 +10,7 @@ from linid.challenge.hidden_axis import AXES, AxisKind, HiddenAxis, Law, thrust_
 from linid.challenge.kernel import layout
 from linid.challenge.kernel.friction import slip, slipped
 from linid.challenge.plant import build_plant, simulate
-from linid.stand.mode_descriptions import Mode
+from tests.challenge.conftest import mode_of
 
 
 def axis_of(law: Law, kind: AxisKind = "phase", **more: object) -> HiddenAxis:
@@ -23,10 +23,6 @@ def axis_of(law: Law, kind: AxisKind = "phase", **more: object) -> HiddenAxis:
         resolution=None,
     )
     return drawn.model_copy(update=more)
-
-
-def mode_of(axis: HiddenAxis, name: str) -> Mode:
-    return next(mode for mode in axis.campaign if mode.name == name)
 
 
 def test_maxwells_elements_follow_masings_rules() -> None:
