@@ -32,7 +32,7 @@ TRIED_MEANING = (
 )
 SIGNIFICANT = 0.05
 FEWEST_OF_CURVE = 5  # places: fewer (directions, recordings) are points, not a curve
-_LEAST_P = 0.001  # as permutations hardly tell smaller ones apart
+_LEAST_P = 0.001  # set by hand: below, digits say nothing more
 _ONE_BY_ONE = 2  # effects that a legend names
 
 
