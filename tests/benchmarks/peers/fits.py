@@ -201,7 +201,7 @@ def deap_ga(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
         creator.create("PeerIndividual", list, fitness=creator.PeerFitness)
     cost = _cost(problem, simulation, watch)
     box = base.Toolbox()
-    box.register("gene", random.random)
+    box.register("coordinate", random.random)
     box.register("individual", tools.initRepeat, creator.PeerIndividual, box.coordinate, problem.dimension)
     box.register("population", tools.initRepeat, list, box.individual)
     box.register("evaluate", lambda individual: (cost(individual),))
