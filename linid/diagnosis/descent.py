@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,7 +84,9 @@ class Descent:
         return self.place.x, self.place.residual
 
     def _descend(self, effort: Effort, softness: float) -> None:
-        self.place = self._at(self.place.x, self.place.residual, softness)
+        start = self.place
+        level = self.criterion.level(start.residual, start.floor, self.rows, softness)
+        self.place = replace(start, level=level)
         damping, failed, used, renewals = _DAMPING, False, 0, 0
         linear: LinearProblem | None = None
         while used < effort.steps:

@@ -13,7 +13,7 @@ from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.physics.field.winding import force_harmonics
 from linid.physics.motors import MOTORS, fundamental_force_constant
 from linid.recording.recording import Recording
-from linid.statistics import NORMAL_95
+from linid.statistics import NORMAL_97_5
 
 # Minimum over k of the harmonics' share: (a_1 - 1)^2 + a_3^2 + ... with a_n = 2 sqrt(pi) k exp(-n^2 k^2 pi^2/4).
 SINE_LIMIT_K = 0.46223
@@ -78,7 +78,7 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
         # The fundamental is told whatever the field's shape, so shapes that nothing tells are held.
         value, std = _propagate(result, function, names, shapes if name == "fundamental_force_constant" else set())
         lost = unsure & set(names) if name != "fundamental_force_constant" else set()
-        low, high = value - NORMAL_95 * std, value + NORMAL_95 * std
+        low, high = value - NORMAL_97_5 * std, value + NORMAL_97_5 * std
         if name == "pole_pitch" and "electrical_wavenumber" in result.fitted:  # its interval need not be symmetric
             source = next(e for e in result.estimates if e.name == "electrical_wavenumber")
             low, high = sorted((float(function(source.low)), float(function(source.high))))

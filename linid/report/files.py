@@ -11,7 +11,7 @@ import math
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -164,8 +164,14 @@ def file_stems(names: Iterable[str]) -> list[str]:
 
 
 def finite(value: Any) -> Any:
-    """None for what JSON cannot hold."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    """The same value with None for every number that JSON cannot hold, and lists for tuples."""
+    if isinstance(value, Mapping):
+        return {key: finite(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(one) for one in value]
+    if isinstance(value, float):  # also numpy's double
+        return float(value) if math.isfinite(value) else None
+    return value
 
 
 def spreadsheet_safe(cell: object) -> object:

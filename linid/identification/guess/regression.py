@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,22 +15,6 @@ from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Recording
 
 _MOST_WAVES = 120  # in a regression beside a periodic force
-
-
-@dataclass(frozen=True)
-class Guess:
-    """What a look at the data tells: SI values to start from.
-
-    friction_per_mass: Coulomb force per mass, m/s^2; travel, speed: largest in m, m/s; resolution: position
-    noise in m; values: first guesses by parameter name; densities: best electrical wavenumbers, 1/m.
-    """
-
-    values: dict[str, float]
-    travel: float
-    speed: float
-    resolution: float
-    densities: tuple[float, ...] = ()
-    warnings: tuple[str, ...] = field(default=())
 
 
 @dataclass(frozen=True)

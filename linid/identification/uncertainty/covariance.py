@@ -15,9 +15,9 @@ from linid.identification.signals.motion import with_input_noise
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
 from linid.identification.uncertainty.voltage_noise import noise_curvature
+from linid.statistics import NORMAL_97_5
 
 _MINIMUM_LAGS = 4
-_NORMAL = 1.959964
 _NOISE_DRAWS = 3
 # Least share of J'J that is taken for information; the draws cannot tell less from none.
 _LEAST_SHARE = 0.02
@@ -204,7 +204,7 @@ def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 
         room = np.array([[-fit.point[column], 1.0 - fit.point[column]] for column in pair])
         ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
         deviations = np.sqrt(np.maximum(np.diag(block)[list(pair)], 1e-300))
-        widths = np.array([high - low for low, high in ends]) / (2.0 * _NORMAL)
+        widths = np.array([high - low for low, high in ends]) / (2.0 * NORMAL_97_5)
         intervals = {
             column: (float(fit.point[column]) + low, float(fit.point[column]) + high)
             for column, (low, high) in zip(pair, ends, strict=True)

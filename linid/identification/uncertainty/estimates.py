@@ -15,8 +15,8 @@ from linid.identification.uncertainty.identifiability import advice, is_useless
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.wording import scaled_unit
+from linid.statistics import NORMAL_97_5
 
-_NORMAL = 1.959964
 _EDGE = 1e-3  # search coordinates nearer to 0 or 1 than this sit at their bound
 
 
@@ -59,10 +59,10 @@ def make_estimates(
             ends = space.parameters[column].value(np.array(uncertainty.intervals[column]))
             low, high = float(ends[0]), float(ends[1])
         elif parameter.log and value > 0.0:
-            spread = math.exp(min(_NORMAL * std / value, 50.0))
+            spread = math.exp(min(NORMAL_97_5 * std / value, 50.0))
             low, high = value / spread, value * spread
         else:
-            low, high = value - _NORMAL * std, value + _NORMAL * std
+            low, high = value - NORMAL_97_5 * std, value + NORMAL_97_5 * std
         estimates.append(Estimate(parameter.name, parameter.symbol, unit, value, std, low, high, status, note))
     return tuple(estimates), names, covariance, np.clip(correlation, -1.0, 1.0)
 

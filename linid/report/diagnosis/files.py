@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linid.report.diagnosis.markdown import diagnosis_markdown
 from linid.report.diagnosis.words import in_axis_words
-from linid.report.files import write_atomic
+from linid.report.files import finite, write_atomic
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Budget, Change, Diagnosis, Entry, PairShare, Share
@@ -113,17 +113,6 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
     return cleaned
 
 
-def finite(value: Any) -> Any:
-    """The same value with None for every number that JSON cannot hold, and lists for tuples."""
-    if isinstance(value, Mapping):
-        return {key: finite(one) for key, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(one) for one in value]
-    if isinstance(value, float):  # also numpy's double
-        return float(value) if math.isfinite(value) else None
-    return value
-
-
 def _budget(budget: Budget) -> dict[str, Any]:
     return {
         "gap": budget.excess_before,
@@ -145,10 +134,6 @@ def _budget(budget: Budget) -> dict[str, Any]:
     }
 
 
-def _told(share: float) -> float | None:
-    return share if math.isfinite(share) else None
-
-
 def _entry(entry: Entry) -> dict[str, Any]:
     return {
         "effect": entry.effect,
@@ -156,8 +141,8 @@ def _entry(entry: Entry) -> dict[str, Any]:
         "share": entry.share,
         "low": entry.low,
         "high": entry.high,
-        "first_in": _told(entry.first_in),
-        "last_in": _told(entry.last_in),
+        "first_in": entry.first_in,
+        "last_in": entry.last_in,
         "certainty": entry.certainty,
         "parameters": [_estimate(one) for one in entry.parameters],
         "combinations": entry.combinations,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linid.report.files import finite
 from linid.workflow.run.outcome import DONE, Outcome
 from linid.workflow.run.run_folder import Interrupted, fresh_folder, write_text
 
@@ -124,7 +124,7 @@ def _write_oracle(path: Path, effects: Sequence[str], target: Path) -> None:
     stated = _stated_closure(target.parent, effects) if len(effects) == 1 else None
     reached = (stated, {effects[0]: stated}) if stated is not None else true_effects_closure(path, effects)
     closure, each = reached or (None, {})
-    body = _finite({"effects": list(effects), "closure": closure, "each": each})
+    body = finite({"effects": list(effects), "closure": closure, "each": each})
     write_text(target, json.dumps(body, allow_nan=False) + "\n")
 
 
@@ -225,16 +225,8 @@ def score_body(result: Score) -> dict[str, Any]:
         "confusion": {"rows": list(rows), "columns": list(columns), "counts": [list(c) for c in counts]},
         "campaigns": [asdict(line) for line in result.lines],
     }
-    cleaned: dict[str, Any] = _finite(body)
+    cleaned: dict[str, Any] = finite(body)
     return cleaned
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _finite(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _write_figures(result: Score, folder: Path, reporter: Reporter) -> None:

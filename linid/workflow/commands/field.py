@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from linid.errors import UsageError
-from linid.report.files import csv_text
+from linid.report.files import csv_text, finite
 from linid.workflow.run.outcome import DONE, Outcome
 from linid.workflow.run.run_folder import file_record, identity_of, open_run_folder, recorded, write_text
 
@@ -142,7 +142,6 @@ def _own_k(made: MotorDesign | None, identified: FitResult | None) -> float | No
 
 def _data(made: MotorDesign | None, own: float | None, compared: Sequence[Comparison]) -> dict[str, Any]:
     """The content of field.json, SI."""
-    import math
     from dataclasses import asdict
 
     from linid.physics.field.sine_scope import PAPER_FIT, fit_of_best_k, limit_k, sine_cost
@@ -168,10 +167,7 @@ def _data(made: MotorDesign | None, own: float | None, compared: Sequence[Compar
             "balanced_currents": ripple_share(made.exact, balanced=True),
         }
     if compared:
-        data["identified"] = [
-            {key: None if isinstance(x, float) and not math.isfinite(x) else x for key, x in asdict(one).items()}
-            for one in compared
-        ]
+        data["identified"] = [finite(asdict(one)) for one in compared]
     return data
 
 

@@ -114,7 +114,7 @@ def read_inputs(files: Sequence[Path], settings: Settings, *, axis: str | None =
 
 def _record(recording: Recording) -> dict[str, Any]:
     """What a recording's file was and what reading it did to its numbers, for run.json."""
-    read = None if recording.reading is None else {k: finite(x) for k, x in asdict(recording.reading).items()}
+    read = None if recording.reading is None else finite(asdict(recording.reading))
     return {
         "file": str(recording.source or recording.name),
         "sha256": recording.sha256,

@@ -48,7 +48,7 @@ def write_gaps(gaps: Sequence[RecordingGap], folder: Path, axis: str) -> None:
 
 def gap_rows(gaps: Sequence[RecordingGap]) -> list[dict[str, Any]]:
     """Gap measures as JSON-able rows in SI units; what is not a number becomes null."""
-    return [{name: finite(value) for name, value in asdict(gap).items()} for gap in gaps]
+    return [finite(asdict(gap)) for gap in gaps]
 
 
 def read_gaps(folder: Path) -> tuple[RecordingGap, ...]:
@@ -65,10 +65,7 @@ def _numbers(row: dict[str, Any]) -> dict[str, Any]:
 
 def parameter_rows(result: FitResult) -> list[dict[str, Any]]:
     """Parameters as JSON-able rows in SI units."""
-    return [
-        {name: finite(value) for name, value in asdict(estimate).items()}
-        for estimate in (*result.estimates, *result.derived)
-    ]
+    return [finite(asdict(estimate)) for estimate in (*result.estimates, *result.derived)]
 
 
 def write_fit_pictures(
