@@ -1,4 +1,4 @@
-"""The public Python interface: read, fit, simulate, validate, diagnose; what the command line does, without files.
+"""The public Python interface: read, fit, simulate, validate, diagnose; the command line calls it and adds files.
 
 All quantities are in SI units (rotary axes: rad, N m, kg m^2). Nothing here writes a file unless a path is given, and
 the interpreter's random generators stay as they are; equal arguments give equal results, whatever `jobs` is.
@@ -6,41 +6,25 @@ the interpreter's random generators stay as they are; equal arguments give equal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from threadpoolctl import threadpool_limits
-
-from linid.diagnosis.diagnose import Found
-from linid.diagnosis.diagnose import diagnose as find_effects
-from linid.diagnosis.gap import RecordingGap, Trace
-from linid.diagnosis.means import Means
-from linid.diagnosis.measures import measure_gaps
 from linid.errors import ConfigError, DataError, LinidError, UsageError
-from linid.identification.model_file import load_model, model_to_text
-from linid.identification.result import Estimate, FitResult, ModelKind
-from linid.identification.settings import Hooks
-from linid.physics.motors import MOTORS
-from linid.recording.recording import Recording, in_order
-from linid.report.diagnosis.console import diagnosis_console
-from linid.report.diagnosis.files import diagnosis_data
-from linid.report.page.build import page_html
-from linid.report.tables import gap_table_console, identifiability_notes, parameter_table_console, table_text
-from linid.workflow.commands.diagnose import base_kind
-from linid.workflow.commands.fit_friction import checked_friction_task
-from linid.workflow.commands.fit_motor import motor_tasks
-from linid.workflow.run.inputs import Inputs, read_inputs
-from linid.workflow.run.results import residual_recordings
-from linid.workflow.run.run_folder import write_text
-from linid.workflow.run.settings import make_settings
-from linid.workflow.run.stage import fitted
+from linid.interface.campaign import Campaign
+from linid.interface.measuring import Progress, Watch, able_recordings, free_run, measure, run_by_voltage
+from linid.interface.reading import read_files
+from linid.interface.results import Diagnosed, Fit, Gaps
+from linid.interface.settings import make_settings
+from linid.interface.stages import FitObserver, Stage, base_kind, run_stages, stages_of
+from linid.recording.recording import Recording
+from linid.threads import one_thread
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from linid.diagnosis.report_data import Budget, Verdict
+    from linid.diagnosis.gap import Trace
+    from linid.diagnosis.means import Means
+    from linid.identification.result import FitResult, ModelKind
+    from linid.identification.settings import Hooks
 
 __all__ = [
     "Campaign",
@@ -60,229 +44,17 @@ __all__ = [
     "validate",
 ]
 
-Progress = Callable[[str, int, int], None]
 
-
-@dataclass(frozen=True)
-class Campaign:
-    """Recordings of one axis: some to be fitted, others held out as judges.
-
-    recordings: in their order; axis: linear or rotary; known: SI values by parameter name; name: for titles; notes:
-    what reading the files noticed.
-    """
-
-    recordings: tuple[Recording, ...]
-    axis: str = "linear"
-    known: dict[str, float] = field(default_factory=dict)
-    name: str = "campaign"
-    notes: tuple[str, ...] = field(default=(), repr=False)
-
-    @classmethod
-    def of(
-        cls, recordings: Iterable[Recording], *, known: dict[str, float] | None = None, name: str = "campaign"
-    ) -> Campaign:
-        """A campaign of recordings made in Python; raises UsageError for none, or for mixed axes or equal names."""
-        chosen = in_order(recordings)
-        axes = {r.axis for r in chosen}
-        if len(axes) != 1:
-            fact = "no recording is given" if not chosen else "linear and rotary recordings are mixed"
-            raise UsageError("recordings", fact, "Give the recordings of one axis.")
-        if len({r.name for r in chosen}) < len(chosen):
-            raise UsageError("recordings", "two of them have the same name", "Rename one.")
-        return cls(chosen, axes.pop(), dict(known or {}), name)
-
-    @property
-    def fitted(self) -> tuple[Recording, ...]:
-        """Recordings that fits follow."""
-        return tuple(r for r in self.recordings if r.split == "fit")
-
-    @property
-    def held_out(self) -> tuple[Recording, ...]:
-        """Recordings that only judge."""
-        return tuple(r for r in self.recordings if r.split == "held_out")
-
-    def __getitem__(self, name: str) -> Recording:
-        """The recording called `name`; KeyError if there is none."""
-        for recording in self.recordings:
-            if recording.name == name:
-                return recording
-        raise KeyError(name)
-
-    def __iter__(self) -> Iterator[Recording]:
-        return iter(self.recordings)
-
-    def __len__(self) -> int:
-        return len(self.recordings)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row per recording: kind, split, samples, sampling period and duration in s, added mass in kg."""
-        import pandas as pd
-
-        rows = [
-            {
-                "recording": r.name,
-                "kind": r.kind,
-                "split": r.split,
-                "samples": r.t.size,
-                "period": r.period,
-                "duration": r.duration,
-                "added_mass": r.added_mass,
-            }
-            for r in self.recordings
-        ]
-        return pd.DataFrame(rows).set_index("recording")
-
-    def _repr_html_(self) -> str:
-        return f"<p><b>{_escaped(self.name)}</b>, {self.axis} axis</p>" + str(self.to_frame().to_html())
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Identified parameters with their uncertainty. result: all that the fit has found, as in `parameters.json`."""
-
-    result: FitResult
-
-    @property
-    def model(self) -> str:
-        """friction, force, sine or theta."""
-        return self.result.model
-
-    @property
-    def parameters(self) -> tuple[Estimate, ...]:
-        """All parameters with what follows from them, in table order."""
-        return (*self.result.estimates, *self.result.derived)
-
-    @property
-    def converged(self) -> bool:
-        """Whether the search and the least squares after it stopped for a good reason."""
-        return self.result.converged
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What should be known before the values are used."""
-        return (*self.result.warnings, *identifiability_notes(self.result))
-
-    def __getitem__(self, name: str) -> Estimate:
-        """The estimate of a parameter: value, std, interval (95 %), unit, status; KeyError if the model has none."""
-        for estimate in self.parameters:
-            if estimate.name == name:
-                return estimate
-        raise KeyError(f"{name}; the {self.model} model has {', '.join(e.name for e in self.parameters)}")
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row per parameter in SI units: symbol, value, std, low, high (95 %), unit, status, note."""
-        import pandas as pd
-
-        names = ("name", "symbol", "value", "std", "low", "high", "unit", "status", "note")
-        rows = [{name: getattr(e, name) for name in names} for e in self.parameters]
-        return pd.DataFrame(rows).set_index("name")
-
-    def summary(self) -> str:
-        """The parameter table as text."""
-        return table_text(parameter_table_console(self.result), 100)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the model as JSON, which `linid.load` and the command line read; raises OSError."""
-        return write_text(Path(path), model_to_text(self.result))
-
-    def _repr_html_(self) -> str:
-        table = self.to_frame()[["symbol", "value", "std", "low", "high", "unit", "status"]]
-        said = "".join(f"<li>{_escaped(text)}</li>" for text in self.warnings)
-        return (
-            f"<p><b>{self.model}</b> model</p>{table.to_html(float_format='{:.5g}'.format, na_rep='')}<ul>{said}</ul>"
-        )
-
-
-@dataclass(frozen=True)
-class Gaps:
-    """The sim-to-real gap of a model per recording (see `RecordingGap`), and the traces behind it."""
-
-    gaps: tuple[RecordingGap, ...]
-    traces: tuple[Trace, ...]
-    axis: str
-
-    def __iter__(self) -> Iterator[RecordingGap]:
-        return iter(self.gaps)
-
-    def __len__(self) -> int:
-        return len(self.gaps)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row per recording: the three measures with their floors, in SI units."""
-        import pandas as pd
-
-        return pd.DataFrame([gap.__dict__ for gap in self.gaps]).set_index("recording")
-
-    def summary(self) -> str:
-        """The gap table as text."""
-        return table_text(gap_table_console(self.gaps, self.axis), 100)
-
-    def _repr_html_(self) -> str:
-        return str(self.to_frame().to_html(float_format="{:.3g}".format))
-
-
-@dataclass(frozen=True)
-class Diagnosed:
-    """Where a simulation differs from the machine, which effects it lacks, and how far the gap shrinks with them."""
-
-    found: Found
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict: `status`, `effects`, `sentence`, `next_experiment`."""
-        return self.found.diagnosis.verdict
-
-    @property
-    def budget(self) -> Budget:
-        """The gap as a sum: one entry per effect with its share, and what is left."""
-        return self.found.diagnosis.budget
-
-    @property
-    def before(self) -> Fit:
-        """The model without the effects that were found."""
-        return Fit(self.found.before)
-
-    @property
-    def after(self) -> Fit:
-        """The model with them."""
-        return Fit(self.found.after)
-
-    def to_dict(self) -> dict[str, Any]:
-        """All that was found, as in `diagnosis.json`."""
-        return diagnosis_data(self.found.diagnosis)
-
-    def summary(self) -> str:
-        """Verdict and tables as text."""
-        from rich.console import Console
-
-        console = Console(width=100, color_system=None, force_terminal=False)
-        with console.capture() as caught:
-            console.print(diagnosis_console(self.found.diagnosis))
-        return caught.get()
-
-    def report(self, path: str | Path) -> Path:
-        """Write the page with all figures (one HTML file that needs no network); raises OSError."""
-        return write_text(Path(path), page_html(self.found.diagnosis))
-
-    def _repr_html_(self) -> str:
-        import pandas as pd
-
-        rows = [{"effect": e.effect, "share": e.share, "low": e.low, "high": e.high} for e in self.budget.entries]
-        table = pd.DataFrame(rows, columns=["effect", "share", "low", "high"])
-        sentence = f"<p><b>{_escaped(self.verdict.status)}</b>: {_escaped(self.verdict.sentence)}</p>"
-        return sentence + str(table.to_html(index=False, float_format="{:.3f}".format))
-
-
-def read(*files: str | Path, **settings: Any) -> Campaign:
+def read(*files: str | Path, axis_of: Fit | None = None, **settings: Any) -> Campaign:
     """Read scope exports or campaign files; free wheels that begin with a push are cut to their coast-down.
 
-    files: paths of recordings, or of one campaign (YAML). settings: of bare recordings, as in `--config` (`channels`,
-    `kind`, `axis`, `window` and `period` in s, `added_mass` in kg ...).
+    files: paths of recordings, or of one campaign (YAML); axis_of: a fit whose kind of axis bare recordings have, where
+    the settings name none (None: linear). settings: of bare recordings, as in `--config` (`channels`, `kind`, `axis`,
+    `window` and `period` in s, `added_mass` in kg ...).
     Returns a Campaign in SI units. Raises UsageError, ConfigError or DataError, each with place, fact and remedy.
     """
-    inputs = read_inputs([Path(file) for file in files], make_settings(settings))
-    notes = (*inputs.warnings(), *inputs.notes())
-    return Campaign(inputs.recordings, inputs.axis, dict(inputs.known), inputs.name, notes)
+    axis = None if axis_of is None else axis_of.result.axis
+    return read_files([Path(file) for file in files], make_settings(settings), axis=axis)
 
 
 def fit(
@@ -290,68 +62,107 @@ def fit(
     model: str = "theta",
     *,
     start: Fit | None = None,
+    winding: str = "",
     jobs: int = 1,
     progress: Callable[[str, int, int, float], None] | None = None,
+    observer: FitObserver | None = None,
     **settings: Any,
 ) -> Fit:
     """Identify a model on the recordings of a campaign that are to be fitted.
 
     model: friction (free wheels), force, sine (paper, 31 and 44) or theta (39 and 45); start: an earlier fit for first
-    values (None: the free wheels of the campaign are fitted first); jobs: threads, which never change a result;
-    progress(stage, done, total, best cost): called as the search goes on; settings: as in `--config` (`effects`,
-    `known` and `bounds` in SI by parameter name, `seed`, `objective`, `method`, `profiles` ...).
+    values (None: the free wheels of the campaign are fitted first); winding: star or separate to identify a motor's
+    windings too, from phase voltages; jobs: threads, which never change a result; progress(stage, done, total, best
+    cost): called as the search goes on; observer: does the stages of the fit in place of `progress`, to keep their
+    states and results (see `FitObserver`); settings: as in `--config` (`effects`, `known` and `bounds` in SI by
+    parameter name, `seed`, `objective`, `method`, `profiles` ...).
     Returns a Fit. Raises UsageError, ConfigError or DataError.
     """
+    kind = _model_kind(model, winding)
+    stages = stages_of(campaign, make_settings(settings), kind, None if start is None else start.result, winding)
+    with one_thread():
+        return Fit(run_stages(stages, jobs, observer or _Alone(progress)))
+
+
+def _model_kind(model: str, winding: str) -> ModelKind:
+    from linid.physics.electrical import WINDING_CODES
+    from linid.physics.motors.registry import MOTORS
+
     if model not in MOTORS:
         raise UsageError("model", f"there is no model {model!r}", f"Choose one of {', '.join(MOTORS)}.")
-    chosen = make_settings(settings)
-    inputs = _inputs(campaign)
-    before = None if start is None else start.result
-    hooks = Hooks(progress=progress or (lambda stage, done, total, best: None))
-    kind: ModelKind = model  # type: ignore[assignment]
-    with threadpool_limits(1):
-        if kind == "friction":
-            return Fit(fitted(replace(checked_friction_task(inputs, chosen), start=before), jobs, hooks))
-        first, task = motor_tasks(inputs, chosen, kind, before)
-        if first is not None:
-            task = replace(task, start=fitted(first, jobs, hooks))
-        return Fit(fitted(task, jobs, hooks))
+    if winding not in WINDING_CODES:
+        raise UsageError("winding", f"there is no connection {winding!r}", "Choose star or separate.")
+    if winding and not MOTORS[model].phases:
+        raise UsageError("winding", "needs a model of the phases", "Take the model sine or theta.")
+    return model  # type: ignore[return-value]
+
+
+class _Alone:
+    """A fit that keeps nothing."""
+
+    def __init__(self, progress: Callable[[str, int, int, float], None] | None) -> None:
+        self.progress = progress
+
+    def stage(self, stage: Stage, work: Callable[[Hooks], FitResult]) -> FitResult:
+        from linid.identification.settings import Hooks
+
+        return work(Hooks(progress=self.progress or (lambda stage, done, total, best: None)))
 
 
 def load(path: str | Path) -> Fit:
     """The fit that `save` or the command line has written (MODEL.json); raises ConfigError."""
+    from linid.identification.model_file import load_model
+
     return Fit(load_model(Path(path)))
 
 
-def validate(fit: Fit, recordings: Campaign | Iterable[Recording], *, jobs: int = 1, seed: int = 1) -> Gaps:
+def validate(
+    fit: Fit,
+    recordings: Campaign | Iterable[Recording],
+    *,
+    among: Campaign | Iterable[Recording] | None = None,
+    jobs: int = 1,
+    seed: int = 1,
+    progress: Progress | None = None,
+    unmeasured: Callable[[LinidError], None] | None = None,
+) -> Gaps:
     """The gap between a model and recordings, each measure beside its noise floor.
 
-    recordings: of which those are taken that the model can be asked for; a Campaign also lends repeats for the floor.
-    Returns Gaps. Raises DataError where none can be measured.
+    recordings: of which those are taken that the model can be asked for; among: where their repeats are looked for,
+    which raise the floor (None: among all that are given); jobs: threads; seed: of the noise draws; progress(stage,
+    done, total); unmeasured: told why a recording that cannot be measured is left out (None: that is raised).
+    Returns Gaps. Raises DataError where none can be measured, DataError or UsageError for the first that cannot.
     """
-    return _measured(fit, tuple(recordings), jobs, seed)
-
-
-def _measured(fit: Fit, given: tuple[Recording, ...], jobs: int = 1, seed: int = 1, *, floors: bool = True) -> Gaps:
-    chosen = residual_recordings(given, fit.result)
-    if not chosen:
-        raise DataError(
-            "recordings",
-            f"hold none that a {fit.model} model can be asked for",
-            "Give free wheels, or recordings with the channels that the model needs.",
-        )
-    with threadpool_limits(1):
-        gaps, traces = measure_gaps(fit.result, chosen, jobs=jobs, seed=seed, among=given, floors=floors)
+    given = tuple(recordings)
+    chosen = able_recordings(given, fit.result)
+    lent = given if among is None else tuple(among)
+    watch = Watch(progress, unmeasured)
+    with one_thread():
+        gaps, traces = measure(fit.result, chosen, jobs=jobs, seed=seed, among=lent, watch=watch)
     return Gaps(gaps, traces, fit.result.axis)
 
 
-def simulate(fit: Fit, recording: Recording) -> Trace:
-    """The free run of a model under a recording's inputs, from its measured start.
+def simulate(
+    fit: Fit,
+    recording: Recording,
+    *,
+    position: float | None = None,
+    speed: float | None = None,
+    by_voltage: bool = False,
+    jobs: int = 1,
+) -> Trace:
+    """The free run of a model under a recording's inputs.
 
-    Returns a Trace: t in s, y_simulated and y_measured in m, velocity_simulated in m/s, (n,) each.
-    Raises DataError where the recording lacks the channels that the model needs.
+    position, speed: of the start, m and m/s (None: as measured; of free wheels, the speed that fits best); by_voltage:
+    the recorded phase voltages drive the motor, not its currents; jobs: threads.
+    Returns a Trace: t in s, y_simulated and y_measured in m, velocity_simulated in m/s, (n,) each; by voltage its
+    phase_currents, (3, n) in A, are simulated. Raises DataError where the recording lacks the channels that the model
+    needs, UsageError by voltage for a model that knows no windings.
     """
-    return _measured(fit, (recording,), floors=False).traces[0]
+    with one_thread():
+        if by_voltage:
+            return run_by_voltage(fit.result, recording, position=position, speed=speed)
+        return free_run(fit.result, recording, position=position, speed=speed, jobs=jobs)
 
 
 def diagnose(
@@ -363,31 +174,26 @@ def diagnose(
     seed: int = 1,
     jobs: int = 1,
     progress: Progress | None = None,
+    means: Means | None = None,
 ) -> Diagnosed:
     """Where the simulation differs from the machine, which effects are missing, how far the gap shrinks with them.
 
     model: of the base (None: what the recordings allow); effects: those that the base has already; known: SI values
-    besides the campaign's; jobs: threads; progress(stage, done, total). Held-out recordings judge.
+    besides the campaign's; seed: of all that is drawn; jobs: threads; progress(stage, done, total); means: in place of
+    these three, with a memory of finished steps and workers elsewhere. Held-out recordings judge.
     Returns Diagnosed. Raises UsageError without held-out recordings, DataError for unfit ones.
     """
+    from linid.diagnosis.diagnose import diagnose as find_effects
+    from linid.diagnosis.means import Means
+
     kind: ModelKind = base_kind(campaign.recordings) if model is None else model  # type: ignore[assignment]
-    with threadpool_limits(1):
+    with one_thread():
         found = find_effects(
             campaign.name,
             campaign.recordings,
             kind,
             effects=effects,
             known={**campaign.known, **(known or {})},
-            means=Means(jobs=jobs, seed=seed, progress=progress),
+            means=means or Means(jobs=jobs, seed=seed, progress=progress),
         )
     return Diagnosed(found)
-
-
-def _inputs(campaign: Campaign) -> Inputs:
-    return Inputs(campaign.recordings, campaign.axis, campaign.known, (), name=campaign.name)
-
-
-def _escaped(text: str) -> str:
-    import html
-
-    return html.escape(text)

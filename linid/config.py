@@ -210,7 +210,9 @@ def load_yaml_model(path: str | Path, model: type[Model]) -> Model:
 
 
 def validate_yaml(file: YamlFile, model: type[Model]) -> Model:
-    """Validate an already parsed YAML file (for callers that need its line numbers later)."""
+    """Validate an already parsed YAML file (for callers that need its line numbers later); raises ConfigError where it
+    does not fit.
+    """
     if not isinstance(file.data, dict):
         found = "nothing" if file.data is None else f"a {type(file.data).__name__}"
         raise ConfigError(

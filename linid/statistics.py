@@ -14,5 +14,8 @@ TINY = 1e-300  # keeps a divisor from zero where what it divides is zero, too
 
 
 def robust_spread(values: Array) -> float:
-    """Standard deviation of normal values (n,) about zero, whatever a few others are."""
+    """Standard deviation of normal values (n,) about zero in their unit, whatever a few others are.
+
+    Source: the median absolute deviation (Hampel 1974, J. Am. Stat. Assoc. 69, 383).
+    """
     return float(np.median(np.abs(values))) / MEDIAN_ABSOLUTE

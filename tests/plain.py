@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from types import CellType, FunctionType, ModuleType
 from typing import Any
 
+from linid.simulation.binding import values_at
 from linid.simulation.bundle import Bundle
-from linid.simulation.terms import values_at
 
 
 class Plain:

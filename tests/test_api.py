@@ -8,7 +8,9 @@ import os
 import random
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +18,10 @@ import pytest
 
 import linid
 from linid.diagnosis.gap import Trace
-from linid.identification.result import Estimate
-from tests.workflow.small import ROOT, campaign
+from linid.identification.result import Estimate, FitResult
+from linid.identification.settings import Hooks
+from linid.interface.stages import Stage
+from tests.workflow.small import ROOT, STAND, campaign
 from tests.workflow.small import linid as command
 
 SMALL = {"population": 10, "generations": 4, "least_squares_steps": 4}
@@ -153,10 +157,59 @@ def test_what_cannot_be_is_refused_with_place_fact_and_remedy(
         (lambda: linid.load(tmp_path / "none.json"), linid.ConfigError),
         (lambda: linid.validate(friction, [read["sine_current_2"]]), linid.DataError),
         (lambda: linid.diagnose(linid.Campaign.of(read.fitted)), linid.UsageError),
+        (lambda: linid.fit(read, "sine", winding="delta"), linid.UsageError),
+        (lambda: linid.fit(read, "friction", winding="star"), linid.UsageError),
+        (lambda: linid.simulate(friction, read["freewheel_6"], by_voltage=True), linid.UsageError),
     ):
         with pytest.raises(error) as caught:
             wrong()
         assert caught.value.place and caught.value.fact and caught.value.remedy
+
+
+def test_an_observer_does_the_stages_of_a_fit(read: linid.Campaign, friction: linid.Fit) -> None:
+    """It sees friction, then the motor from it; what an earlier run has found takes the place of a search."""
+    seen: list[tuple[str, bool]] = []
+
+    class Keeper:
+        def stage(self, stage: Stage, work: Callable[[Hooks], FitResult]) -> FitResult:
+            seen.append((stage.name, stage.task.start is None))
+            return friction.result if stage.name == "friction" else work(Hooks())
+
+    kept = linid.fit(read, "sine", observer=Keeper(), **SMALL)
+    assert seen == [("friction", True), ("motor", False)]
+    assert kept.to_frame().equals(linid.fit(read, "sine", start=friction, **SMALL).to_frame())
+
+
+def test_a_campaign_tells_what_was_read(path: Path, read: linid.Campaign) -> None:
+    assert read.files[0]["file"] == str(path) and len(read.files) == 1 + len(read)
+    assert read.notes[: len(read.warnings)] == read.warnings
+    assert [r.name for r in read.select(split="fit", kind="motor")] == ["sine_current_2"]
+
+
+def test_bare_recordings_have_the_axis_of_the_model_they_are_read_for(friction: linid.Fit) -> None:
+    turning = linid.api.Fit(replace(friction.result, axis="rotary"))
+    rows = STAND / "moves_1.csv"
+    assert linid.read(rows, axis_of=friction).axis == "linear"
+    with pytest.raises(linid.DataError):  # its position is in mm
+        linid.read(rows, axis_of=turning)
+
+
+def test_free_runs_begin_where_they_are_told(friction: linid.Fit, read: linid.Campaign) -> None:
+    wheel = read["freewheel_6"]
+    trace = linid.simulate(friction, wheel, position=0.25, speed=0.1)
+    assert trace.y_simulated[0] == 0.25 and trace.velocity_simulated[0] == 0.1
+    measured = linid.simulate(friction, wheel)
+    assert linid.simulate(friction, wheel, speed=0.1).y_simulated[0] == measured.y_simulated[0]
+
+
+def test_what_cannot_be_measured_is_told_or_raised(friction: linid.Fit, read: linid.Campaign) -> None:
+    wheel = read["freewheel_6"]
+    turning = replace(wheel, name="turning", axis="rotary")
+    told: list[str] = []
+    gaps = linid.validate(friction, [turning, wheel], unmeasured=lambda error: told.append(error.place))
+    assert [gap.recording for gap in gaps] == ["freewheel_6"] and told == ["turning"]
+    with pytest.raises(linid.UsageError, match="turning"):
+        linid.validate(friction, [turning, wheel])
 
 
 def test_plots_take_axes_and_give_them_back(friction: linid.Fit, read: linid.Campaign) -> None:

@@ -9,8 +9,9 @@ import pytest
 from linid.errors import ConfigError
 from linid.former_names import FORMER_NAMES, with_present_keys
 from linid.identification.model_file import model_from_text, model_to_text
+from linid.interface.settings import make_settings
 from linid.stand.description import SineMotor
-from linid.workflow.run.settings import make_settings, parse_assignment
+from linid.workflow.run.settings import parse_assignment
 from tests.report.samples import fit_result
 
 OLD = {present: former for former, present in FORMER_NAMES.items()}

@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
     ("arrays",),
-    ("errors", "former_names", "statistics", "stop_signals"),
+    ("errors", "former_names", "statistics", "stop_signals", "threads"),
     ("config", "entry_points"),
     ("recording",),
     ("physics",),
@@ -20,9 +20,10 @@ ORDER = (
     ("design", "diagnosis"),
     ("challenge", "reproduction"),
     ("report",),
-    ("workflow",),
+    ("interface",),
     ("api",),
     ("plot",),
+    ("workflow",),
     ("cli",),
 )
 STAND = {"arrays", "errors", "former_names", "statistics", "config", "recording", "physics"}
@@ -129,6 +130,8 @@ def test_every_part_has_its_place() -> None:
         ("from linid.recording.recording import Recording", "errors"),
         ("from linid.report.tables import x", "challenge"),
         ("from linid.challenge.files import read_keys", "diagnosis"),
+        ("def f():\n    from linid.workflow.run.stage import StageFiles", "api"),
+        ("from linid.cli.options import overrides", "interface"),
     ],
 )
 def test_a_wrong_import_is_seen(source: str, part: str) -> None:

@@ -223,8 +223,9 @@ def field_tables(description: HiddenAxis, effects: Sequence[HiddenEffect]) -> Ar
 
 
 def turned_field(table: Array, turn: Array) -> dict[str, Array]:
-    """A field without hidden effects, (m, 2, 3), whose phases are turned by electrical angles (3,) rad, under the names
-    that a plant gives it."""
+    """A field without hidden effects, its table (m, 2, 3) with phases turned by electrical angles, turn (3,) rad, under
+    the names that a plant gives it.
+    """
     angles = (2 * np.arange(len(table)) + 1)[:, None] * turn
     sine, cosine = table[:, 0], table[:, 1]
     turned = np.stack(
@@ -266,7 +267,9 @@ def _pushes(effect: HiddenEffect, mode: Mode) -> Array:
 
 
 def reading_errors(plant: Plant, effects: Sequence[HiddenEffect], t: Array, columns: Array) -> dict[str, Array]:
-    """What each effect makes the encoder read too much at the logged instants, (n,) in m; columns: (LOGGED, n)."""
+    """What each effect makes the encoder read too much at the logged instants t (n,) in s, (n,) in m;
+    columns: (LOGGED, n).
+    """
     y = columns[layout.Y]
     errors = {}
     if plant.on >> layout.ENCODER & 1:

@@ -53,7 +53,7 @@ class OutOfStrokeError(Exception):
 
 
 def bump(half_width: int, step: float) -> tuple[Array, Array]:
-    """A smoothing kernel of 2 half_width - 1 weights with sum 1, and its second derivative per s^2.
+    """A smoothing kernel (n,) of n = 2 half_width - 1 weights with sum 1, and its second derivative (n,) per s^2.
 
     exp(-1/(1 - u^2)) sampled step s apart; the second derivative is scaled to give exactly 1 on t^2/2 and to ignore
     constants.

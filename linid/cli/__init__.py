@@ -1,0 +1,1 @@
+"""The command line: options in, outcomes and exit codes out."""

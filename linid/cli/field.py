@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from linid.cli.options import debug_option, json_option, make_reporter, print_outcome, verbosity_options
+
+if TYPE_CHECKING:
+    from linid.workflow.run.outcome import Outcome
+    from linid.workflow.run.reporter import Reporter
 
 
 def _numbers(count: int) -> Any:
@@ -62,20 +67,7 @@ def _numbers(count: int) -> Any:
 @json_option
 @verbosity_options
 @debug_option
-def field(
-    geometry: Path | None,
-    k: float | None,
-    model: Path | None,
-    friction: Path | None,
-    out: Path | None,
-    overwrite: bool,
-    no_figures: bool,
-    dry_run: bool,
-    json_output: bool,
-    quiet: bool,
-    verbose: bool,
-    **sizes: Any,
-) -> None:
+def field(geometry: Path | None, json_output: bool, quiet: bool, verbose: bool, **given: Any) -> None:
     """Derive the motor from its magnets and coils: field, force constants, model, and whether a sine will do.
 
     The dimensions stand in a YAML file (configs/motor_geometry.yaml explains its keys), or are given by options, which
@@ -88,14 +80,37 @@ def field(
       linid field configs/motor_geometry.yaml --model motor/parameters.json
       linid field --k 0.42
     """
+    chosen = {each.name: given.pop(each.name) for each in fields(FieldOptions)}
+    outcome = _run(geometry, FieldOptions(**chosen), given, make_reporter({"quiet": quiet, "verbose": verbose}))
+    print_outcome(outcome, json_output)
+
+
+@dataclass(frozen=True)
+class FieldOptions:
+    """The options besides the dimensions. k: to judge the sine model at; model, friction: MODEL files."""
+
+    k: float | None
+    model: Path | None
+    friction: Path | None
+    out: Path | None
+    overwrite: bool
+    no_figures: bool
+    dry_run: bool
+
+
+def _run(geometry: Path | None, options: FieldOptions, sizes: dict[str, Any], reporter: Reporter) -> Outcome:
+    """Hand the dimensions, of the file and of the options above it, to the workflow."""
+    from linid.interface.settings import Settings
     from linid.workflow.commands.field import field as run
     from linid.workflow.commands.geometry_file import read_geometry
     from linid.workflow.run.request import Request
-    from linid.workflow.run.settings import Settings
 
     described = read_geometry(geometry, sizes)
-    files = () if geometry is None else (geometry,)
-    settings = Settings(figures=not no_figures)
-    request = Request(files=files, settings=settings, out=out, overwrite=overwrite, dry_run=dry_run)
-    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
-    print_outcome(run(request, reporter, geometry=described, k=k, model=model, friction=friction), json_output)
+    request = Request(
+        files=() if geometry is None else (geometry,),
+        settings=Settings(figures=not options.no_figures),
+        out=options.out,
+        overwrite=options.overwrite,
+        dry_run=options.dry_run,
+    )
+    return run(request, reporter, geometry=described, k=options.k, model=options.model, friction=options.friction)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from linid.cli.options import (
     verbosity_options,
 )
 from linid.stop_signals import raise_on_sigterm
+from linid.threads import load_with_one_thread
 
 MODEL = click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.json")
 
@@ -42,9 +42,7 @@ def cli() -> None:
     Exit codes: 0 done, 1 internal error, 2 usage, 3 configuration, 4 bad data, 5 finished but not converged,
     130 interrupted by Ctrl-C and 143 terminated by SIGTERM (state saved).
     """
-    # Linear algebra on several threads could change the last bits of a result; --jobs must not.
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    load_with_one_thread()
 
 
 @cli.command(short_help="Show what is understood of a recording or campaign.")

@@ -188,7 +188,7 @@ RUN_NAMES = ("out", "overwrite", "resume", "jobs", "scheduler", "dry_run", "json
 
 
 def overrides(options: dict[str, Any]) -> dict[str, Any]:
-    """The options that were given, as raw settings keys."""
+    """The options that were given, as raw settings keys; raises click's BadParameter for one that cannot be read."""
     from linid.workflow.run.settings import parse_assignment, read_mapping
 
     raw: dict[str, Any] = {}
@@ -226,8 +226,9 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
 
 def make_request(files: tuple[Path, ...], options: dict[str, Any]) -> Request:
     """The request that a command hands to the workflow; takes its names out of `options`."""
+    from linid.interface.settings import make_settings
     from linid.workflow.run.request import Request
-    from linid.workflow.run.settings import make_settings, read_settings
+    from linid.workflow.run.settings import read_settings
 
     chosen = {name: options.pop(name) for name in SETTINGS_NAMES if name in options}
     run = {name: options.pop(name) for name in RUN_NAMES if name in options}

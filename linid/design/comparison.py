@@ -9,15 +9,17 @@ from dataclasses import dataclass
 from linid.identification.result import Estimate, FitResult
 from linid.physics.field.geometry import MotorDesign
 from linid.physics.field.guideway import k_of
+from linid.physics.motors.registry import MOTORS
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One quantity by dimensions and by identification, SI.
+    """One quantity by dimensions and by identification.
 
-    identified: the one of its equivalent values that lies next to the dimensions' (a coil of 2 chi - l_y pushes like
-    one of l_y; phases may be counted the other way round); low, high: its 95 % interval; agrees: whether that holds
-    the dimensions' value (None where there is no interval); note: in words.
+    by_dimensions, identified: in `unit`, SI; identified is the one of its equivalent values that lies next to the
+    dimensions' (a coil of 2 chi - l_y pushes like one of l_y; phases may be counted the other way round); low, high:
+    its 95 % interval in that unit; agrees: whether that holds the dimensions' value (None where there is no interval);
+    note: in words.
     """
 
     name: str
@@ -39,13 +41,13 @@ def against_dimensions(result: FitResult, design: MotorDesign) -> tuple[Comparis
     """
     geometry = design.geometry
     pitch = geometry.pole_pitch
-    theta = result.model == "theta"
+    shaped = bool(MOTORS[result.model].shape)
     wanted: list[tuple[str, float, Callable[[float], tuple[float, ...]]]] = [
         ("pole_pitch", pitch, lambda x: (x,)),
         ("phase_spacing", geometry.phase_spacing, lambda x: _spacings(x, _own_pitch(result))),
         ("coil_length", geometry.winding.length_y, lambda x: (x, 2.0 * _own_pitch(result) - x)),
         ("field_shape", k_of(design.matched["nome"]), lambda x: (x,)),
-        ("fundamental_force_constant" if theta else "force_constant", design.exact[1], lambda x: (x, -x)),
+        ("fundamental_force_constant" if shaped else "force_constant", design.exact[1], lambda x: (x, -x)),
     ]
     known = {e.name: e for e in (*result.derived, *result.estimates)}
     rows = []

@@ -12,6 +12,7 @@ _NUMBERS = (1, 2, 5, 10, 20, 50, 100, 1000, 10_000)
 
 
 def best_k_rows() -> Iterator[tuple[float, ...]]:
+    """Rows of the number N and the ratio k_N at which 2 N + 1 magnets are nearest to a cosine (24)."""
     from linid.physics.field.sine_scope import best_k
 
     return ((float(n), best_k(n)) for n in _NUMBERS)
@@ -23,7 +24,9 @@ _SAMPLES = 201
 
 
 def guideway_rows(made: MotorDesign) -> Iterator[tuple[float, ...]]:
-    """Field along two pole pitches in the middle of the guideway."""
+    """Field along two pole pitches in the middle of the guideway: rows of y in m and, in T, the exact field, the
+    Gaussian one and a cosine.
+    """
     import numpy as np
 
     from linid.physics.field.guideway import magnet_harmonics, theta_guideway
@@ -39,7 +42,9 @@ def guideway_rows(made: MotorDesign) -> Iterator[tuple[float, ...]]:
 
 
 def thrust_rows(made: MotorDesign) -> Iterator[tuple[float, ...]]:
-    """Thrust over current of the middle winding along two pole pitches."""
+    """Thrust over current of the middle winding along two pole pitches: rows of y in m and, in N/A, exact, theta, theta
+    with matched harmonics, sine of the fundamental.
+    """
     import numpy as np
 
     from linid.physics.theta import Theta0
@@ -56,7 +61,8 @@ def thrust_rows(made: MotorDesign) -> Iterator[tuple[float, ...]]:
 
 
 def parameter_rows(made: MotorDesign) -> Iterator[tuple[str, str, float, str]]:
-    from linid.physics.motors import MOTORS
+    """Rows of model, parameter, value and unit, SI, of the sine, the theta and the matched theta model."""
+    from linid.physics.motors.registry import MOTORS
 
     for name, kind, values in (
         ("sine", "sine", made.sine),

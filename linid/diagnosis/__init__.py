@@ -1,0 +1,1 @@
+"""Where simulation and machine differ, which effect explains it, and how far that goes."""

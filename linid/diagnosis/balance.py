@@ -15,7 +15,7 @@ from linid.arrays import Array, Integers
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
 from linid.physics.model import Model
-from linid.physics.motors import MOTORS
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
@@ -108,7 +108,7 @@ class Balance:
         return np.asarray(self.residuals(model, vector[None, :])[0])
 
     def noise(self, model: Model, vector: Array) -> Noise:
-        """What encoder and input noise alone give the residual under a model.
+        """What encoder and input noise alone give the residual under a model. vector: (VECTOR_SIZE,), SI.
 
         The smoothed motion measured anew, several times: how the residuals scatter about their mean. (Not about those
         of the smoothed motion itself: without noise nobody can tell where it rests.)
@@ -144,7 +144,9 @@ class Balance:
 
 
 def gain_of(model: Model, vector: Array) -> float:
-    """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor."""
+    """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor.
+    vector: (VECTOR_SIZE,), SI.
+    """
     motor = MOTORS[model.kind]
     if not motor.inputs:
         return 0.0
@@ -154,7 +156,7 @@ def gain_of(model: Model, vector: Array) -> float:
 
 
 def scale_of(noise: Array) -> Array:
-    """Per recording: the acceleration (m/s^2) in which its residuals are counted, its noise or little less."""
+    """Per recording (R,): the acceleration in m/s^2 in which its residuals are counted, its noise or little less."""
     return np.asarray(np.maximum(noise, max(_LEAST_FLOOR * float(np.median(noise)), 1e-12)))
 
 

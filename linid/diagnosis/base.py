@@ -20,7 +20,7 @@ from linid.identification.result import ModelKind
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.model import Model
-from linid.physics.motors import MOTORS
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 
 # First values of friction: breakaway over Coulomb force, Stribeck velocity as a share of the highest speed, presliding

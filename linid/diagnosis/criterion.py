@@ -32,7 +32,7 @@ class Posed:
     phase: float
 
     def vectors(self, x: Array) -> Array:
-        """Flat parameter vectors (C, VECTOR_SIZE), SI, of unknowns (p,) or (C, p)."""
+        """Flat parameter vectors (C, VECTOR_SIZE), SI, of unknowns x, (p,) or (C, p)."""
         return vectors_of(self.coordinates, self.model, self.held, x, self.phase)
 
 
@@ -60,17 +60,20 @@ class Criterion:
         return np.asarray(chosen[self.balance.rows.recording])
 
     def floor_of(self, model: Model, vector: Array) -> Array:
-        """Mean squares (B,) in the fit's scale that the noise gives the residuals of each bin under a model."""
+        """Mean squares (B,) in the fit's scale that the noise gives the residuals of each bin under a model.
+        vector: (VECTOR_SIZE,), SI.
+        """
         return np.asarray(np.maximum(self.noise.power(gain_of(model, vector)) * self.squared, _LEAST_NOISE))
 
     def bin_powers(
         self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0
     ) -> tuple[Array, Array, Array]:
-        """Per bin: sum of the squared residuals, of the base's floor, and the number of rows, over the chosen rows.
+        """Per bin (B,): sum of the squared residuals, of the base's floor, and the number of rows, over the chosen
+        rows.
 
-        floor: (B,) under the residual's own model; what it has more noise than the base is taken off the squares
-        (corrected least squares: Fuller 1987), or a fit would do best with inputs that push less than they do.
-        softness: floors that count as one.
+        residual: (n,) m/s^2; rows: (n,) chosen; floor: (B,) under the residual's own model; what it has more noise than
+        the base is taken off the squares (corrected least squares: Fuller 1987), or a fit would do best with inputs
+        that push less than they do. softness: floors that count as one.
         """
         place = self.balance.rows.bin[rows]
         power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
@@ -81,19 +84,27 @@ class Criterion:
         return corrected, softness * self.reference * counts, counts
 
     def level(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> float:
-        """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor."""
+        """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor.
+
+        Arguments as in `bin_powers`.
+        """
         power, noise, counts = self.bin_powers(residual, floor, rows, softness)
         known = counts > 0
         return float(counts[known] @ np.log((power + noise)[known] / (2.0 * noise[known]))) / float(counts.sum())
 
     def weights(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> Array:
-        """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows."""
+        """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows.
+
+        Arguments as in `bin_powers`.
+        """
         power, noise, counts = self.bin_powers(residual, floor, rows, softness)
         per_bin = np.sqrt(counts / np.maximum(power + noise, 1e-300))
         return np.asarray(np.where(rows, per_bin[self.balance.rows.bin] * self.inverse, 0.0))
 
     def pull(self, posed: Posed, residual: Array, vector: Array, rows: Flags, softness: float) -> Array:
-        """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass."""
+        """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass.
+        vector: (VECTOR_SIZE,), SI; all else as in `bin_powers`.
+        """
         out = np.zeros(len(posed.coordinates))
         if self.noise.gain == 0.0:
             return out
@@ -111,11 +122,11 @@ class Criterion:
         return out
 
     def residuals(self, posed: Posed, x: Array) -> Array:
-        """Residuals (C, n) in m/s^2 of unknowns (C, p)."""
+        """Residuals (C, n) in m/s^2 of unknowns x (C, p)."""
         return self.balance.residuals(posed.model, posed.vectors(x))
 
     def differences(self, posed: Posed, x: Array, residual: Array, wanted: Iterable[int]) -> Array:
-        """d residual / d unknown (k, n) of the wanted unknowns."""
+        """d residual / d unknown (k, n) of the wanted unknowns at x (p,), where the residual is (n,)."""
         wanted = list(wanted)
         if not wanted:
             return np.empty((0, residual.size))

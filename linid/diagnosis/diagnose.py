@@ -131,8 +131,9 @@ def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence
 def _verdict(budget: Budget, seen: Seen, found: Selection, base: Base, checks: Sequence[RecordingChecks]) -> Verdict:
     """The verdict, with the waves of a periodic effect and the recording to make next."""
     screened = [(s.name, s.trial.explained) for s in found.screened]
-    verdict = decide(budget, seen.where, screened, seen.motion, checks)
-    words = _waves(found.best, base.judge.balance.recordings[0].axis, seen.field)
+    axis = base.judge.balance.recordings[0].axis
+    verdict = decide(budget, seen.where, screened, seen.motion, checks, axis)
+    words = _waves(found.best, axis, seen.field)
     following = _next_experiment(verdict.next_experiment, budget, found, base.judge, base, seen.field)
     return replace(verdict, sentence=verdict.sentence + words, next_experiment=following)
 

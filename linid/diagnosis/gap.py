@@ -51,9 +51,9 @@ class AheadPieces:
 class Trace:
     """Measured and simulated motion of one recording, (n,) arrays in SI units.
 
-    velocity_measured is differentiated position, shown only; force_residual lives on force_t.
-    phase_currents: (3, n) A or None; drive_input: (n,) or None. ahead: of driven recordings.
-    pole_pitch: m; a free run that is off by as much has lost step (None: the model has no poles).
+    velocity_measured is differentiated position, shown only; force_residual, in N, lives on force_t, (k,) both.
+    phase_currents: (3, n) A or None; drive_input: (n,) or None. ahead: of driven recordings. pole_pitch: m; a free run
+    that is off by as much has lost step (None: the model has no poles).
     """
 
     recording: str

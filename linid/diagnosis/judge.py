@@ -52,7 +52,7 @@ class Judge:
     seed: int
 
     def power(self, residual: Array) -> Array:
-        """Squared residuals (n,) in units of their recording's scale."""
+        """Squared residuals (n,) in units of their recording's scale; residual: (n,) m/s^2."""
         return np.asarray((residual / self.scale[self.balance.rows.recording]) ** 2)
 
     def floor(self, chosen: Chosen) -> float:

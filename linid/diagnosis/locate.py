@@ -23,7 +23,7 @@ _COMMUTATED = 0.5  # of the currents' power that turns with the field; less, and
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One way to look at the rows: name, label, unit and value of each row (nan: has none)."""
+    """One way to look at the rows: name, label, unit and values (n,), one of each row (nan: has none)."""
 
     name: str
     label: str
@@ -117,7 +117,7 @@ def locate(
 
 
 def bins_of(coordinate: Coordinate, most: int) -> Integers:
-    """Bin of each row, -1 for rows without a value; at most `most` bins, of equal numbers of rows."""
+    """Bin of each row (n,), -1 for rows without a value; at most `most` bins, of equal numbers of rows."""
     known = np.isfinite(coordinate.values)
     out = np.full(coordinate.values.size, -1, dtype=np.int64)
     inner = bin_edges(coordinate, most)[1:-1]
@@ -173,9 +173,10 @@ def _means(coordinate: Coordinate, bins: Integers, force: Array, block: Integers
 def ceiling(balance: Balance, residual: Array, scale: Array, coordinates: Sequence[Coordinate], noise: Array) -> float:
     """Share of the excess over the noise that smooth functions of pairs of these coordinates reach.
 
-    Bin means over pairs of coordinates are boosted, estimated on every second block and judged on the others. No upper
-    bound, whatever its name: waves finer than a bin, memory (hysteresis, heat, a swinging load), errors of the reading
-    and what comes and goes with the campaign explain more than any function of the present state.
+    residual: (n,) m/s^2; scale, noise: (R,) m/s^2. Bin means over pairs of coordinates are boosted, estimated on every
+    second block and judged on the others. No upper bound, whatever its name: waves finer than a bin, memory
+    (hysteresis, heat, a swinging load), errors of the reading and what comes and goes with the campaign explain more
+    than any function of the present state.
     """
     rows = balance.rows
     x = residual / scale[rows.recording]
@@ -208,7 +209,7 @@ def ceiling(balance: Balance, residual: Array, scale: Array, coordinates: Sequen
 
 
 def block_halves(block: Integers, half: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Rows of every second block, and the others."""
+    """Rows (n,) of every second block, and the others, (n,); block: (n,) of each row."""
     train = block % 2 == half
     return train, ~train
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from linid.diagnosis.balance import Memory
 from linid.diagnosis.forecast import with_forecasts
 from linid.diagnosis.gap import Trace
@@ -18,6 +20,7 @@ from linid.identification.fit import refine
 from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings, SearchSettings
+from linid.identification.signals.motion import input_jumps
 from linid.recording.recording import Recording
 
 # The models start from where the force balance has brought them.
@@ -80,4 +83,5 @@ def _measured(
         "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
         "force": Change(first.force, second.force, second.force_floor),
     }
-    return RecordingChange(recording.name, recording.kind, recording.split, changes), trace, later
+    jumps = recording.kind != "free_wheel" and bool(np.any(input_jumps(recording)))
+    return RecordingChange(recording.name, recording.kind, recording.split, changes, jumps), trace, later

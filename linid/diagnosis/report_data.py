@@ -190,12 +190,14 @@ class ResidualTrace:
 
 @dataclass(frozen=True)
 class RecordingChange:
-    """The gap measures of one recording before and after."""
+    """The gap measures of one recording before and after; jumps: whether an input jumps within a sampling interval,
+    where no floor holds when."""
 
     recording: str
     kind: str
     split: str
     changes: dict[str, Change]
+    jumps: bool = False
 
 
 @dataclass(frozen=True)

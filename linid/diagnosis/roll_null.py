@@ -51,5 +51,5 @@ def slot_sums(slots: Integers, size: int, columns: Draws, weights: Array | None 
 
 
 def p_value(observed: float, null: Array) -> float:
-    """Share of the draws that reach what was observed, the observation among them."""
+    """Share of the null's draws (k,) that reach what was observed, the observation among them."""
     return (1.0 + float(np.sum(null >= observed))) / (1.0 + null.size)

@@ -123,7 +123,7 @@ class StepRegression:
         return solution / norms, share if math.isfinite(share) else -1.0
 
     def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
-        """What the criterion loses (k,) when each part (m, k) is taken from the weighted residual of rows (m,)."""
+        """What the criterion loses (k,) when each of parts (m, k) is taken from the weighted residual of rows (m,)."""
         places, bins = np.unique(self.bin[rows], return_inverse=True)
         counts, floor = self._counts[places], self._floor[places]
         sums = np.zeros((places.size, parts.shape[1]))

@@ -73,6 +73,7 @@ class Seen:
 
 
 def field_wavenumber(kind: str, values: dict[str, float]) -> float | None:
+    """Wavenumber of the motor's field in rad/m, None without a phase motor; values: SI, by name."""
     model = Model(kind)
     return values["electrical_wavenumber"] * model.turns if model.phases else None
 

@@ -298,7 +298,7 @@ def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> P
 
 
 def judged(judge: Judge, full: Fitted, name: str) -> NDArray[np.bool_]:
-    """The rows on which an effect of a model is tested: a moment shows in its own recordings or nowhere."""
+    """The rows (n,) on which an effect of a model is tested: a moment shows in its own recordings or nowhere."""
     values = {**full.values, **full.preset}
     if find_effect(name).acts == "one":
         return judge.rows_of(name, values)

@@ -51,8 +51,9 @@ class Portion:
 
 @dataclass(frozen=True)
 class Shares:
-    """rows: judged; before, after: excess over the floor in floors; closed and unexplained shares with 95 % intervals;
-    portions: by effect."""
+    """rows: (n,) judged; before, after: excess over the floor in floors; closed and unexplained shares with 95 %
+    intervals; portions: by effect.
+    """
 
     rows: NDArray[np.bool_]
     before: float
@@ -114,7 +115,7 @@ def _within(share: float) -> float:
 
 
 def judged_rows(judge: Judge, best: Fitted) -> NDArray[np.bool_]:
-    """Held-out rows, and those of the recordings of an effect that acts in no held-out one."""
+    """Held-out rows (n,), and those of the recordings of an effect that acts in no held-out one."""
     values = {**best.values, **best.preset}
     rows = judge.balance.split.copy()
     for name in best.model.effects:

@@ -15,7 +15,7 @@ from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.physics.motors import MOTORS
+from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant

@@ -37,22 +37,27 @@ def decide(
     screened: Sequence[tuple[str, float]],
     motion: float,
     checks: Sequence[RecordingChecks],
+    axis: str,
 ) -> Verdict:
     """The verdict of a diagnosis.
 
     where: shares of the base's residual by coordinate; screened: effect and explained share, best first; motion: share
-    of the held-out acceleration's power that the best model explains; checks: of the data.
+    of the held-out acceleration's power that the best model explains; checks: of the data; axis: linear
+    or rotary.
     """
+    word = "torque" if axis == "rotary" else "force"
     status = status_of(budget)
     names = tuple(entry.effect for entry in budget.entries)
     rivals = tuple(dict.fromkeys(name for entry in budget.entries for name in entry.rivals))
     if status == "none":
-        sentence = "The model explains the held-out recordings down to the noise floor: no effect is missing."
+        sentence = f"The residual {word} of the held-out recordings is at the noise floor: no effect is missing."
         return Verdict(status, (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more.")
     if status == "unknown":
         sentence = _unknown(budget, where, screened, motion, checks)
         near = screened[0][0] if screened else ""
-        step = f"Record: {find_effect(near).exposed_by}." if near else "Repeat a recording to see what of it repeats."
+        step = "Repeat a recording to see what of it repeats."
+        if near:
+            step = f"To see whether {near.replace('_', ' ')} is behind it, record {find_effect(near).exposed_by}."
         return Verdict(status, (), (), sentence, step)
     parts = [_in_words(entry) for entry in budget.entries]
     if len(parts) == 1:
@@ -60,7 +65,7 @@ def decide(
     else:
         causes = f"{_list(parts)} together cause {_percent(budget.closed)} of the gap"
     if status == "explained":
-        sentence = f"{causes[0].upper()}{causes[1:]}; what is left is at the noise floor."
+        sentence = f"{causes[0].upper()}{causes[1:]}; the residual {word} is then at the noise floor."
     else:
         rest = _percent(max(budget.unexplained, 0.0))
         depends = f", which depends on {_list(budget.depends_on)}" if budget.depends_on else ""
@@ -70,7 +75,7 @@ def decide(
         words = {"free_run": "the free run", "ahead": "the prediction 0.1 s ahead", "force": "the force balance"}
         which = [e.effect.replace("_", " ") for e in budget.entries if e.worsens]
         sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} gets worse."
-    step = f"To measure it better, record: {find_effect(names[0]).exposed_by}."
+    step = f"To measure {names[0].replace('_', ' ')} better, record {find_effect(names[0]).exposed_by}."
     return Verdict(status, names, rivals, sentence, step)
 
 

@@ -7,16 +7,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from linid.identification.result import Estimate, FitResult
+from linid.identification.result import Estimate, FitResult, Status
 from linid.physics.field.guideway import k_of
 from linid.physics.field.sine_scope import NEGLIGIBLE
-from linid.physics.field.winding import force_harmonics
-from linid.physics.motors import MOTORS, fundamental_force_constant
+from linid.physics.motors.motor import Derived, Motor
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 from linid.statistics import NORMAL_97_5
 
 # Minimum over k of the harmonics' share: (a_1 - 1)^2 + a_3^2 + ... with a_n = 2 sqrt(pi) k exp(-n^2 k^2 pi^2/4).
 SINE_LIMIT_K = 0.46223
+_FUNDAMENTAL = "fundamental_force_constant"
+_ROTARY = {"m": "rad", "N/A": "N m/A"}  # units of a rotary axis
 
 
 def _propagate(
@@ -42,93 +44,91 @@ def _propagate(
 
 
 def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tuple[Estimate, ...]:
-    """Geometry that follows from a sine or theta fit, with 95 % intervals; empty for other models."""
+    """Geometry that follows from the parameters of a motor with phases, with 95 % intervals; empty for other models.
+
+    recordings: those that were fitted, over which the harmonics of a field's shape are weighed against a sine.
+    """
     motor = MOTORS[result.model]
     if not motor.phases:
         return ()
-    unit = "rad" if result.axis == "rotary" else "m"
-    theta = result.model == "theta"
-    factor = motor.turns
     unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
-    shapes = unsure & {"nome", "winding_length"}
-    rows: list[tuple[str, str, str, Callable[..., float], tuple[str, ...]]] = [
-        ("pole_pitch", "chi", unit, lambda d: math.pi / (factor * d), ("electrical_wavenumber",)),
-        ("phase_spacing", "y_p", unit, lambda p, d: p / d, ("winding_displacement", "electrical_wavenumber")),
-    ]
-    if theta:
-        rows += [
-            ("field_shape", "k", "1", k_of, ("nome",)),
-            ("coil_length", "l_y", unit, lambda z, d: 2.0 * z / d, ("winding_length", "electrical_wavenumber")),
-            (
-                "fundamental_force_constant",
-                "K_f",
-                "N m/A" if unit == "rad" else "N/A",
-                fundamental_force_constant,
-                ("force_constant", "winding_length", "nome"),
-            ),
-        ]
-    if result.winding:
-        constant = "K_V'" if theta else "K_V"
-        rows += [
-            ("back_emf_over_inductance", constant, "A/m", lambda k, x: k / x, ("force_constant", "phase_inductance")),
-            ("electrical_time_constant", "K_e", "s", lambda x, r: x / r, ("phase_inductance", "phase_resistance")),
-        ]
+    shapes = unsure & {name for name, _ in motor.shape}
     out = []
-    for name, symbol, row_unit, function, names in rows:
+    for row in (*_of_every_motor(motor), *motor.derived, *_of_the_shape(motor), *_of_the_windings(result)):
         # The fundamental is told whatever the field's shape, so shapes that nothing tells are held.
-        value, std = _propagate(result, function, names, shapes if name == "fundamental_force_constant" else set())
-        lost = unsure & set(names) if name != "fundamental_force_constant" else set()
+        whole = row.name == _FUNDAMENTAL
+        value, std = _propagate(result, row.quantity, row.of, shapes if whole else set())
+        lost = set() if whole else unsure & set(row.of)
         low, high = value - NORMAL_97_5 * std, value + NORMAL_97_5 * std
-        if name == "pole_pitch" and "electrical_wavenumber" in result.fitted:  # its interval need not be symmetric
+        if row.name == "pole_pitch" and "electrical_wavenumber" in result.fitted:  # its interval need not be symmetric
             source = next(e for e in result.estimates if e.name == "electrical_wavenumber")
-            low, high = sorted((float(function(source.low)), float(function(source.high))))
-        out.append(
-            Estimate(
-                name,
-                symbol,
-                row_unit,
-                value,
-                std,
-                low,
-                high,
-                "not_identifiable" if lost else "fitted",
-                f"hangs on {', '.join(sorted(lost))}" if lost else "",
-            )
-        )
-    if theta:
-        out.append(_sine_cost(result, recordings, "nome" in unsure or "winding_length" in unsure))
+            low, high = sorted((float(row.quantity(source.low)), float(row.quantity(source.high))))
+        status: Status = "not_identifiable" if lost else "fitted"
+        note = f"hangs on {', '.join(sorted(lost))}" if lost else ""
+        unit = _ROTARY.get(row.unit, row.unit) if result.axis == "rotary" else row.unit
+        out.append(Estimate(row.name, row.symbol, unit, value, std, low, high, status, note))
+    if motor.shape and motor.periodic:
+        out.append(_sine_cost(result, recordings, bool(shapes)))
     return tuple(out)
+
+
+def _of_every_motor(motor: Motor) -> tuple[Derived, ...]:
+    turns = motor.turns
+    return (
+        Derived("pole_pitch", "chi", "m", lambda d: math.pi / (turns * d), ("electrical_wavenumber",)),
+        Derived("phase_spacing", "y_p", "m", lambda p, d: p / d, ("winding_displacement", "electrical_wavenumber")),
+    )
+
+
+def _of_the_shape(motor: Motor) -> tuple[Derived, ...]:
+    if motor.harmonic is None:
+        return ()
+    names = tuple(name for name, _ in motor.shape)
+    return (Derived(_FUNDAMENTAL, "K_f", "N/A", motor.harmonic, ("force_constant", *names)),)
+
+
+def _of_the_windings(result: FitResult) -> tuple[Derived, ...]:
+    if not result.winding:
+        return ()
+    constant = "K_V'" if MOTORS[result.model].shape else "K_V"
+    return (
+        Derived(
+            "back_emf_over_inductance", constant, "A/m", lambda k, x: k / x, ("force_constant", "phase_inductance")
+        ),
+        Derived("electrical_time_constant", "K_e", "s", lambda x, r: x / r, ("phase_inductance", "phase_resistance")),
+    )
 
 
 def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool) -> Estimate:
     """RMS force that the best sine of the same fundamental misses, as a share of the RMS force, over the data."""
-    length, nome = result.value("winding_length"), result.value("nome")
-    density, displacement = result.value("electrical_wavenumber"), result.value("winding_displacement")
-    shift = result.value("commutation_offset")
+    motor, values = MOTORS[result.model], {e.name: e.value for e in result.estimates}
+    turns, wavenumber = motor.turns, values["electrical_wavenumber"]
+    displacement, offset = values["winding_displacement"], values["commutation_offset"]
     lost = total = 0.0
-    amplitudes = force_harmonics(nome, length)
+    amplitudes = motor.spectrum(values)
     for recording in recordings:
         currents = recording.phase_currents
         if currents is None or recording.kind == "free_wheel":
             continue
+        force = {n: np.zeros(recording.y.size) for n in amplitudes}
         for j in (1, 2, 3):
-            if j == 1:
-                force = {n: np.zeros(recording.y.size) for n in amplitudes}
-            z = density * recording.y + displacement * (j - 2) + shift
+            z = wavenumber * recording.y + displacement * (j - 2) + offset
             for n, amplitude in amplitudes.items():
                 if abs(amplitude) > 1e-14:
-                    force[n] += amplitude * np.sin(2 * n * z) * currents[j - 1]
+                    force[n] += amplitude * np.sin(turns * n * z) * currents[j - 1]
         higher = sum((force[n] for n in amplitudes if n > 1), np.zeros(recording.y.size))
         lost += float(higher @ higher)
         total += float((higher + force[1]) @ (higher + force[1]))
     # Two digits: a share of force to judge by, not to compute with.
     share = float(f"{math.sqrt(lost / total):.2g}") if total > 0.0 else 0.0
-    k = k_of(nome)
     pays = share >= NEGLIGIBLE
-    verdict = "theta pays" if pays else "sine would do"
-    note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {verdict} at these currents"
-    if unsure and pays:
-        note = "theta pays at these currents, which tell nome and winding length only together"
+    note = f"{result.model} pays at these currents" if pays else "sine would do at these currents"
+    if not unsure and "nome" in values:
+        k = k_of(values["nome"])
+        note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {note}"
+    elif unsure and pays:
+        names = " and ".join(name.replace("_", " ") for name, _ in reversed(motor.shape))
+        note += f", which tell {names} only together"
     elif unsure:
         note = "the recordings do not tell the field shape: sine does as well on them"
     return Estimate("sine_force_error", "e_sine", "1", share, math.nan, math.nan, math.nan, "fixed", note)

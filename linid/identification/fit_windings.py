@@ -48,9 +48,10 @@ def fit_windings(
     """A fitted sine or theta motor with its windings, all parameters identified anew and together.
 
     The back-EMF constant is the force constant, so the voltages also sharpen what the motion alone told of it. Of
-    separate windings whose currents sum to zero, M is not identifiable and the inductance is L - M.
-    result: of a fit to the phase currents of the same recordings; winding: star or separate; known: SI values that
-    are not identified. Raises DataError where no driven recording has phase voltages and currents.
+    separate windings whose currents sum to zero, M is not identifiable and the inductance is L - M. result: of a fit to
+    the phase currents of the same recordings; winding: star or separate; known: SI values that are not identified.
+    Raises UsageError for a result whose forces are per mass, DataError where no driven recording has phase voltages and
+    currents.
     """
     settings = settings or FitSettings()
     if result.per_mass:

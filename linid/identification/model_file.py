@@ -138,7 +138,7 @@ def _result(body: Any, place: str) -> FitResult:
 def _check(result: FitResult, place: str) -> None:
     """ConfigError for what no fit writes: unknown kinds, numbers beyond all physics, texts that are none."""
     from linid.physics.model import Model
-    from linid.physics.motors import MOTORS
+    from linid.physics.motors.registry import MOTORS
 
     def refuse(fact: str) -> ConfigError:
         return ConfigError(place, fact, _REMEDY)

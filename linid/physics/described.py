@@ -24,7 +24,7 @@ class Description(BaseModel):
 
 
 class Friction(Description):
-    """LuGre friction (symbols F_C, F_S, v_s, alpha, sigma_0, sigma_1, sigma_2)."""
+    """LuGre friction (symbols F_C, F_S, v_s, alpha, sigma_0, sigma_1, sigma_2); stribeck_exponent: dimensionless."""
 
     coulomb_force_n: Positive
     static_force_n: Positive

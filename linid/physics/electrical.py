@@ -49,7 +49,8 @@ def current_weights(resistance: float, inductance: float, h: float, out: NDArray
     """Weights that carry a current over a step of h seconds, exact for voltages that are parabolas in time.
 
     i(h) = out[0] i(0) + out[1] u(0) + out[2] u(h/2) + out[3] u(h), and the same for i(h/2) with out[4:8]; u: voltage
-    less back-EMF, V. out: (8,) is filled.
+    less back-EMF, V. resistance: ohm; inductance: H, of one mode; out: (8,) is filled, dimensionless for i, 1/ohm for
+    u. Source: `phi_functions`, i.e. Hochbruck and Ostermann 2010, eq. 2.10, for (5).
     """
     z = resistance * h / inductance
     scale = h / inductance
@@ -68,20 +69,29 @@ def current_weights(resistance: float, inductance: float, h: float, out: NDArray
 
 @njit(cache=True)
 def clarke(x_1: float, x_2: float, x_3: float) -> tuple[float, float, float]:
-    """Space vector's two parts and mean of three phase quantities (amplitude-invariant Clarke transform)."""
+    """Space vector's two parts and mean of three phase quantities, in their unit. x_1, x_2, x_3: A or V.
+
+    Source: the amplitude-invariant transform of Clarke 1943, Circuit Analysis of A-C Power Systems.
+    """
     return (2.0 * x_1 - x_2 - x_3) / 3.0, (x_2 - x_3) / math.sqrt(3.0), (x_1 + x_2 + x_3) / 3.0
 
 
 @njit(cache=True)
 def phases(alpha: float, beta: float, mean: float) -> tuple[float, float, float]:
-    """The three phase quantities of a space vector and a mean: inverse of `clarke`."""
+    """The three phase quantities of a space vector and a mean, in their unit: inverse of `clarke` (Clarke 1943).
+
+    alpha, beta, mean: A or V.
+    """
     turned = 0.5 * math.sqrt(3.0) * beta
     return alpha + mean, turned - 0.5 * alpha + mean, mean - turned - 0.5 * alpha
 
 
 @njit(cache=True)
 def mode_inductances(winding: int, inductance: float, mutual: float) -> tuple[float, float]:
-    """Inductance in H that the space vector and the mean of the currents feel; winding: 1 star, 2 separate."""
+    """Inductances in H that the space vector and the mean of the currents feel: L - M and L + 2 M of (5).
+
+    winding: 1 star, 2 separate; inductance: H, of a phase, in a star L - M already; mutual: H, between two phases.
+    """
     if winding == 1:
         return inductance, inductance  # the mean current is zero, whatever its inductance
     return inductance - mutual, inductance + 2.0 * mutual

@@ -114,26 +114,23 @@ def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, f
 def lugre_step(
     v: float,
     w: float,
-    v_mid: float,
-    w_mid: float,
-    level: float,
-    fall: float,
+    middle: tuple[float, float, float, float],
     force: float,
     force_rate: float,
-    mass: float,
-    sigma_0: float,
-    sigma_1: float,
-    sigma_2: float,
+    body: tuple[float, float, float, float],
     h: float,
 ) -> tuple[float, float, float]:
     """Advance the sliding mass and its bristle over h, exactly for the equations linearised at mid-step.
 
     m v' = force - sigma_0 w - sigma_1 w' - sigma_2 v and w' = v - rate(v) w (eq. 41) with rate = sigma_0 |v|/g(v),
-    linearised at v_mid, w_mid; solved in closed form, so that no bristle stiffness limits the step.
-    force: at the start in N, growing by force_rate in N/s; level, fall: g and v dg/dv at v_mid, both in N.
+    linearised in the middle; solved in closed form, so that no bristle stiffness limits the step.
+    v: m/s and w: m at the start; middle: v in m/s, w in m, g and v dg/dv in N there; force: at the start in N, growing
+    by force_rate in N/s; body: m in kg, sigma_0 in N/m, sigma_1 and sigma_2 in N s/m; h: s.
     Returns v in m/s, w in m and the displacement in m after h seconds.
     Method: exponential Rosenbrock midpoint (second order), with phi functions (Hochbruck & Ostermann 2010).
     """
+    v_mid, w_mid, level, fall = middle
+    mass, sigma_0, sigma_1, sigma_2 = body
     rate = sigma_0 * abs(v_mid) / level
     load = sigma_0 * w_mid / level
     if v_mid < 0.0:

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.errors import UsageError
-from linid.physics import electrical, friction, motors
+from linid.physics import electrical, friction
 from linid.physics.effects.registry import EFFECTS, active_mask, find_effect
+from linid.physics.motors.motor import Motor
+from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter
 
 MOTOR_START = len(friction.PARAMETERS)
-MOTOR_SIZE = 6
+MOTOR_SIZE = max(len(motor.parameters) for motor in MOTORS.values())
 WINDING_START = MOTOR_START + MOTOR_SIZE
 WINDING_SIZE = 3
 EFFECT_START = WINDING_START + WINDING_SIZE
@@ -56,7 +58,7 @@ STATE_SIZE = sum(effect.states for effect in EFFECTS)
 
 @dataclass(frozen=True)
 class Model:
-    """Which motor and effects act: kind is friction (free wheels only), force, sine or theta.
+    """Which motor and effects act: kind: a motor by name, or friction (free wheels only).
 
     winding: star or separate for a motor driven by phase voltages, empty for one driven by its currents.
     """
@@ -67,10 +69,10 @@ class Model:
     mask: int = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.kind not in motors.MOTORS:
-            kinds = ", ".join(motors.MOTORS)
+        if self.kind not in MOTORS:
+            kinds = ", ".join(MOTORS)
             raise UsageError("--model", f"there is no model {self.kind!r}", f"Choose one of {kinds}")
-        if self.winding not in electrical.PARAMETERS or (self.winding and not self.phases):
+        if self.winding not in electrical.PARAMETERS or (self.winding and not self.driven_by.periodic):
             raise UsageError(
                 f"{self.kind} model",
                 f"cannot be driven by voltages of {self.winding!r} windings",
@@ -79,25 +81,30 @@ class Model:
         object.__setattr__(self, "mask", active_mask(self.effects))
 
     @property
+    def driven_by(self) -> Motor:
+        """The motor."""
+        return MOTORS[self.kind]
+
+    @property
     def motor(self) -> int:
         """The motor's code in the compiled kernel."""
-        return motors.MOTORS[self.kind].code
+        return list(MOTORS).index(self.kind)
 
     @property
     def phases(self) -> bool:
         """Whether three phase currents drive the motor."""
-        return motors.MOTORS[self.kind].phases
+        return self.driven_by.phases
 
     @property
     def turns(self) -> float:
         """Electrical radians per radian of the motor's own angles."""
-        return motors.MOTORS[self.kind].turns
+        return self.driven_by.turns
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters of friction, motor and active effects, in table order."""
         active = tuple(p for name in self.effects for p in find_effect(name).parameters_of(self.kind))
-        return motors.MOTORS[self.kind].parameters + electrical.PARAMETERS[self.winding] + friction.PARAMETERS + active
+        return self.driven_by.parameters + electrical.PARAMETERS[self.winding] + friction.PARAMETERS + active
 
     @property
     def states(self) -> tuple[int, ...]:
@@ -114,7 +121,7 @@ class Model:
         for index, parameter in enumerate(friction.PARAMETERS):
             if parameter.name == name:
                 return index
-        for index, parameter in enumerate(motors.MOTORS[self.kind].parameters):
+        for index, parameter in enumerate(self.driven_by.parameters):
             if parameter.name == name:
                 return MOTOR_START + index
         for index, parameter in enumerate(electrical.PARAMETERS[self.winding]):

@@ -23,10 +23,9 @@ _ROTARY = {
 class Parameter:
     """One physical quantity to be identified.
 
-    lower, upper: search bounds in SI units; log: search on a logarithmic scale (positive scale
-    parameters); default: value when it is neither fitted nor given; reach: search only within this
-    factor (without log: this distance) of the first value, for what has many local optima, such as a period;
-    0: the whole range.
+    lower, upper: search bounds in SI units; log: search on a logarithmic scale (positive scale parameters); default:
+    value in SI units when it is neither fitted nor given; reach: search only within this factor (without log: this
+    distance) of the first value, for what has many local optima, such as a period; 0: the whole range.
     """
 
     name: str

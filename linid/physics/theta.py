@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 # Above this nome the Fourier series needs more terms than the modular transform (sum of Gaussians).
 GAUSSIAN_NOME = 0.9
-MAX_HARMONICS = 12
 _PRECISION = 1e-17
 
 
@@ -35,7 +34,10 @@ def _theta3(z: float, q: float) -> float:
 
 @njit(cache=True)
 def big_theta(z: float, q: float) -> float:
-    """Theta(z, q) = theta3(z, q) - theta3(z - pi/2, q): the field of alternating magnets (eq. 36)."""
+    """Theta(z, q) = theta3(z, q) - theta3(z - pi/2, q): the field of alternating magnets (eq. 36), dimensionless.
+
+    z: rad; q: nome, 0 < q < 1. Above GAUSSIAN_NOME by Jacobi's imaginary transformation.
+    """
     if q <= GAUSSIAN_NOME:
         total = 0.0
         n = 1
@@ -57,19 +59,22 @@ def big_theta(z: float, q: float) -> float:
 
 @njit(cache=True)
 def big_theta_0(z: float, z_L: float, q: float) -> float:
-    """Theta0(z, q) = Theta(z - z_L, q) - Theta(z + z_L, q): the field seen by a coil (eq. 37)."""
+    """Theta0(z, q) = Theta(z - z_L, q) - Theta(z + z_L, q): the field seen by a coil (eq. 37), dimensionless.
+
+    z, z_L: rad; q: nome, 0 < q < 1.
+    """
     return big_theta(z - z_L, q) - big_theta(z + z_L, q)
 
 
 @njit(cache=True)
 def harmonic_coefficients(z_L: float, q: float, out: NDArray[np.float64]) -> int:
-    """Fourier coefficients c_n = 8 q^(n^2) sin(2 n z_L), n = 1, 3, 5 ... of Theta0 in sin(2 n z).
+    """Fourier coefficients c_n = 8 q^(n^2) sin(2 n z_L), n = 1, 3, 5 ... of Theta0 in sin(2 n z) (eq. 33, 37).
 
-    out: (MAX_HARMONICS,) is filled; returns how many matter (relative size above rounding).
-    Only for q <= GAUSSIAN_NOME.
+    z_L: rad; q: nome, 0 < q <= GAUSSIAN_NOME; out: (k,) is filled, dimensionless. Returns how many matter (relative
+    size above rounding).
     """
     count = 0
-    for k in range(MAX_HARMONICS):
+    for k in range(out.size):
         n = 2 * k + 1
         power = q ** (n * n)
         if power < 1e-14 * q:
@@ -86,21 +91,27 @@ def _nome(q: float) -> float:
 
 
 def theta3(z: ArrayLike, q: float) -> NDArray[np.float64]:
-    """Jacobi's theta3(z, q) in Whittaker and Watson's notation for real z and 0 < q < 1 (eq. 33).
+    """Jacobi's theta3(z, q) in Whittaker and Watson's notation for real z and 0 < q < 1 (eq. 33), dimensionless.
 
-    z: any shape, rad. Raises ValueError for a nome outside (0, 1).
+    z: any shape, rad; q: nome. Returns the same shape. Raises ValueError for a nome outside (0, 1).
     """
     q = _nome(q)
     return np.asarray(np.vectorize(lambda x: _theta3(float(x), q), otypes=[np.float64])(z))
 
 
 def Theta(z: ArrayLike, q: float) -> NDArray[np.float64]:  # noqa: N802 - the paper's capital
-    """Theta(z, q) = theta3(z, q) - theta3(z - pi/2, q), the field along the guideway (eq. 36). z: any shape, rad."""
+    """Theta(z, q) = theta3(z, q) - theta3(z - pi/2, q), the field along the guideway (eq. 36), dimensionless.
+
+    z: any shape, rad; q: nome. Returns the same shape. Raises ValueError for a nome outside (0, 1).
+    """
     q = _nome(q)
     return np.asarray(np.vectorize(lambda x: big_theta(float(x), q), otypes=[np.float64])(z))
 
 
 def Theta0(z: ArrayLike, q: float, z_L: float) -> NDArray[np.float64]:  # noqa: N802 - the paper's capital
-    """Theta0(z, q) = Theta(z - z_L, q) - Theta(z + z_L, q), the coil's force shape (eq. 37). z: any shape, rad."""
+    """Theta0(z, q) = Theta(z - z_L, q) - Theta(z + z_L, q), the coil's force shape (eq. 37), dimensionless.
+
+    z: any shape, rad; q: nome; z_L: rad. Returns the same shape. Raises ValueError for a nome outside (0, 1).
+    """
     q = _nome(q)
     return np.asarray(np.vectorize(lambda x: big_theta_0(float(x), z_L, q), otypes=[np.float64])(z))

@@ -22,7 +22,7 @@ _MARGIN = 10  # samples of a slower group kept beside the window, for its spline
 
 @dataclass(frozen=True)
 class Signals:
-    """SI arrays of equal length by channel (`time` always present), notes, and what was done in numbers."""
+    """SI arrays (n,) by channel (`time` always present), notes, and what was done in numbers."""
 
     values: dict[Role, Array]
     notes: tuple[str, ...]
@@ -34,7 +34,9 @@ def assemble(
 ) -> Signals:
     """All channels in SI at the times of the position (other time groups by cubic spline, never extrapolated).
 
-    window: (t0, t1) in s of the file's time; what lies outside is not looked at.
+    period: s, if given; window: (t0, t1) in s of the file's time; what lies outside is not looked at. Raises DataError
+    where the window or the times that all channels share hold too few samples, channels of one clock differ in length,
+    or too many cells are unreadable.
     """
     place = str(table.path)
     position = channels.by_role["position"]

@@ -32,7 +32,7 @@ class Commutation:
 
 
 def space_vector(phase_currents: Array) -> NDArray[np.complex128]:
-    """Complex amplitude (n,) in A of three phase currents (3, n), 120 degrees apart."""
+    """Complex amplitude (n,) in A of three phase currents (3, n) in A, 120 degrees apart."""
     turn = np.exp(2j * math.pi / 3.0 * np.arange(3))
     return np.asarray(2.0 / 3.0 * (turn @ phase_currents))
 

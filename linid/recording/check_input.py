@@ -49,10 +49,10 @@ class Coherence:
     """How far the motion follows the input linearly.
 
     value: share (0 to 1) of the acceleration's power, mean over the bins that the input excites and the encoder
-    resolves; correlation: -1 to 1, of input and acceleration in those bins at equal times; work: -1 to 1, of input and
-    speed (a drive that overcomes friction works: positive); low, high: the band in Hz; segments, bins: averaged;
-    friction: share of the input's power that direction and speed account for; judged: whether `value` may be
-    held against the data, else `reason` says why not. nan where not to be had.
+    resolves; correlation: -1 to 1, of input and acceleration in those bins at equal times; work: their correlation, -1
+    to 1, of input and speed (a drive that overcomes friction works: positive); low, high: the band in Hz; segments,
+    bins: averaged; friction: share of the input's power that direction and speed account for; judged: whether `value`
+    may be held against the data, else `reason` says why not. nan where not to be had.
     """
 
     value: float

@@ -111,7 +111,8 @@ def angle(recording: Recording, step: float) -> Angle:
 def end_stop(recording: Recording, thrust: Array | None, step: float, sense: int) -> EndStop:
     """Whether the axis is pressed against an end: it rests at its largest or smallest position against a clear push.
 
-    thrust: (n,) input, None without; sense: +1 or -1, of acceleration against input (0: unknown); step: m.
+    thrust: (n,) input in A (a command: its own unit), None without; sense: +1 or -1, of acceleration against input (0:
+    unknown); step: m.
     """
     y = recording.y
     if thrust is None or sense == 0 or recording.kind == "free_wheel" or y.size < _FEWEST:

@@ -32,9 +32,10 @@ _STICKING = 0.1  # of the top speed: friction may rise below
 
 @dataclass(frozen=True)
 class CoastDown:
-    """Where only friction acts: times in s, speed at its start in m/s (rotary: rad/s), and why.
+    """Where only friction acts, and why.
 
-    candidates: (t_start, t_end) in s of every coast found, the chosen one included.
+    t_start, t_end: s; speed_at_release: m/s (rotary: rad/s); candidates: (t_start, t_end) in s of every coast found,
+    the chosen one included.
     """
 
     t_start: float

@@ -90,7 +90,8 @@ def to_float(cell: str, decimal: str) -> float:
 
 
 def sniff(lines: Sequence[str], place: str, *, separator: str | None = None, decimal: str | None = None) -> Dialect:
-    """Vote for the dialect of a text export; DataError when there is no numeric body or two readings are possible.
+    """Vote for the dialect of a text export; raises DataError when there is no numeric body or two readings are
+    possible.
 
     separator, decimal: given by the mapping instead of sniffed.
     """

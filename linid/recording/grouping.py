@@ -14,8 +14,8 @@ _FIRST = 500  # rows that settle it in nearly every file
 
 
 def refuse_unproven_grouping(lines: Sequence[str], dialect: Dialect, place: str) -> None:
-    """DataError where every number with the decimal mark has exactly three digits after it and nothing else in the
-    file tells whether it groups thousands.
+    """Raises DataError where every number with the decimal mark has exactly three digits after it and nothing else in
+    the file tells whether it groups thousands.
 
     Proof of a decimal mark is a number with more or fewer digits after it, one that begins with 0, or one of four and
     more digits that are not grouped.

@@ -21,7 +21,9 @@ from linid.recording.units import find_unit
 
 @dataclass(frozen=True)
 class InspectedColumn:
-    """One column: channel (None: unused), declared unit, factor to SI, SI unit, range in SI (raw where unmapped)."""
+    """One column: channel (None: unused), declared unit, factor to SI, SI unit. minimum, maximum: SI (raw where
+    unmapped).
+    """
 
     number: int
     header: str
@@ -41,7 +43,8 @@ class InspectedColumn:
 class Inspection:
     """What was understood of a file; `problem` says why it cannot be read yet (None: it can).
 
-    header_line, first_data_line: from 1 (0: none); rate in Hz; jitter as a share of the period; groups: time groups.
+    header_line, first_data_line: from 1 (0: none); t_start, t_end, period: s; rate in Hz; jitter as a share of the
+    period; groups: time groups.
     """
 
     path: Path

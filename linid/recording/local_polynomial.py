@@ -34,8 +34,9 @@ def local_derivative(y: Array, width: int, degree: int, order: int, period: floa
 
 @lru_cache(maxsize=64)
 def local_weights(width: int, degree: int, order: int) -> Array:
-    """Weights (width // 2 + 1, width) of the first samples of a window that give the polynomial nearest to all of it at
-    sample 0, 1 ... up to the middle, per step of one."""
+    """Weights (m, width), m = width // 2 + 1, of the first samples of a window that give the polynomial nearest to all
+    of it at sample 0, 1 ... up to the middle, per step of one.
+    """
     x = np.linspace(-1.0, 1.0, width)
     basis = [np.polynomial.Legendre.basis(n) for n in range(degree + 1)]
     values = np.column_stack([b(x) for b in basis])

@@ -107,7 +107,7 @@ class ChannelMapping(BaseModel):
 
     @property
     def period_s(self) -> float | None:
-        """The given sampling period in s, or None; ConfigError when its unit is not a time."""
+        """The given sampling period in s, or None; raises ConfigError when its unit is not a time."""
         if self.period is None:
             return None
         unit = find_unit(self.period.unit)

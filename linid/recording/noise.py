@@ -30,7 +30,7 @@ _PARTS = (1, 2, 3, 4)  # the smallest step seen may be so many quanta
 
 
 def difference_gain(order: int) -> float:
-    """Variance of the differences of some order in white noise of variance one: the squared binomials' sum."""
+    """Factor on the variance of white noise that the differences of some order have: the squared binomials' sum."""
     return float(math.comb(2 * order, order))
 
 
@@ -85,11 +85,12 @@ def smallest_step(samples: Array) -> float:
 
 
 def quantum(samples: Array) -> float:
-    """Smallest step of a channel (n,) in its unit: the lattice that all its values lie on; 0 where there is none.
+    """Smallest step of a channel's samples (n,) in their unit: the lattice that all its values lie on; 0 where there is
+    none.
 
     Neighbouring values of the sorted samples differ by whole multiples of the resolution; without a lattice (finer
-    digits than the noise, resampled or computed values) their differences are of any size. On a fast run each sample
-    is many steps on: there the differences of those differences are the shortest multiples.
+    digits than the noise, resampled or computed values) their differences are of any size. On a fast run each sample is
+    many steps on: there the differences of those differences are the shortest multiples.
     """
     some = samples[:: -(-samples.size // _MOST_SAMPLES) or 1]
     values = np.unique(some[np.isfinite(some)])

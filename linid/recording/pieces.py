@@ -124,7 +124,7 @@ class LongText(Sequence[str]):
             yield from self._lines(number)
 
     def texts(self, first: int, end: int) -> Iterator[tuple[int, int, str]]:
-        """See `texts`."""
+        """See `texts`; raises DataError where the text is no longer what it was."""
         for number, (start, stop) in enumerate(zip(self._starts, self._stops, strict=True)):
             if first <= start and stop <= end:
                 yield start, stop, self._text(number)

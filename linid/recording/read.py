@@ -34,10 +34,11 @@ def read_recording(
 ) -> Recording:
     """Read one scope export into SI units on a regular time grid; every correction is a sentence in `notes`.
 
-    channels: column mapping (default: by name); axis: linear (m) or rotary (rad); kind: None decides by the currents
-    or command, without them by the phase voltages (none, or all zero: free_wheel); added_mass: kg (rotary: kg m^2);
-    window: (t0, t1) in s of the file's own time; period: sampling period in s where the file has no time column.
-    Raises DataError for anything in the file that cannot be used, with line, found, expected and remedy.
+    channels: column mapping (default: by name); axis: linear (m) or rotary (rad); kind: None decides by the currents or
+    command, without them by the phase voltages (none, or all zero: free_wheel); added_mass: kg (rotary: kg m^2);
+    window: (t0, t1) in s of the file's own time; period: sampling period in s where the file has no time column. Raises
+    DataError for anything in the file that cannot be used, with line, found, expected and remedy; UsageError for a YAML
+    file.
     """
     path = Path(path)
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -53,7 +54,7 @@ def read_recording(
 
 
 def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:
-    """DataError when a recording is too short to fit anything to it."""
+    """Raises DataError when a recording is too short to fit anything to it."""
     if len(recording.t) < samples:
         raise DataError(
             str(recording.source or recording.name),

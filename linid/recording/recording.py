@@ -47,7 +47,9 @@ class Reading:
 
 
 def frozen(array: Array) -> Array:
-    """The array itself, from now on read-only: such a one is kept by a recording as it is, any other is copied."""
+    """The array (any shape, any unit) itself, from now on read-only: such a one is kept by a recording as it is, any
+    other is copied.
+    """
     array.setflags(write=False)
     return array
 

@@ -34,7 +34,8 @@ _BASES = ((0.5, 1.0), (0.5, 0.75), (0.35, 0.6), (0.25, 0.5), (0.15, 0.4))  # sha
 class Derivatives:
     """Position, speed and acceleration of a recording with the standard deviations of their noise.
 
-    t, y, v, a: (n,) in s, m, m/s, m/s^2 (rotary: rad); dt: s; half: samples to each side in the local fits.
+    t, y, v, a: (n,) in s, m, m/s, m/s^2 (rotary: rad); dt: s; noise, v_noise, a_noise: m, m/s, m/s^2; half: samples to
+    each side in the local fits.
     """
 
     t: Array
@@ -49,7 +50,9 @@ class Derivatives:
 
 
 def differentiate(recording: Recording, place: str) -> Derivatives:
-    """Speed and acceleration by local quadratic fits; their noise from the position's third differences."""
+    """Speed and acceleration by local quadratic fits; their noise from the position's third differences. Raises
+    DataError for a recording shorter than three windows.
+    """
     t, y = recording.t, recording.y
     dt = recording.period
     half = max(_LEAST_HALF, round(_HALF / dt))

@@ -24,7 +24,7 @@ _PEAK_STEP = 2.5  # of the resolution: a smooth peak leaves its rest by one step
 def bad_cell_error(
     channel: Channel, rows: np.ndarray[tuple[int], np.dtype[np.int64]], total: int, place: str
 ) -> DataError:
-    """Too many unreadable cells in a channel."""
+    """Too many unreadable cells in a channel. rows: (k,) those of the cells; total: of all cells."""
     first = int(rows[0])
     line = int(channel.column.lines[first])
     return DataError(
@@ -39,7 +39,8 @@ def fill(
 ) -> tuple[Array, str | None]:
     """Isolated unreadable cells (up to 1 %, up to five in a row) interpolated by a cubic spline, with a note.
 
-    t, x, rows: (n,) times in s, raw values and their rows in the column.
+    t, x, rows: (n,) times in s, raw values and their rows in the column; returns the values (n,). Raises DataError for
+    more.
     """
     from scipy.interpolate import CubicSpline
 
@@ -65,11 +66,12 @@ def _shown(channel: Channel, row: int) -> str:
 def unwrap(
     raw: Array, channel: Channel, place: str, lines: np.ndarray[tuple[int], np.dtype[np.int64]], t: Array
 ) -> tuple[Array, str | None]:
-    """A position that wraps at one turn or at a counter's end, made continuous; other jumps are an error.
+    """A position that wraps at one turn or at a counter's end, made continuous.
 
-    raw: (n,) values as in the file. A wrap is recognised only when every value lies inside one modulus (one turn of a
-    rotary axis, 2^k counts) and each jump is more than half of it. t: (n,) s; where samples are missing the axis may
-    have gone anywhere.
+    raw: (n,) values as in the file, in its unit; returns them continuous, (n,). Raises DataError for other jumps. A
+    wrap is recognised only when every value lies inside one modulus (one turn of a rotary axis, 2^k counts) and each
+    jump is more than half of it. t: (n,) s; lines: (n,) of the file; where samples are missing the axis may have gone
+    anywhere.
     """
     step = np.diff(raw)
     if not len(step):
@@ -113,7 +115,7 @@ def _modulus(raw: Array, channel: Channel, span: float) -> float | None:
 
 
 def saturation_note(x: Array, name: str, unit: str) -> str | None:
-    """A note when a measured channel rests at its extreme value for five samples or more."""
+    """A note when a measured channel rests at its extreme value for five samples or more. x: (n,) in `unit`."""
     limits = [limit for limit in (float(x.max()), float(x.min())) if limit != 0]
     if len(x) < _FEWEST or float(x.max()) == float(x.min()):
         return None

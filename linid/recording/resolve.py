@@ -34,7 +34,7 @@ class Channel:
     offset: float = 0.0
 
     def to_si(self, raw: Array) -> Array:
-        """Raw values of the file -> SI."""
+        """Values of the file, raw (n,) -> SI, (n,)."""
         return np.asarray((raw * self.scale + self.offset) * self.factor, dtype=np.float64)
 
     @property
@@ -54,7 +54,8 @@ class Channels:
 
 
 def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | None) -> Channels:
-    """Find every channel by the mapping, else by name; DataError when one is missing, ambiguous or without a unit.
+    """Find every channel by the mapping, else by name; raises DataError when one is missing, ambiguous or without a
+    unit.
 
     period: sampling period in s when given by the caller (then no time column is needed).
     """
@@ -105,7 +106,8 @@ def _refuse_mixed_axes(table: Table, columns_of: dict[Role, Column], mapping: Ch
 
 def used_columns(table: Table, mapping: ChannelMapping, axis: Axis, period: float | None) -> set[int] | None:
     """Numbers (from 0) of the columns that channels and clocks take, which need no values to be told; None: all, where
-    `resolve` will refuse the table."""
+    `resolve` will refuse the table. period: as in `resolve`.
+    """
     try:
         channels = resolve(table, mapping, axis, period)
     except LinidError:

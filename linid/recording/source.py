@@ -98,7 +98,7 @@ def open_source(path: Path, encoding: str | None = None) -> Source:
 
 @contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """What the operating system says against reading the file, as a DataError."""
+    """Raises what the operating system says against reading the file as a DataError."""
     try:
         yield
     except FileNotFoundError:

@@ -37,7 +37,7 @@ class CrossSpectra:
     dt: float
 
     def power(self, x: Complex) -> Array:
-        """Mean square of the transforms over the segments (f,)."""
+        """Mean square (f,) of the transforms over the segments, in their unit squared."""
         return np.asarray(np.mean(np.abs(x) ** 2, axis=0))
 
     def cross(self) -> Complex:
@@ -68,7 +68,7 @@ def cross_spectra(u: Array, a: Array, dt: float, length: int) -> CrossSpectra:
 
 
 def segment_lengths(samples: int, dt: float, longest: float) -> tuple[int, ...]:
-    """Powers of two, from 64 samples up, of which a record holds `FEWEST_SEGMENTS`; longest: s."""
+    """Powers of two, from 64 samples up, of which a record holds `FEWEST_SEGMENTS`; dt, longest: s."""
     lengths = (2**k for k in range(6, 20))
     return tuple(n for n in lengths if (samples - n) // (n // 2) + 1 >= FEWEST_SEGMENTS and n * dt <= longest)
 

@@ -22,8 +22,8 @@ _BESIDE = 9  # steps, centred on it
 def cubic_spline_coefficients(dt: float, samples: Array) -> Array:
     """Not-a-knot cubic splines through samples on a regular grid.
 
-    dt: period in s; samples: (c, n) channels, n >= 2. Returns (c, n - 1, 4): value at t_k + s is
-    sum_p coefficients[c, k, p] s^p with s in s.
+    dt: period in s; samples: (c, n) channels, n >= 2. Returns (c, n - 1, 4): value at t_k + s is sum_p coefficients[c,
+    k, p] s^p with s in s. Raises DataError for fewer than two samples.
     """
     from scipy.interpolate import CubicSpline
 
@@ -40,7 +40,8 @@ def to_uniform(recording: Recording) -> Recording:
     """The recording on a regular grid: unchanged when jitter is below 1 % and no sample is missing.
 
     Otherwise resampled by cubic spline with a note. At a gap of more than ten periods the recording is cut there and
-    its longest gap-free part kept, with a note: a spline across it would invent motion.
+    its longest gap-free part kept, with a note: a spline across it would invent motion. Raises DataError where fewer
+    than four samples are left.
     """
     t = recording.t
     if len(t) < FEWEST_OF_SPLINE:
@@ -99,7 +100,9 @@ def _read(recording: Recording, cut: int = 0, resampled: bool = False) -> Record
 
 
 def trim(recording: Recording, t0: float, t1: float) -> Recording:
-    """The samples with t0 <= t <= t1 (s); the cut is noted, time keeps its origin."""
+    """The samples with t0 <= t <= t1 (s); the cut is noted, time keeps its origin. Raises DataError where fewer than
+    two are left.
+    """
     keep = np.flatnonzero((recording.t >= t0 - ROUNDING) & (recording.t <= t1 + ROUNDING))
     if len(keep) < 2:
         raise DataError(

@@ -23,7 +23,7 @@ _ROUNDED = 0.55  # of the last digit: rounding moves a stamp by half of it at mo
 
 @dataclass(frozen=True)
 class Clock:
-    """Cleaned times in s, the rows they come from, and notes.
+    """Cleaned times t (n,) in s, the rows (n,) they come from, and notes.
 
     jitter: RMS deviation of the stamped steps from their median, as a share of it; stamp_step: s to which the stamps of
     a regular clock were rounded, else 0; left_out: rows not taken.
@@ -40,10 +40,10 @@ class Clock:
 def clean_clock(
     t: Array, others: Sequence[Array], lines: Array | np.ndarray[tuple[int], np.dtype[np.int64]], place: str
 ) -> Clock:
-    """Times in s -> strictly increasing times; DataError when time goes back or stands still too often.
+    """Times in s -> strictly increasing times; raises DataError when time goes back or stands still too often.
 
-    t: (n,) s with nan where unreadable; others: the group's other columns, n values each (to tell repeated rows from a
-    coarse clock); lines: (n,) line numbers for messages.
+    t: (n,) s with nan where unreadable; others: the group's other columns, (n,) each, in any unit (to tell repeated
+    rows from a coarse clock); lines: (n,) line numbers for messages.
     """
     notes: list[str] = []
     rows = np.flatnonzero(np.isfinite(t))
@@ -73,7 +73,9 @@ def clean_clock(
 
 
 def jitter(t: Array) -> float:
-    """RMS deviation of the sampling steps from their median, as a share of it (gaps of missing samples excluded)."""
+    """RMS deviation of the sampling steps from their median, as a share of it (gaps of missing samples excluded).
+    t: (n,) s.
+    """
     step = np.diff(t)
     period = float(np.median(step))
     near = step[step < GAP * period]
@@ -112,7 +114,8 @@ def _without_duplicates(
 
 
 def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...], float]:
-    """Times that are a regular grid rounded to the printed digits -> that grid, a note and the last digit in s.
+    """Times t (n,) in s that are a regular grid rounded to the printed digits -> that grid (n,), a note and the last
+    digit in s.
 
     Others stay as they are, without a note and with 0.
     """
@@ -139,7 +142,9 @@ def rounded_to_regular(t: Array) -> tuple[Array, tuple[str, ...], float]:
 
 
 def gaps(t: Array) -> tuple[int, int, float, float]:
-    """Gaps in time: how many, samples missing in them, the longest in s and where the first begins (0 without)."""
+    """Gaps in the times t (n,) in s: how many, samples missing in them, the longest in s and where the first begins
+    (0 without).
+    """
     step = np.diff(t)
     period = float(np.median(step))
     found = np.flatnonzero(step > GAP * period)
@@ -150,7 +155,7 @@ def gaps(t: Array) -> tuple[int, int, float, float]:
 
 
 def gap_notes(t: Array) -> tuple[str, ...]:
-    """A note on missing samples (steps above 1.5 periods)."""
+    """A note on missing samples (steps above 1.5 periods) of the times t (n,) in s."""
     count, missing, longest, first = gaps(t)
     if not count:
         return ()
@@ -159,7 +164,10 @@ def gap_notes(t: Array) -> tuple[str, ...]:
 
 
 def onto(t: Array, t_group: Array, x: Array, place: str) -> Array:
-    """Channel x of another time group at the times t (inside its range only) by a cubic spline."""
+    """Channel x of another time group at the times t (inside its range only) by a cubic spline, (n,) in the unit of x.
+
+    t: (n,) s; t_group: (m,) s and x: (m,) in any unit. Raises DataError for fewer than four samples.
+    """
     from scipy.interpolate import CubicSpline
 
     if len(t_group) < FEWEST_OF_SPLINE:

@@ -148,7 +148,7 @@ def find_unit(text: str) -> Unit | None:
 
 
 def unit_of(text: str, place: str, dimensions: tuple[str, ...]) -> Unit:
-    """The unit `text`, of one of `dimensions`; DataError naming near units or the expected kinds otherwise."""
+    """The unit `text`, of one of `dimensions`; raises DataError naming near units or the expected kinds otherwise."""
     known = [unit.symbol for unit in UNITS.values() if unit.dimension in dimensions]
     unit = find_unit(text)
     if unit is None:

@@ -16,8 +16,9 @@ from linid.arrays import Array
 from linid.diagnosis.gap import RecordingGap, Trace
 from linid.diagnosis.measures import model_of
 from linid.identification.result import FitResult
-from linid.physics.motors import MOTORS, gaussian_force, phase_force, prepare_motor
-from linid.physics.theta import MAX_HARMONICS
+from linid.physics.motors.harmonics import phase_force, phase_steps
+from linid.physics.motors.motor import MAX_HARMONICS, PHASE_PARAMETERS
+from linid.physics.theta import big_theta_0
 from linid.recording.recording import Recording
 from linid.reproduction.printed import TABLE_2, meant
 from linid.simulation.inputs import pack_inputs
@@ -131,40 +132,41 @@ def _in_turns(first: Callable[[], object], second: Callable[[], object]) -> tupl
 
 def _force_loop(result: FitResult, *, printed: bool) -> Callable[[], float]:
     """Evaluates the motor's force over and over. printed: theta by its six series per force (45), not by harmonics."""
-    p = _motor_vector(result.model, {e.name: e.value for e in result.estimates})
+    values = {e.name: e.value for e in result.estimates}
+    place = np.array([values[name] for name in PHASE_PARAMETERS])
+    if printed:
+        length, nome = values["winding_length"], values["nome"]
+        return lambda: float(_forces_as_printed(_FORCES, place, length, nome))
     table = np.zeros((3, MAX_HARMONICS))
-    count = prepare_motor(MOTORS[result.model].code, p, table)
-    return lambda: float(_forces(_FORCES, p, table, count, printed))
+    table[0, 0] = 1.0
+    phase_steps(table, 1, place[0], 1.0, place[2])
+    return lambda: float(_forces_by_table(_FORCES, place, table))
 
 
 @njit(cache=True)
-def _forces(number: int, p: Array, table: Array, count: int, printed: bool) -> float:
+def _forces_as_printed(number: int, place: Array, length: float, nome: float) -> float:
     total = 0.0
+    constant, wavenumber, step, offset = place[0], place[1], place[2], place[3]
     for k in range(number):
-        y = 1e-5 * k
-        if printed:
-            total += gaussian_force(y, 0.3, 0.5, -0.8, p)
-        else:
-            total += phase_force(y, 0.3, 0.5, -0.8, p[1], p[3], table, count)
+        z = wavenumber * 1e-5 * k + offset
+        total += constant * (
+            big_theta_0(z - step, length, nome) * 0.3
+            + big_theta_0(z, length, nome) * 0.5
+            - big_theta_0(z + step, length, nome) * 0.8
+        )
     return total
 
 
-def _motor_vector(kind: str, values: Mapping[str, float]) -> Array:
-    names = (
-        "force_constant",
-        "electrical_wavenumber",
-        "winding_displacement",
-        "commutation_offset",
-        "winding_length",
-        "nome",
-    )
-    return np.array(
-        [values.get(name, 0.0) for name in names[: 4 if kind == "sine" else 6]] + [0.0] * (2 * (kind == "sine"))
-    )
+@njit(cache=True)
+def _forces_by_table(number: int, place: Array, table: Array) -> float:
+    total = 0.0
+    for k in range(number):
+        total += phase_force(1e-5 * k, 0.3, 0.5, -0.8, place[1], place[3], table, 1)
+    return total
 
 
 def sine_thrust(values: Mapping[str, float], y: Array, currents: Array) -> Array:
-    """Thrust (n,) N of a sine motor at positions (n,) m under phase currents (3, n) A (44)."""
+    """Thrust (n,) N of a sine motor at positions y (n,) m under phase currents (3, n) A (44)."""
     angle = values["electrical_wavenumber"] * y + values["commutation_offset"]
     spaced = np.multiply.outer((-1.0, 0.0, 1.0), np.full(y.size, values["winding_displacement"]))
     return np.asarray(values["force_constant"] * np.sum(np.sin(angle + spaced) * currents, axis=0))

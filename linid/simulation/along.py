@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
-from linid.physics.motors import motor_forces
+from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
+from linid.simulation.course import Scheme, course_of, task_of
 from linid.simulation.forces import (
     advance_states,
     axis_of,
@@ -21,15 +22,13 @@ from linid.simulation.forces import (
     friction_load,
     keep_states,
     level_factor,
+    motor_forces,
     reading_error,
     start_states,
     steady_bristle,
-    total_delay,
     with_effects,
-    work_vector,
 )
 from linid.simulation.splines_at import inputs_at, late_inputs
-from linid.simulation.terms import allocating, compiled, inlined
 
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
@@ -38,6 +37,38 @@ REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance o
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
 PIECES = 8
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
+
+
+class Motion(NamedTuple):
+    """A measured motion: y (n,) in m and v (n,) in m/s, smoothed; standstill: (n,) true where the axis rests, and its
+    bristle balances the other forces; wanted: (n,) where the bristle is, or empty for everywhere."""
+
+    y: Any
+    v: Any
+    standstill: Any
+    wanted: Any
+
+
+class Found(NamedTuple):
+    """Where results land, (candidates, samples) of all tasks, (samples,) of one.
+
+    a: m/s^2, mean of the acceleration over both neighbouring intervals with triangular weights, as second differences
+    of position show it, or empty if not wanted; w: m; states: with one axis more, of hidden states; reading: m, or
+    empty if no effect has a reading error.
+    """
+
+    a: Any
+    w: Any
+    states: Any
+    reading: Any
+
+
+class Resistance(NamedTuple):
+    """Factors on the bristle and on the level of friction, and friction by the motor's force in N."""
+
+    factor: Any
+    level: Any
+    load: Any
 
 
 @inlined
@@ -61,24 +92,26 @@ def input_samples(coefficients, count, dt):
 
 
 @inlined
-def inputs_of_sample(terms, axis, coefficients, k, count, dt, lag):
+def inputs_of_sample(terms, axis, course, k, count):
     """The three inputs that act at sample k."""
+    c = course.coefficients
     if not axis.powered:
         return 0.0, 0.0, 0.0
     if axis.on & terms.acts.delay:
-        return late_inputs(coefficients, dt, k * dt - lag)
+        return late_inputs(c, course.dt, k * course.dt - course.lag)
     if k < count - 1:
-        return coefficients[k, 0, 0], coefficients[k, 1, 0], coefficients[k, 2, 0]
-    return inputs_at(coefficients, k - 1, dt)
+        return c[k, 0, 0], c[k, 1, 0], c[k, 2, 0]
+    return inputs_at(c, k - 1, course.dt)
 
 
 @compiled
-def held_at_start(terms, axis, bristles, coefficients, t, dt, y, v, lag, currents, factor, p, table):
+def held_at_start(terms, axis, bristles, course, motion, currents, factor):
     """Deflection in m of the bristle of an axis that has just set off: it holds what the acceleration leaves."""
+    y, v, t, dt = motion.y, motion.v, course.t_start, course.dt
     balance = travelled = 0.0
     for n in range(START_SAMPLES):
-        inputs = late_inputs(coefficients, dt, n * dt - lag) if axis.powered else currents
-        balance += force_once(terms, axis, t + n * dt, y[n], v[n], inputs, p, table)
+        inputs = late_inputs(course.coefficients, dt, n * dt - course.lag) if axis.powered else currents
+        balance += force_once(terms, axis, t + n * dt, y[n], v[n], inputs)
         balance -= bristles.sigma_2 * v[n]
         travelled += y[n] - y[0]
     balance -= bristles.mass * (v[START_SAMPLES - 1] - v[0]) / ((START_SAMPLES - 1) * dt) * START_SAMPLES
@@ -86,10 +119,11 @@ def held_at_start(terms, axis, bristles, coefficients, t, dt, y, v, lag, current
 
 
 @inlined
-def bristle_along(bristles, w, travel, v, v_next, dt, level, load, want_means):
+def bristle_along(bristles, resistance, w, travel, v, v_next, dt, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
     to 1; the travel between in m, the speeds at both in m/s."""
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
+    _, level, load = resistance
     pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
     done = mean = late = 0.0  # of the way
     for piece in range(pieces):
@@ -130,201 +164,186 @@ def skipped(k, wanted, y, memory):
     return goal, back
 
 
+@inlined
+def resistance_at(terms, axis, t, y, v, currents, before):
+    """What effects do to friction at this place; before: at the last one, for what no effect touches."""
+    factor, level, load = before
+    if axis.on & terms.acts.friction:
+        factor = friction_factor(terms, axis, t, y, v, currents)
+    if axis.on & terms.acts.level:
+        level = level_factor(terms, axis, t, y, v, currents)
+    if axis.on & terms.acts.load:
+        load = friction_load(terms, axis, t, y, v, currents)
+    return Resistance(factor, level, load)
+
+
+@inlined
+def bristle_at_rest(bristles, resistance, w, force, dt):
+    """The bristle of a resting axis, drawn to the balance of forces: one sample's noise would shift it by much."""
+    most = resistance.level * (bristles.static + resistance.load)
+    held = min(max(force / resistance.factor, -most), most) / bristles.sigma_0
+    return w + min(1.0, dt / REST_AVERAGE) * (held - w)
+
+
+@compiled
+def begun(terms, axis, bristles, course, motion, currents, w):
+    """The bristle at the first sample in m; w: as given, or nan. Hidden states start too.
+
+    Not given, it is that of steady sliding, but an axis that has just set off need not slide yet.
+    """
+    t, y, v = course.t_start, motion.y[0], motion.v[0]
+    if axis.on & terms.acts.advance:
+        start_states(terms, axis, t, y, v, currents)
+    if not math.isnan(w):
+        return w
+    w = steady_bristle(terms, axis, bristles, t, y, v, currents)
+    if motion.standstill[0] or motion.y.size <= START_SAMPLES:
+        return w
+    resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0))
+    breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
+    if abs(v) * SETTLING_TIME < SETTLING * breakaway:
+        held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
+        w = min(max(held, -breakaway), breakaway)
+    return w
+
+
 @allocating
-def along_one(
-    terms,
-    params,
-    motor,
-    on,
-    powered,
-    coefficients,
-    t_start,
-    dt,
-    count,
-    added_mass,
-    record,
-    elapsed,
-    y,
-    v,
-    w,
-    kept,
-    standstill,
-    wanted,
-    a_out,
-    w_out,
-    states_out,
-    reading_out,
-):
+def forces_of_samples(terms, axis, candidates, course, motion, wanted):
+    """The motor's forces in N at all samples, where they are wanted and position and inputs alone decide them."""
+    acts, on = terms.acts, axis.on
+    by_place = not (on & acts.delay or on & acts.drive or on & acts.field)
+    known = wanted and axis.powered and candidates.motor > 0 and by_place
+    count = motion.y.size
+    out = np.empty(count if known else 0)
+    if known:
+        i = input_samples(course.coefficients, count, course.dt)
+        motor_forces(terms, candidates.motor, axis.p, motion.y, (i[0], i[1], i[2]), out)
+    return out
+
+
+@inlined
+def write_hidden(terms, axis, k, t, motion, currents, kept, found):
+    """Put hidden states and reading error at t seconds into sample k."""
+    if axis.on & terms.acts.advance:
+        for place in range(kept.size):
+            found.states[k, place] = axis.p[STATE_START + kept[place]]
+    if axis.on & terms.acts.sensor:
+        y, v, on, p = motion.y[k], motion.v[k], axis.on, axis.p
+        error = reading_error(terms, on, t, y, v, currents, p)  # at the reading, then at the position
+        found.reading[k] = reading_error(terms, on, t, y - error, v, currents, p)
+
+
+@inlined
+def between(terms, axis, course, motion, k, currents, before):
+    """What acts between sample k and the next: friction as effects make it, and the hidden states brought along."""
+    dt, y, v, acts = course.dt, motion.y, motion.v, terms.acts
+    travel = y[k + 1] - y[k]
+    speed = travel / dt
+    t, y_mid = course.t_start + k * dt + 0.5 * dt, y[k] + 0.5 * travel
+    factor, level, load = before
+    if axis.powered:
+        currents = late_inputs(course.coefficients, dt, (k + 0.5) * dt - course.lag)
+    if axis.on & acts.level:
+        level = level_factor(terms, axis, t, y_mid, speed, currents)
+    if axis.on & acts.load:
+        load = friction_load(terms, axis, t, y_mid, speed, currents)
+    if axis.on & acts.advance:
+        advance_states(terms, axis, dt, t, y_mid, speed, (v[k + 1] - v[k]) / dt, currents)
+        keep_states(axis.p)
+    return Resistance(factor, level, load)
+
+
+@allocating
+def along_one(terms, candidates, task, motion, w, kept, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
-    y, v: (count,) smoothed motion; w: start deflection in m; standstill: (count,) true where the axis rests
-    (the bristle then balances the other forces); wanted: (count,) where w_out is, or empty for everywhere. a_out:
-    (count,) m/s^2, its mean over both neighbouring intervals with triangular weights, as second differences of
-    position show it, or empty if not wanted; w_out: (count,) m; states_out: (count, kept) hidden states number `kept`;
-    reading_out: (count,) reading error in m, or empty if no effect has one.
+    w: start deflection in m, nan if not given; kept: places of the hidden states that are wanted.
     """
-    on = on & terms.chosen | terms.always
-    acts = terms.acts
-    p = params
-    if on & acts.any:
-        p = work_vector(params, record, elapsed)
-    table = np.zeros((3, 12))
-    axis = axis_of(motor, on, powered, p, table)
-    bristles = bristles_of(terms, on, p, added_mass)
-    lag = total_delay(terms, on, p)
+    axis = axis_of(terms, candidates, task)
+    bristles = bristles_of(terms, axis, task.added_mass)
+    course = course_of(terms, axis, task, Scheme(True, task.params[0:0], 1, 0.0), task.params[0:0])
+    acts, on, dt, count, y, v = terms.acts, axis.on, task.dt, task.count, motion.y, motion.v
     sigma_0, sigma_1, sigma_2, mass = bristles.sigma_0, bristles.sigma_1, bristles.sigma_2, bristles.mass
-    factor = level = 1.0
-    load = 0.0  # friction by the motor's force, N
+    resistance = Resistance(1.0, 1.0, 0.0)
     last = before_last = mean = late = force = 0.0
-    want_a = a_out.size > 0
-    unknown = False
+    want_a = found.a.size > 0
     # Where nothing but the motion acts on the bristle, it can be followed in parts.
-    alone = not (on & acts.between or on & acts.sensor)
-    skipping = wanted.size > 0 and not want_a and alone
+    skipping = motion.wanted.size > 0 and not want_a and not (on & acts.between or on & acts.sensor)
     memory = FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
     goal = -1  # the next wanted sample
-    # Where position and inputs alone decide the motor's force, it is computed for all samples at once.
-    known = want_a and powered and motor > 0 and not (on & acts.delay or on & acts.drive or on & acts.field)
-    motor_force = np.empty(count if known else 0)
-    if known:
-        inputs = input_samples(coefficients, count, dt)
-        motor_forces(motor, p[8:14], y, inputs[0], inputs[1], inputs[2], motor_force)
+    motor_force = forces_of_samples(terms, axis, candidates, course, motion, want_a)
     k = -1
     while k < count - 1:
         k += 1
         if skipping and k > goal:
-            goal, back = skipped(k, wanted, y, memory)
+            goal, back = skipped(k, motion.wanted, y, memory)
             if goal == count:
                 break
             if back > k:
                 k = back
                 w = math.copysign(bristles.coulomb / sigma_0, v[k])
-        t = t_start + k * dt
-        currents = inputs_of_sample(terms, axis, coefficients, k, count, dt, lag)
+        t = task.t_start + k * dt
+        currents = inputs_of_sample(terms, axis, course, k, count)
         if k == 0:
-            if on & acts.advance:
-                start_states(terms, on, t, y[0], v[0], currents, p)
-            unknown = math.isnan(w)
-            if unknown:
-                w = steady_bristle(terms, axis, bristles, t, y[0], v[0], currents, p, table)
-        if known:
+            w = begun(terms, axis, bristles, course, motion, currents, w)
+        if motor_force.size > 0:
             force = motor_force[k]
             if on & acts.push:
-                force = with_effects(terms, axis, t, y[k], v[k], currents, p, force)
-        elif want_a or standstill[k]:
-            force = external_force(terms, axis, t, y[k], v[k], currents, p, table)
-        if on & acts.friction:
-            factor = friction_factor(terms, on, t, y[k], v[k], currents, p)
-        if on & acts.level:
-            level = level_factor(terms, on, t, y[k], v[k], currents, p)
-        if on & acts.load:
-            load = friction_load(terms, axis, t, y[k], v[k], currents, p, table)
-        if k == 0 and unknown and not standstill[0] and count > START_SAMPLES:
-            # An axis that has just set off need not slide yet.
-            breakaway = level * (bristles.static + load) / sigma_0
-            if abs(v[0]) * SETTLING_TIME < SETTLING * breakaway:
-                held = held_at_start(terms, axis, bristles, coefficients, t, dt, y, v, lag, currents, factor, p, table)
-                w = min(max(held, -breakaway), breakaway)
-        if standstill[k]:  # the balance of forces, averaged: one sample's current noise would shift w by much
-            most = level * (bristles.static + load)
-            held = min(max(force / factor, -most), most) / sigma_0
-            w += min(1.0, dt / REST_AVERAGE) * (held - w)
-        w_out[k] = w
+                force = with_effects(terms, axis, t, y[k], v[k], currents, force)
+        elif want_a or motion.standstill[k]:
+            force = external_force(terms, axis, t, y[k], v[k], currents)
+        resistance = resistance_at(terms, axis, t, y[k], v[k], currents, resistance)
+        if motion.standstill[k]:
+            w = bristle_at_rest(bristles, resistance, w, force, dt)
+        found.w[k] = w
         # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
-        bristle = factor / mass
+        bristle = resistance.factor / mass
         if want_a:
             outer = (force - sigma_2 * v[k]) / mass
             if k > 1:
-                a_out[k - 1] += (before_last + 10.0 * last + outer) / 12.0
+                found.a[k - 1] += (before_last + 10.0 * last + outer) / 12.0
             before_last = last
             last = outer
-            a_out[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
-        if on & acts.advance:
-            for place in range(kept.size):
-                states_out[k, place] = p[STATE_START + kept[place]]
-        if on & acts.sensor:
-            error = reading_error(terms, on, t, y[k], v[k], currents, p)  # at the reading, then at the position
-            reading_out[k] = reading_error(terms, on, t, y[k] - error, v[k], currents, p)
+            found.a[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
+        write_hidden(terms, axis, k, t, motion, currents, kept, found)
         if k < count - 1:
+            if on & acts.between:
+                resistance = between(terms, axis, course, motion, k, currents, resistance)
             travel = y[k + 1] - y[k]
-            if on & acts.between:  # what acts between the samples
-                speed = travel / dt
-                middle, y_mid = t + 0.5 * dt, y[k] + 0.5 * travel
-                if powered:
-                    currents = late_inputs(coefficients, dt, (k + 0.5) * dt - lag)
-                if on & acts.level:
-                    level = level_factor(terms, on, middle, y_mid, speed, currents, p)
-                if on & acts.load:
-                    load = friction_load(terms, axis, middle, y_mid, speed, currents, p, table)
-                if on & acts.advance:
-                    advance_states(terms, on, dt, middle, y_mid, speed, (v[k + 1] - v[k]) / dt, currents, p)
-                    keep_states(p)
-            w, mean, late = bristle_along(bristles, w, travel, v[k], v[k + 1], dt, level, load, want_a)
+            w, mean, late = bristle_along(bristles, resistance, w, travel, v[k], v[k + 1], dt, want_a)
             # The bristle's rate is a difference of w: the equation's right-hand side would amplify noise.
             if want_a:
-                a_out[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
+                found.a[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
 
 
 def along_tasks_with(terms: Bundle) -> Any:
     """`along_tasks` with these terms, for Python to call."""
 
-    def along_tasks(
-        params,
-        motor,
-        on,
-        powered,
-        coefficients,
-        offsets,
-        t_starts,
-        dts,
-        counts,
-        sample_offsets,
-        added_mass,
-        records,
-        elapsed,
-        y,
-        v,
-        kept,
-        standstill,
-        wanted,
-        start_w,
-        begin,
-        end,
-        a_out,
-        w_out,
-        states_out,
-        reading_out,
-    ):
-        """`along_one` for tasks begin..end-1; task = candidate * recordings + recording. Rows of a_out: candidates."""
-        recordings = counts.size
-        for task in range(begin, end):
-            candidate = task // recordings
-            r = task % recordings
-            a = sample_offsets[r]
-            b = sample_offsets[r + 1]
+    def along_tasks(candidates, inputs, motion, starts, kept, begin, end, found):
+        """`along_one` for tasks begin..end-1; task = candidate * recordings + recording.
+
+        inputs: packed recordings; motion: of all of them; starts: (candidates, recordings) deflections in m.
+        """
+        recordings = inputs.dts.size
+        for number in range(begin, end):
+            candidate = number // recordings
+            r = number % recordings
+            a = inputs.sample_offsets[r]
+            b = inputs.sample_offsets[r + 1]
+            wanted = motion.wanted[a:b] if motion.wanted.size > 0 else motion.wanted
             along_one(
                 terms,
-                params[candidate],
-                motor,
-                on,
-                powered[r],
-                coefficients[offsets[r] : offsets[r + 1]],
-                t_starts[r],
-                dts[r],
-                counts[r],
-                added_mass[r],
-                records[r],
-                elapsed[r],
-                y[a:b],
-                v[a:b],
-                start_w[candidate, r],
+                candidates,
+                task_of(candidates, inputs, candidate, r, 0, b - a),
+                Motion(motion.y[a:b], motion.v[a:b], motion.standstill[a:b], wanted),
+                starts[candidate, r],
                 kept,
-                standstill[a:b],
-                wanted[a:b] if wanted.size > 0 else wanted,
-                a_out[candidate, a:b] if a_out.size > 0 else a_out[0, 0:0],
-                w_out[candidate, a:b],
-                states_out[candidate, a:b] if states_out.size > 0 else states_out[0, 0:0],
-                reading_out[candidate, a:b] if reading_out.size > 0 else reading_out[0, 0:0],
+                Found(
+                    found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
+                    found.w[candidate, a:b],
+                    found.states[candidate, a:b] if found.states.size > 0 else found.states[0, 0:0],
+                    found.reading[candidate, a:b] if found.reading.size > 0 else found.reading[0, 0:0],
+                ),
             )
 
     return along_tasks

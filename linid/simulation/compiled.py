@@ -18,7 +18,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 
 from linid.physics.kernel_cache import cache_folder, lock_compilation
 from linid.physics.model import Model
-from linid.simulation import along, kernel, kernel_by_voltage
+from linid.simulation import along, currents, kernel, kernel_by_voltage
 from linid.simulation.bundle import Bundle
 from linid.simulation.terms import terms_of
 
@@ -29,6 +29,7 @@ class Kernel(NamedTuple):
     simulate_tasks: Callable[..., int]
     along_tasks: Callable[..., None]
     reading_tasks: Callable[..., None]
+    current_tasks: Callable[..., None]
 
 
 class _Place(_CacheLocator):  # type: ignore[misc]
@@ -158,5 +159,5 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool
         folder = Path(tempfile.mkdtemp(prefix="linid-kernel-"))
     terms = terms_of(model, bare)
     simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
-    entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with)
+    entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with, currents.current_tasks_with)
     return Kernel(*(_entry(entry(terms), folder) for entry in entries))

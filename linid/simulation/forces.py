@@ -9,8 +9,9 @@ import numpy as np
 
 from linid.physics.friction import stribeck
 from linid.physics.model import ELAPSED, RECORD, STATE_SIZE, STATE_START
-from linid.physics.motors import THETA, phase_constants, prepare_motor
-from linid.simulation.terms import allocating, compiled, inlined
+from linid.physics.motors.harmonics import phase_forces
+from linid.physics.motors.motor import MAX_HARMONICS
+from linid.simulation.binding import allocating, compiled, inlined
 
 WORK_SIZE = STATE_START + 2 * STATE_SIZE
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
@@ -18,7 +19,8 @@ LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 class Axis(NamedTuple):
     """What stays the same in one simulation: on: bits of the active effects; powered: whether there are inputs;
-    motor: its code; harmonics: of its field; wavenumber in rad/m and phase in rad of the first one."""
+    motor: its code; harmonics: of its field; wavenumber in rad/m and phase in rad of the first one; p: parameters with
+    room for hidden states, which change; table: (3, MAX_HARMONICS) of the harmonics."""
 
     on: Any
     powered: Any
@@ -26,6 +28,8 @@ class Axis(NamedTuple):
     harmonics: Any
     wavenumber: Any
     phase: Any
+    p: Any
+    table: Any
 
 
 class Bristles(NamedTuple):
@@ -41,16 +45,6 @@ class Bristles(NamedTuple):
     mass: Any
 
 
-@inlined
-def axis_of(motor, on, powered, p, table):
-    """The axis with these parameters; table: (3, 12) is filled with the harmonics."""
-    harmonics = prepare_motor(motor, p[8:14], table)
-    wavenumber, phase = p[9], p[11]
-    if motor == THETA:
-        wavenumber, phase = 2.0 * wavenumber, 2.0 * phase
-    return Axis(on, powered, motor, harmonics, wavenumber, phase)
-
-
 @allocating
 def work_vector(params, record, elapsed):
     """A copy of the parameters with room for what the effects need besides."""
@@ -62,39 +56,52 @@ def work_vector(params, record, elapsed):
     return p
 
 
+@allocating
+def axis_of(terms, candidates, task):
+    """The axis of one task; its parameters are copied where effects need room for their states."""
+    on = candidates.on & terms.chosen | terms.always
+    p = task.params
+    if on & terms.acts.any:
+        p = work_vector(task.params, task.record, task.elapsed)
+    table = np.zeros((3, MAX_HARMONICS))
+    harmonics, wavenumber, phase = terms.motor.prepare(candidates.motor, p, table)
+    return Axis(on, task.powered, candidates.motor, harmonics, wavenumber, phase, p, table)
+
+
 @inlined
-def bristles_of(terms, on, p, added_mass):
+def bristles_of(terms, axis, added_mass):
     """Friction and mass with these parameters."""
+    p = axis.p
     mass = p[7] + added_mass
-    if on & terms.acts.mass:
-        mass = max(mass + terms.mass(0.0, on, p), LEAST_MASS * mass)
+    if axis.on & terms.acts.mass:
+        mass = max(mass + terms.mass(0.0, axis.on, p), LEAST_MASS * mass)
     return Bristles(p[0], p[1], p[2], p[3], p[4], p[5], p[6], mass)
 
 
 @inlined
-def total_delay(terms, on, p):
+def total_delay(terms, axis):
     """Time in s by which the inputs act late."""
-    if on & terms.acts.delay:
-        return terms.delay(0.0, on, p)
+    if axis.on & terms.acts.delay:
+        return terms.delay(0.0, axis.on, axis.p)
     return 0.0
 
 
 @compiled
-def thrust_factor(terms, on, t, y, v, currents, p):
+def thrust_factor(terms, axis, t, y, v, currents):
     """Factor on the motor force."""
-    return terms.thrust(1.0, on, t, y, v, currents, p)
+    return terms.thrust(1.0, axis.on, t, y, v, currents, axis.p)
 
 
 @compiled
-def friction_factor(terms, on, t, y, v, currents, p):
+def friction_factor(terms, axis, t, y, v, currents):
     """Factor on the whole bristle force."""
-    return terms.friction(1.0, on, t, y, v, currents, p)
+    return terms.friction(1.0, axis.on, t, y, v, currents, axis.p)
 
 
 @compiled
-def level_factor(terms, on, t, y, v, currents, p):
+def level_factor(terms, axis, t, y, v, currents):
     """Factor on sliding and breakaway friction."""
-    return terms.level(1.0, on, t, y, v, currents, p)
+    return terms.level(1.0, axis.on, t, y, v, currents, axis.p)
 
 
 @compiled
@@ -111,112 +118,120 @@ def keep_states(p):
 
 
 @compiled
-def start_states(terms, on, t, y, v, currents, p):
+def start_states(terms, axis, t, y, v, currents):
     """Hidden states at the start of a simulation."""
-    terms.initial(on, t, y, v, currents, p)
-    keep_states(p)
+    terms.initial(axis.on, t, y, v, currents, axis.p)
+    keep_states(axis.p)
 
 
 @compiled
-def advance_states(terms, on, h, t, y, v, a, currents, p):
+def advance_states(terms, axis, h, t, y, v, a, currents):
     """Hidden states h seconds after the start of the step; t, y, v, currents: of its middle, a: mean acceleration."""
-    terms.advance(on, h, t, y, v, a, currents, p)
+    terms.advance(axis.on, h, t, y, v, a, currents, axis.p)
 
 
 @compiled
-def with_effects(terms, axis, t, y, v, currents, p, motor_force):
+def with_effects(terms, axis, t, y, v, currents, motor_force):
     """All forces on the mass but friction, in N, given that of the motor alone."""
     if axis.powered and axis.on & terms.acts.thrust:
-        motor_force *= thrust_factor(terms, axis.on, t, y, v, currents, p)
-    return terms.force(motor_force, axis.on, t, y, v, currents, p)
+        motor_force *= thrust_factor(terms, axis, t, y, v, currents)
+    return terms.force(motor_force, axis.on, t, y, v, currents, axis.p)
 
 
 @inlined
-def driven_currents(terms, axis, t, y, v, currents, p):
+def driven_currents(terms, axis, t, y, v, currents):
     """What the motor really gets of its inputs."""
     if axis.on & terms.acts.drive:
-        return terms.drive(axis.on, t, y, v, currents, p)
+        return terms.drive(axis.on, t, y, v, currents, axis.p)
     return currents
 
 
 @inlined
-def field_position(terms, axis, t, y, v, currents, p):
+def field_position(terms, axis, t, y, v, currents):
     """The position in m that the motor's field sees."""
     if axis.on & terms.acts.field:
-        return terms.field(y, axis.on, t, y, v, currents, p)
+        return terms.field(y, axis.on, t, y, v, currents, axis.p)
     return y
 
 
-@inlined
-def motor_force_at(terms, axis, y, currents, p, table):
-    """Force of the motor alone, N."""
-    return terms.motor(axis.motor, y, currents, p, table, axis.harmonics, axis.wavenumber, axis.phase)
-
-
 @compiled
-def pushed_force(terms, axis, t, y, v, currents, p, table):
+def pushed_force(terms, axis, t, y, v, currents):
     """`external_force` where effects change it."""
     motor_force = 0.0
     if axis.powered:
-        currents = driven_currents(terms, axis, t, y, v, currents, p)
-        field = field_position(terms, axis, t, y, v, currents, p)
-        motor_force = motor_force_at(terms, axis, field, currents, p, table)
-    return with_effects(terms, axis, t, y, v, currents, p, motor_force)
+        currents = driven_currents(terms, axis, t, y, v, currents)
+        field = field_position(terms, axis, t, y, v, currents)
+        motor_force = terms.motor.thrust(axis, field, currents)
+    return with_effects(terms, axis, t, y, v, currents, motor_force)
 
 
 @inlined
-def external_force(terms, axis, t, y, v, currents, p, table):
+def external_force(terms, axis, t, y, v, currents):
     """All forces on the mass but friction, in N."""
     if axis.on & terms.acts.push:
-        return pushed_force(terms, axis, t, y, v, currents, p, table)
+        return pushed_force(terms, axis, t, y, v, currents)
     if axis.powered:
-        return motor_force_at(terms, axis, y, currents, p, table)
+        return terms.motor.thrust(axis, y, currents)
     return 0.0
 
 
+@allocating
+def motor_forces(terms, motor, p, y, currents, out):
+    """Forces in N of the motor alone at many positions y (n,) in m under inputs (n,) each: `out` (n,) is filled."""
+    table = np.zeros((3, MAX_HARMONICS))
+    harmonics, wavenumber, phase = terms.motor.prepare(motor, p, table)
+    if harmonics > 0:
+        phase_forces(y, currents, wavenumber, phase, table, harmonics, out)
+        return
+    axis = Axis(0, True, motor, harmonics, wavenumber, phase, p, table)
+    i_1, i_2, i_3 = currents
+    for k in range(y.size):
+        out[k] = terms.motor.untabled(axis, y[k], (i_1[k], i_2[k], i_3[k]))
+
+
 @compiled
-def force_once(terms, axis, t, y, v, currents, p, table):
+def force_once(terms, axis, t, y, v, currents):
     """`external_force` where it is needed once: not inlined, which takes less time to compile."""
-    return external_force(terms, axis, t, y, v, currents, p, table)
+    return external_force(terms, axis, t, y, v, currents)
 
 
 @compiled
-def friction_load(terms, axis, t, y, v, currents, p, table):
+def friction_load(terms, axis, t, y, v, currents):
     """Sliding and breakaway friction in N that the motor's force adds."""
     push = 0.0
     if axis.powered:
-        driven = driven_currents(terms, axis, t, y, v, currents, p)
-        field = field_position(terms, axis, t, y, v, driven, p)
-        push = motor_force_at(terms, axis, field, driven, p, table)
+        driven = driven_currents(terms, axis, t, y, v, currents)
+        field = field_position(terms, axis, t, y, v, driven)
+        push = terms.motor.thrust(axis, field, driven)
         if axis.on & terms.acts.thrust:
-            push *= thrust_factor(terms, axis.on, t, y, v, driven, p)
-    return terms.load(0.0, axis.on, push, t, y, v, currents, p)
+            push *= thrust_factor(terms, axis, t, y, v, driven)
+    return terms.load(0.0, axis.on, push, t, y, v, currents, axis.p)
 
 
 @compiled
-def emf_constants(terms, axis, t, y, v, currents, p, table):
+def emf_constants(terms, axis, t, y, v, currents):
     """Thrust per phase current (N/A) and thus back-EMF per speed (V s/m) of the three windings."""
-    field = field_position(terms, axis, t, y, v, currents, p)
-    e_1, e_2, e_3 = phase_constants(axis.motor, field, p[8:14], table, axis.harmonics, axis.wavenumber, axis.phase)
+    field = field_position(terms, axis, t, y, v, currents)
+    e_1, e_2, e_3 = terms.motor.constants(axis, field)
     if axis.on & terms.acts.thrust:
-        factor = thrust_factor(terms, axis.on, t, y, v, currents, p)
+        factor = thrust_factor(terms, axis, t, y, v, currents)
         e_1, e_2, e_3 = factor * e_1, factor * e_2, factor * e_3
     return e_1, e_2, e_3
 
 
 @compiled
-def steady_bristle(terms, axis, bristles, t, y, v, currents, p, table):
+def steady_bristle(terms, axis, bristles, t, y, v, currents):
     """Bristle deflection in m of steady sliding, or of a resting axis (v = 0) under the outer forces at time t."""
     level, load = 1.0, 0.0
     if axis.on & terms.acts.load:
-        load = friction_load(terms, axis, t, y, v, currents, p, table)
+        load = friction_load(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.level:
-        level = level_factor(terms, axis.on, t, y, v, currents, p)
+        level = level_factor(terms, axis, t, y, v, currents)
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     if v != 0.0:
         return math.copysign(level * (stribeck(v, coulomb, static, stribeck_velocity, exponent) + load), v) / sigma_0
-    force = force_once(terms, axis, t, y, v, currents, p, table)
+    force = force_once(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.friction:
-        force /= friction_factor(terms, axis.on, t, y, v, currents, p)
+        force /= friction_factor(terms, axis, t, y, v, currents)
     breakaway = level * (static + load)
     return min(max(force, -breakaway), breakaway) / sigma_0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,7 @@ from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
 
 
-@dataclass(frozen=True)
-class Inputs:
+class Inputs(NamedTuple):
     """Inputs of R recordings on uniform grids.
 
     coefficients: (intervals, 4, 4) cubic splines in powers of t - t_k of the three inputs (A or V) and of the

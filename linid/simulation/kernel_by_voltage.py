@@ -16,31 +16,35 @@ import numpy as np
 from linid.physics.electrical import WEIGHTS, clarke, current_weights, mode_inductances, phases
 from linid.physics.friction import lugre_step
 from linid.physics.model import WINDING_START
+from linid.simulation.binding import allocating, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.forces import advance_states, emf_constants, keep_states, pushed_force
-from linid.simulation.kernel import AxisState, diverged, first_inputs, no_samples, prepared, started, write_sample
-from linid.simulation.splines_at import inputs_then, spline_at
-from linid.simulation.steps import FINEST, Middle, bristle_now, friction_at, impulse, predicted
-from linid.simulation.terms import allocating, inlined
+from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, inputs_then, task_of
+from linid.simulation.forces import axis_of, bristles_of, emf_constants, pushed_force
+from linid.simulation.kernel import after, diverged, no_samples, started, write_sample
+from linid.simulation.steps import impulse, predicted, reach_of, resisting, settled, to_the_end, to_the_middle
 
 STAR, SEPARATE = 1, 2
 
 
 class Windings(NamedTuple):
     """winding: its code; resistance of a phase in ohm; inductance in H that the space vector of the currents feels, and
-    mean_inductance, that of their mean."""
+    mean_inductance, that of their mean; space, common: (WEIGHTS,) how both go on within a step of one length."""
 
     winding: Any
     resistance: Any
     inductance: Any
     mean_inductance: Any
+    space: Any
+    common: Any
 
 
 class Flow(NamedTuple):
-    """Space vector and mean of the currents in A, and of the voltages less back-EMF in V, at a step's start."""
+    """Space vector and mean of the currents in A, and of the voltages less back-EMF in V, at a step's start; weighed:
+    for how many halvings of a base step the windings' weights are filled."""
 
     current: Any
     push: Any
+    weighed: Any
 
 
 class Carried(NamedTuple):
@@ -52,6 +56,25 @@ class Carried(NamedTuple):
     constants_middle: Any
     constants_end: Any
     push_end: Any
+
+
+class Moved(NamedTuple):
+    """What the mass does in a step with those currents: speeds in m/s at its start, in its predicted middle and at its
+    predicted end, friction's level and fall in N and the bristle in m in the middle with its stiffness and damping; and
+    as it came out: v_new in m/s, w in m, displacement in m, and the force at the end in N."""
+
+    h: Any
+    v: Any
+    v_mid: Any
+    v_end: Any
+    w_mid: Any
+    level: Any
+    fall: Any
+    spring: Any
+    v_new: Any
+    w: Any
+    displacement: Any
+    force_end: Any
 
 
 @inlined
@@ -67,7 +90,7 @@ def first_flow(windings, axis, voltages, constants, v, given):
         i_0 = 0.0
     if not axis.powered:  # open windings
         i_a = i_b = 0.0
-    return Flow((i_a, i_b, i_0), push)
+    return Flow((i_a, i_b, i_0), push, np.int64(-1))
 
 
 @inlined
@@ -78,9 +101,10 @@ def _weighted(weights, first, i, push, push_mid, push_end):
 
 
 @inlined
-def carried(windings, space, common, flow, voltages_mid, voltages_end, e, d, v_mid, v_end):
+def carried(windings, flow, voltages_mid, voltages_end, e, d, v_mid, v_end):
     """The currents of a step with these voltages (V) and speeds (m/s); e, d: thrust per current in the middle, at the
     end."""
+    space, common = windings.space, windings.common
     u_a, u_b, u_0 = clarke(voltages_mid[0], voltages_mid[1], voltages_mid[2])
     z_a, z_b, z_0 = clarke(voltages_end[0], voltages_end[1], voltages_end[2])
     e_a, e_b, e_0 = clarke(e[0], e[1], e[2])
@@ -101,41 +125,53 @@ def carried(windings, space, common, flow, voltages_mid, voltages_end, e, d, v_m
 
 
 @inlined
-def corrected(
-    windings, space, common, bristles, spring, middle, moved, flow, h, v, v_end, v_new, w, displacement, force_end
-):
-    """Motion, force and currents at a step's end, once they answer to the speeds that the prediction has missed.
-
-    middle: predicted; moved: the `Carried` currents; w in m, displacement in m and force_end in N: of the step as it
-    came out with them, v_new its speed in m/s.
-    """
-    v_mid, w_mid, level, fall, _, _, _ = middle
-    stiffness, damping = spring
-    half = 0.5 * h
+def force_by_gaps(windings, moved):
+    """Force in N that gaps in speed take away per m/s: in the middle of the step by that in the middle and at the end,
+    at its end likewise."""
+    space, common = windings.space, windings.common
     e_a, e_b, e_0 = moved.constants_middle
     d_a, d_b, d_0 = moved.constants_end
-    # Of the parabola with the step's first and last speed and its travel, less those that the back-EMF was taken at.
-    gap_mid = 1.5 * displacement / h - 0.25 * (v + v_new) - v_mid
-    gap_end = v_new - v_end
-    # Force that a gap takes away, N s/m: at mid-step (first) and at the end, by the gap at mid-step and at the end.
     both = e_a * d_a + e_b * d_b
     mid_mid, mid_end = 1.5 * space[6] * (e_a * e_a + e_b * e_b), 1.5 * space[7] * both
     end_mid, end_end = 1.5 * space[2] * both, 1.5 * space[3] * (d_a * d_a + d_b * d_b)
     if windings.winding == SEPARATE:
         mid_mid, mid_end = mid_mid + 3.0 * common[6] * e_0 * e_0, mid_end + 3.0 * common[7] * e_0 * d_0
         end_mid, end_end = end_mid + 3.0 * common[2] * e_0 * d_0, end_end + 3.0 * common[3] * d_0 * d_0
-    # Speed that a lasting force adds within the step, m/s per N: drag of the bristle linearised as in its step.
-    rate_mid = stiffness * abs(v_mid) / level
-    load = math.copysign(stiffness * w_mid / level, w_mid * v_mid)
-    grip = min(max(1.0 - load * (1.0 - fall / level), 0.0), 2.0) / (1.0 + half * rate_mid)
-    ease = h / (bristles.mass + half * (bristles.sigma_2 + grip * (damping + half * stiffness)))
+    return mid_mid, mid_end, end_mid, end_end
+
+
+@inlined
+def yielding(bristles, moved):
+    """How the bristle takes part in a speed that is added within a step, and the speed in m/s that a lasting force adds
+    per N: its drag is linearised as in the step itself."""
+    stiffness, damping = moved.spring
+    half = 0.5 * moved.h
+    rate_mid = stiffness * abs(moved.v_mid) / moved.level
+    load = math.copysign(stiffness * moved.w_mid / moved.level, moved.w_mid * moved.v_mid)
+    grip = min(max(1.0 - load * (1.0 - moved.fall / moved.level), 0.0), 2.0) / (1.0 + half * rate_mid)
+    ease = moved.h / (bristles.mass + half * (bristles.sigma_2 + grip * (damping + half * stiffness)))
+    return grip, ease
+
+
+@inlined
+def corrected(windings, bristles, carried_on, moved, flow):
+    """Speed, bristle, displacement, force and currents at a step's end, once they answer to the speeds that the
+    prediction has missed. carried_on: the `Carried` currents; moved: the mass with them."""
+    space, common = windings.space, windings.common
+    e_a, e_b, e_0 = carried_on.constants_middle
+    d_a, d_b, d_0 = carried_on.constants_end
+    # Of the parabola with the step's first and last speed and its travel, less those that the back-EMF was taken at.
+    gap_mid = 1.5 * moved.displacement / moved.h - 0.25 * (moved.v + moved.v_new) - moved.v_mid
+    gap_end = moved.v_new - moved.v_end
+    mid_mid, mid_end, end_mid, end_end = force_by_gaps(windings, carried_on)
+    grip, ease = yielding(bristles, moved)
     # Gaps bring forth forces, whose parabola changes the gaps: one linear equation for both.
     a_11, a_12 = 1.0 + ease * (8.0 * mid_mid - end_mid) / 24.0, ease * (8.0 * mid_end - end_end) / 24.0
     a_21, a_22 = ease * (4.0 * mid_mid + end_mid) / 6.0, 1.0 + ease * (4.0 * mid_end + end_end) / 6.0
     whole = 1.0 / (a_11 * a_22 - a_12 * a_21)
     gap_mid, gap_end = (a_22 * gap_mid - a_12 * gap_end) * whole, (a_11 * gap_end - a_21 * gap_mid) * whole
-    farther = -ease * h * (mid_mid * gap_mid + mid_end * gap_end) / 3.0
-    n_a, n_b, n_0 = moved.end
+    farther = -ease * moved.h * (mid_mid * gap_mid + mid_end * gap_end) / 3.0
+    n_a, n_b, n_0 = carried_on.end
     i_0 = flow.current[2]
     if windings.winding == SEPARATE:
         i_0 = n_0 - common[2] * e_0 * gap_mid - common[3] * d_0 * gap_end
@@ -144,234 +180,88 @@ def corrected(
         n_b - space[2] * e_b * gap_mid - space[3] * d_b * gap_end,
         i_0,
     )
-    end_a, end_b, end_0 = moved.push_end
+    end_a, end_b, end_0 = carried_on.push_end
     push = (end_a - d_a * gap_end, end_b - d_b * gap_end, end_0 - d_0 * gap_end)
-    force_end -= end_mid * gap_mid + end_end * gap_end
-    return v_end + gap_end, w + grip * farther, displacement + farther, force_end, Flow(current, push)
+    force_end = moved.force_end - (end_mid * gap_mid + end_end * gap_end)
+    w, displacement = moved.w + grip * farther, moved.displacement + farther
+    return moved.v_end + gap_end, w, displacement, force_end, Flow(current, push, flow.weighed)
 
 
 @inlined
-def _force(terms, axis, t, y, v, currents, constants, p, table):
+def _force(terms, axis, t, y, v, currents, constants):
     """Forces on the mass but friction in N; constants: thrust per current, which are at hand."""
     if axis.on & terms.acts.push:
-        return pushed_force(terms, axis, t, y, v, currents, p, table)
+        return pushed_force(terms, axis, t, y, v, currents)
     if axis.powered:
         return constants[0] * currents[0] + constants[1] * currents[1] + constants[2] * currents[2]
     return 0.0
 
 
 @inlined
-def voltage_step(
-    terms,
-    axis,
-    bristles,
-    windings,
-    space,
-    common,
-    weighed,
-    clock,
-    coefficients,
-    n,
-    done,
-    motion,
-    flow,
-    halvings,
-    p,
-    table,
-):
-    """A step of mass, bristle and currents; returns motion, currents, the predicted middle and for how many halvings
-    `space` and `common` are filled (`weighed`: so far)."""
-    y, v, w, force, last, spring = motion
-    t_n = clock.t_start + n * clock.dt
-    middle = predicted(
-        terms,
-        axis,
-        bristles,
-        spring,
-        t_n + done * clock.tick,
-        y,
-        v,
-        w,
-        last,
-        p,
-        table,
-        force,
-        halvings,
-        clock.tick,
-        clock.tolerance,
-    )
-    v_mid, level, fall = middle.v, middle.level, middle.fall
-    size = 1 << (FINEST - middle.halvings)
-    h = size * clock.tick
+def weighed(windings, flow, middle, h):
+    """The flow, once the windings' weights are those of a step of h seconds."""
+    if middle.halvings == flow.weighed:
+        return flow
+    current_weights(windings.resistance, windings.inductance, h, windings.space)
+    current_weights(windings.resistance, windings.mean_inductance, h, windings.common)
+    return Flow(flow.current, flow.push, middle.halvings)
+
+
+@inlined
+def currents_within(terms, axis, windings, course, reach, v_mid, flow, last):
+    """What the currents do in a predicted step; last: currents at its start in A."""
+    n, h, x, t_mid, y_mid, y_end, v_end = reach
     half = 0.5 * h
-    x = (done + size) * clock.tick
-    y_mid, y_end, v_end = y + 0.5 * half * (v + v_mid), y + h * v_mid, 2.0 * v_mid - v
-    if clock.guided:
-        y_mid, y_end = spline_at(coefficients, n, 3, x - half), spline_at(coefficients, n, 3, x)
-    t_mid = t_n + x - half
+    voltages = inputs_then(terms, axis, course, n, x, half)
+    voltages_end = inputs_then(terms, axis, course, n, x, 0.0)
+    e = emf_constants(terms, axis, t_mid, y_mid, v_mid, last)
+    d = emf_constants(terms, axis, course.t_start + n * course.dt + x, y_end, v_end, last)
+    return carried(windings, flow, voltages, voltages_end, e, d, v_mid, v_end), e, d
+
+
+@inlined
+def voltage_step(terms, axis, bristles, windings, course, place, motion, flow):
+    """A step of mass, bristle and currents; returns motion, currents and the predicted middle."""
+    y, v, w, force, last, _ = motion
+    t_n = course.t_start + place.n * course.dt
+    begin = t_n + place.done * course.tick
+    middle = predicted(terms, axis, bristles, motion, begin, place.halvings, course.tick, course.tolerance)
+    reach = reach_of(course, place, motion, middle, course.guided)
+    _, h, x, t_mid, y_mid, y_end, v_end = reach
     states = axis.on & terms.acts.advance
     if states:
-        advance_states(
-            terms,
-            axis.on,
-            half,
-            t_mid - 0.5 * half,
-            y + 0.25 * half * (v + v_mid),
-            0.5 * (v + v_mid),
-            (v_mid - v) / half,
-            last,
-            p,
-        )
+        to_the_middle(terms, axis, reach, motion, middle.v)
     currents = currents_end = last
     e = d = (0.0, 0.0, 0.0)
-    moved = Carried(flow.current, flow.current, e, d, flow.push)
+    carried_on = Carried(flow.current, flow.current, e, d, flow.push)
     if axis.powered:
-        if middle.halvings != weighed:
-            current_weights(windings.resistance, windings.inductance, h, space)
-            current_weights(windings.resistance, windings.mean_inductance, h, common)
-            weighed = middle.halvings
-        voltages = inputs_then(terms, axis.on, coefficients, clock.dt, n, x, half, clock.lag)
-        voltages_end = inputs_then(terms, axis.on, coefficients, clock.dt, n, x, 0.0, clock.lag)
-        e = emf_constants(terms, axis, t_mid, y_mid, v_mid, last, p, table)
-        d = emf_constants(terms, axis, t_n + x, y_end, v_end, last, p, table)
-        moved = carried(windings, space, common, flow, voltages, voltages_end, e, d, v_mid, v_end)
-        currents = phases(moved.middle[0], moved.middle[1], moved.middle[2])
-        currents_end = phases(moved.end[0], moved.end[1], moved.end[2])
-    force_mid = _force(terms, axis, t_mid, y_mid, v_mid, currents, e, p, table)
-    if axis.on & terms.acts.load or (states and axis.on & terms.acts.level):
-        level, fall = friction_at(terms, axis, bristles, t_mid, y_mid, v_mid, currents, p, table)
-    factor, stiffness, damping = bristle_now(terms, axis, bristles, t_mid, y_mid, v_mid, currents, p)
-    level, fall = factor * level, factor * fall
+        flow = weighed(windings, flow, middle, h)
+        carried_on, e, d = currents_within(terms, axis, windings, course, reach, middle.v, flow, last)
+        currents = phases(carried_on.middle[0], carried_on.middle[1], carried_on.middle[2])
+        currents_end = phases(carried_on.end[0], carried_on.end[1], carried_on.end[2])
+    force_mid = _force(terms, axis, t_mid, y_mid, middle.v, currents, e)
+    level, fall, spring = resisting(terms, axis, bristles, reach, middle, currents)
     if states:
-        advance_states(terms, axis.on, h, t_mid, y_mid, v_mid, (v_mid - v) / half, currents, p)
-    force_end = _force(terms, axis, t_n + x, y_end, v_end, currents_end, d, p, table)
+        to_the_end(terms, axis, reach, motion, middle.v, currents)
+    force_end = _force(terms, axis, t_n + x, y_end, v_end, currents_end, d)
     mean, rise = impulse(force, force_mid, force_end)
-    v_new, w_new, displacement = lugre_step(
-        v,
-        w,
-        v_mid,
-        middle.w,
-        level,
-        fall,
-        mean - 0.5 * rise,
-        rise / h,
-        bristles.mass,
-        stiffness,
-        damping,
-        bristles.sigma_2,
-        h,
-    )
-    if states:  # once more along the step as it came out, so that they keep to the motion
-        advance_states(terms, axis.on, h, t_mid, y + 0.5 * displacement, displacement / h, (v_new - v) / h, currents, p)
-        keep_states(p)
+    at_middle, body = (middle.v, middle.w, level, fall), (bristles.mass, spring[0], spring[1], bristles.sigma_2)
+    v_new, w_new, displacement = lugre_step(v, w, at_middle, mean - 0.5 * rise, rise / h, body, h)
+    if states:
+        settled(terms, axis, reach, motion, v_new, displacement, currents)
     if axis.powered:
-        found = Middle(v_mid, middle.w, level, fall, middle.halvings, middle.swing, middle.allowed)
-        v_new, w_new, displacement, force_end, flow = corrected(
-            windings,
-            space,
-            common,
-            bristles,
-            (stiffness, damping),
-            found,
-            moved,
-            flow,
-            h,
-            v,
-            v_end,
-            v_new,
-            w_new,
-            displacement,
-            force_end,
-        )
+        moved = Moved(h, v, middle.v, v_end, middle.w, level, fall, spring, v_new, w_new, displacement, force_end)
+        v_new, w_new, displacement, force_end, flow = corrected(windings, bristles, carried_on, moved, flow)
         currents_end = phases(flow.current[0], flow.current[1], flow.current[2])
-    motion = AxisState(y + displacement, v_new, w_new, force_end, currents_end, (stiffness, damping))
-    return motion, flow, middle, weighed
+    return AxisState(y + displacement, v_new, w_new, force_end, currents_end, spring), flow, middle
 
 
 @allocating
-def simulate_one(
-    terms,
-    params,
-    motor,
-    on,
-    powered,
-    coefficients,
-    t_start,
-    dt,
-    first,
-    count,
-    added_mass,
-    record,
-    elapsed,
-    start,
-    kept,
-    guided,
-    substeps,
-    tolerance,
-    winding,
-    i_start,
-    i_out,
-    y_out,
-    v_out,
-):
-    """Simulate `count` samples from sample `first`; returns the number of internal steps.
-
-    winding: 1 star, 2 separate; i_start: (3,) A, nan where not given; i_out: (3, count) A, or empty if not wanted; the
-    rest as in `kernel.simulate_one`.
-    """
-    axis, bristles, clock, p, table = prepared(
-        terms, params, motor, on, powered, t_start, dt, added_mass, record, elapsed, guided, substeps, tolerance
-    )
-    whole = substeps << FINEST
-    windings = Windings(
-        winding, p[WINDING_START], *mode_inductances(winding, p[WINDING_START + 1], p[WINDING_START + 2])
-    )
-    space, common = np.zeros(WEIGHTS), np.zeros(WEIGHTS)
-    weighed = -1
-    t = t_start + first * dt
-    voltages = first_inputs(terms, axis, clock, coefficients, first, count)
-    constants = emf_constants(terms, axis, t, start[0], start[1], voltages, p, table)
-    flow = first_flow(windings, axis, voltages, constants, start[1], i_start)
-    currents = phases(flow.current[0], flow.current[1], flow.current[2])
-    motion = started(terms, axis, bristles, t, start, kept, currents, p, table)
-    steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
-    write_sample(terms, axis.on, 0, t, motion, p, y_out, v_out)
-    _write_currents(0, motion.currents, i_out)
-    for k in range(count - 1):
-        done = 0
-        while done < whole:
-            motion, flow, middle, weighed = voltage_step(
-                terms,
-                axis,
-                bristles,
-                windings,
-                space,
-                common,
-                weighed,
-                clock,
-                coefficients,
-                first + k,
-                done,
-                motion,
-                flow,
-                halvings,
-                p,
-                table,
-            )
-            halvings = middle.halvings
-            size = 1 << (FINEST - halvings)
-            done += size
-            steps += 1
-            if halvings > 0 and done % (size << 1) == 0 and middle.swing < 0.3 * middle.allowed:
-                halvings -= 1
-        if diverged(motion):
-            no_samples(k + 1, y_out, v_out)
-            for rest in range(k + 1, count):
-                _write_currents(rest, (np.nan, np.nan, np.nan), i_out)
-            return steps
-        write_sample(terms, axis.on, k + 1, t_start + (first + k) * dt + dt, motion, p, y_out, v_out)
-        _write_currents(k + 1, motion.currents, i_out)
-    return steps
+def windings_of(candidates, axis):
+    """The windings with these parameters."""
+    p, winding = axis.p, candidates.winding
+    inductance, mean_inductance = mode_inductances(winding, p[WINDING_START + 1], p[WINDING_START + 2])
+    return Windings(winding, p[WINDING_START], inductance, mean_inductance, np.zeros(WEIGHTS), np.zeros(WEIGHTS))
 
 
 @inlined
@@ -380,74 +270,66 @@ def _write_currents(k, currents, i_out):
         i_out[0, k], i_out[1, k], i_out[2, k] = currents
 
 
+@allocating
+def simulate_one(terms, candidates, task, start, i_start, kept, scheme, out):
+    """Simulate one task; returns the number of internal steps.
+
+    i_start: (3,) A, nan where not given; out: y and v as in `kernel.simulate_one`, and currents (3, count) in A or
+    empty if not wanted; the rest as there.
+    """
+    y_out, v_out, i_out = out
+    axis = axis_of(terms, candidates, task)
+    bristles = bristles_of(terms, axis, task.added_mass)
+    course = course_of(terms, axis, task, scheme, y_out[0:0])
+    windings = windings_of(candidates, axis)
+    whole = scheme.substeps << FINEST
+    t = task.t_start + task.first * task.dt
+    voltages = first_inputs(terms, axis, course, task)
+    constants = emf_constants(terms, axis, t, start[0], start[1], voltages)
+    flow = first_flow(windings, axis, voltages, constants, start[1], i_start)
+    currents = phases(flow.current[0], flow.current[1], flow.current[2])
+    motion = started(terms, axis, bristles, t, start, kept, currents)
+    steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
+    write_sample(terms, axis, 0, t, motion, y_out, v_out)
+    _write_currents(0, motion.currents, i_out)
+    for k in range(task.count - 1):
+        n = task.first + k
+        done = 0
+        while done < whole:
+            place = Place(n, done, halvings)
+            motion, flow, middle = voltage_step(terms, axis, bristles, windings, course, place, motion, flow)
+            done, halvings = after(done, middle)
+            steps += 1
+        if diverged(motion):
+            no_samples(k + 1, y_out, v_out)
+            for rest in range(k + 1, task.count):
+                _write_currents(rest, (np.nan, np.nan, np.nan), i_out)
+            return steps
+        write_sample(terms, axis, k + 1, task.t_start + n * task.dt + task.dt, motion, y_out, v_out)
+        _write_currents(k + 1, motion.currents, i_out)
+    return steps
+
+
 def simulate_tasks_with(terms: Bundle) -> Any:
     """`simulate_tasks` with these terms, for Python to call."""
 
-    def simulate_tasks(
-        params,
-        motor,
-        on,
-        powered,
-        coefficients,
-        offsets,
-        t_starts,
-        dts,
-        recording,
-        first,
-        count,
-        added_mass,
-        records,
-        elapsed,
-        starts,
-        kept,
-        out_offsets,
-        guided,
-        guide,
-        substeps,
-        tolerance,
-        begin,
-        end,
-        winding,
-        i_starts,
-        i_out,
-        y_out,
-        v_out,
-    ):
-        """Simulate tasks begin..end-1, as `kernel.simulate_tasks`; i_starts: (candidates, segments, 3) A; i_out:
-        (candidates, 3, samples) A, or empty if not wanted."""
-        segments = recording.size
+    def simulate_tasks(candidates, inputs, segments, starts, scheme, begin, end, out):
+        """Simulate tasks begin..end-1, as `kernel.simulate_tasks`; the inputs are phase voltages."""
+        count_of_segments = segments.recording.size
         steps = 0
-        for task in range(begin, end):
-            candidate = task // segments
-            s = task % segments
-            r = recording[s]
-            a = out_offsets[s]
-            b = a + count[s]
-            steps += simulate_one(
-                terms,
-                params[candidate],
-                motor,
-                on,
-                powered[r],
-                coefficients[offsets[r] : offsets[r + 1]],
-                t_starts[r],
-                dts[r],
-                first[s],
-                count[s],
-                added_mass[r],
-                records[r],
-                elapsed[r],
-                starts[candidate, s],
-                kept,
-                guided,
-                substeps,
-                tolerance,
-                winding,
-                i_starts[candidate, s],
-                i_out[candidate, :, a:b] if i_out.size > 0 else i_out[0],
-                y_out[candidate, a:b],
-                v_out[candidate, a:b] if v_out.size > 0 else v_out[0, 0:0],
+        for number in range(begin, end):
+            candidate = number // count_of_segments
+            s = number % count_of_segments
+            task = task_of(candidates, inputs, candidate, segments.recording[s], segments.first[s], segments.count[s])
+            a = out.offsets[s]
+            b = a + task.count
+            traces = (
+                out.y[candidate, a:b],
+                out.v[candidate, a:b] if out.v.size > 0 else out.v[0, 0:0],
+                out.currents[candidate, :, a:b] if out.currents.size > 0 else out.currents[0],
             )
+            start, i_start = starts.values[candidate, s], starts.currents[candidate, s]
+            steps += simulate_one(terms, candidates, task, start, i_start, starts.kept, scheme, traces)
         return steps
 
     return simulate_tasks

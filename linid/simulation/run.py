@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +15,25 @@ from linid.arrays import Array, Integers
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
+from linid.simulation.along import Found, Motion
 from linid.simulation.compiled import Kernel, load_kernel
+from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.threads import summed
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
+# Of motors that currents drive, and of forces that are not known beforehand.
+_NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
 
 
-@dataclass(frozen=True)
-class Segments:
+class Segments(NamedTuple):
     """S stretches of recordings to be simulated: recording index, first sample, number of samples (S,)."""
 
     recording: Integers
     first: Integers
-    count: Integers
+    count: Integers  # type: ignore[assignment]  # a tuple's method of that name is not missed
 
     @property
     def out_offsets(self) -> Integers:
@@ -85,7 +89,9 @@ class Simulator:
     specialised: bool = False
 
     def _split(self, tasks: int) -> list[tuple[int, int]]:
-        pieces = min(tasks, 4 * self.jobs if self.jobs > 1 else 1)
+        if self.jobs < 2 or tasks < 2:
+            return [(0, tasks)]
+        pieces = min(tasks, 4 * self.jobs)
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
         return [(int(a), int(b)) for a, b in pairwise(edges)]
 
@@ -94,8 +100,13 @@ class Simulator:
         """Measured positions and inputs (4, points) at the ends and middles of all base steps."""
         return measured_points(self.inputs, 2 * self.substeps)
 
+    @cached_property
     def _kept(self) -> Integers:
         return np.array(self.model.states, dtype=np.int64)
+
+    def _candidates(self, params: Array) -> Candidates:
+        winding = WINDING_CODES[self.model.winding]
+        return Candidates(np.ascontiguousarray(params), self.model.motor, self.model.mask, winding)
 
     def _kernel(self) -> Kernel:
         if self.specialised:
@@ -116,10 +127,10 @@ class Simulator:
         offsets = segments.out_offsets
         y_out = np.empty((params.shape[0], int(offsets[-1])))
         v_out = np.empty_like(y_out) if velocity else np.empty((1, 0))
-        extra: tuple[object, ...] = ()
-        if self.model.winding:
-            extra = self._windings(np.full((*starts.shape[:2], 3), np.nan), np.empty((1, 3, 0)))
-        steps = self._simulate(params, segments, starts, y_out, v_out, guided, extra)
+        given = np.full((*starts.shape[:2], 3), np.nan) if self.model.winding else _NO_CURRENTS
+        traces = Traces(offsets, y_out, v_out, _NO_TRACES)
+        states = Starts(np.ascontiguousarray(starts), self._kept, given)
+        steps = self._simulate(params, segments, states, guided, traces)
         return y_out, v_out, steps
 
     def run_by_voltage(
@@ -130,67 +141,22 @@ class Simulator:
         start_currents: (C, S, 3) A, nan for those that the first voltages would hold; the rest as in `run`. Returns
         positions and velocities (C, samples), currents (C, 3, samples) in A and the number of internal steps.
         """
-        size = int(segments.out_offsets[-1])
-        y_out, v_out = np.empty((params.shape[0], size)), np.empty((params.shape[0], size))
-        i_out = np.empty((params.shape[0], 3, size))
-        extra = self._windings(start_currents, i_out)
-        steps = self._simulate(params, segments, starts, y_out, v_out, guided, extra)
-        return y_out, v_out, i_out, steps
-
-    def _windings(self, start_currents: Array, i_out: Array) -> tuple[object, ...]:
-        return WINDING_CODES[self.model.winding], np.ascontiguousarray(start_currents), i_out
-
-    def _simulate(
-        self,
-        params: Array,
-        segments: Segments,
-        starts: Array,
-        y_out: Array,
-        v_out: Array,
-        guided: bool,
-        extra: tuple[object, ...],
-    ) -> int:
-        """Run the kernel over all candidates and segments; extra: what it takes besides where voltages drive."""
-        kernel = self._kernel()
-        inputs = self.inputs
-        params = np.ascontiguousarray(params)
-        starts = np.ascontiguousarray(starts)
-        kept = self._kept()
         offsets = segments.out_offsets
+        shape = (params.shape[0], int(offsets[-1]))
+        traces = Traces(offsets, np.empty(shape), np.empty(shape), np.empty((shape[0], 3, shape[1])))
+        given = Starts(np.ascontiguousarray(starts), self._kept, np.ascontiguousarray(start_currents))
+        steps = self._simulate(params, segments, given, guided, traces)
+        return traces.y, traces.v, traces.currents, steps
+
+    def _simulate(self, params: Array, segments: Segments, starts: Starts, guided: bool, traces: Traces) -> int:
+        """Run the kernel over all candidates and segments."""
+        kernel, inputs, candidates = self._kernel(), self.inputs, self._candidates(params)
         by_motion_alone = guided and self.model.mask == 0 and not self.model.winding
-        guide = self._guide if by_motion_alone else np.empty((4, 0))
+        guide = self._guide if by_motion_alone else _NO_GUIDE
+        scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2)
 
         def work(piece: tuple[int, int]) -> int:
-            return int(
-                kernel.simulate_tasks(
-                    params,
-                    self.model.motor,
-                    self.model.mask,
-                    inputs.powered,
-                    inputs.coefficients,
-                    inputs.offsets,
-                    inputs.t_starts,
-                    inputs.dts,
-                    segments.recording,
-                    segments.first,
-                    segments.count,
-                    inputs.added_mass,
-                    inputs.records,
-                    inputs.elapsed,
-                    starts,
-                    kept,
-                    offsets,
-                    guided,
-                    guide,
-                    self.substeps,
-                    REVERSAL_TOLERANCE / self.substeps**2,
-                    piece[0],
-                    piece[1],
-                    *extra,
-                    y_out,
-                    v_out,
-                )
-            )
+            return int(kernel.simulate_tasks(candidates, inputs, segments, starts, scheme, *piece, traces))
 
         return self._spread(work, params.shape[0] * segments.count.size)
 
@@ -211,50 +177,23 @@ class Simulator:
         acceleration: whether it is wanted (empty without); wanted: (samples of all recordings,) where the rest is,
         which without acceleration saves the way between (default: everywhere).
         """
-        kernel = self._kernel()
-        inputs = self.inputs
-        kept = self._kept()
-        candidates = params.shape[0]
-        w_out = np.empty((candidates, y.size)) if wanted is None else np.full((candidates, y.size), np.nan)
-        sought = np.empty(0, dtype=np.bool_) if wanted is None else wanted
-        a_out = np.empty_like(w_out) if acceleration else np.empty((1, 0))
-        states_out = np.empty((candidates, y.size, kept.size) if kept.size else (1, 0, 0))
+        kernel, inputs, candidates, kept = self._kernel(), self.inputs, self._candidates(params), self._kept
+        shape = (params.shape[0], y.size)
         reads = any(find_effect(name).sensor is not None for name in self.model.effects)
-        reading_out = np.empty_like(w_out) if reads else np.empty((1, 0))
-        params = np.ascontiguousarray(params)
+        found = Found(
+            np.empty(shape) if acceleration else np.empty((1, 0)),
+            np.empty(shape) if wanted is None else np.full(shape, np.nan),
+            np.empty((*shape, kept.size) if kept.size else (1, 0, 0)),
+            np.empty(shape) if reads else np.empty((1, 0)),
+        )
+        motion = Motion(y, v, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted)
 
         def work(piece: tuple[int, int]) -> int:
-            kernel.along_tasks(
-                params,
-                self.model.motor,
-                self.model.mask,
-                inputs.powered,
-                inputs.coefficients,
-                inputs.offsets,
-                inputs.t_starts,
-                inputs.dts,
-                inputs.counts,
-                inputs.sample_offsets,
-                inputs.added_mass,
-                inputs.records,
-                inputs.elapsed,
-                y,
-                v,
-                kept,
-                standstill,
-                sought,
-                start_w,
-                piece[0],
-                piece[1],
-                a_out,
-                w_out,
-                states_out,
-                reading_out,
-            )
+            kernel.along_tasks(candidates, inputs, motion, start_w, kept, *piece, found)
             return 0
 
-        self._spread(work, candidates * inputs.counts.size)
-        return AlongMotion(a_out, w_out, states_out, reading_out if reads else None)
+        self._spread(work, shape[0] * inputs.counts.size)
+        return AlongMotion(found.a, found.w, found.states, found.reading if reads else None)
 
     def readings(self, params: Array, y: Array, v: Array) -> Array:
         """Reading errors (C, samples) in m at positions y (m) and speeds v (m/s), for errors that hang on nothing
@@ -272,3 +211,15 @@ class Simulator:
 
     def _spread(self, work: Callable[[tuple[int, int]], int], tasks: int) -> int:
         return summed(work, self._split(tasks), self.jobs)
+
+
+def currents_along(model: Model, params: Array, inputs: Inputs, y: Array, v: Array, start: Array) -> Array:
+    """Currents (C, 3, samples) in A of C candidates, exact for voltages that are parabolas between half samples.
+
+    model: with windings; params: (C, VECTOR_SIZE) SI; inputs: packed with their voltages; y, v: (samples,) measured
+    motion in m and m/s; start: (R, 3) A at the recordings' first samples. Effects are left out.
+    """
+    out = np.zeros((params.shape[0], 3, y.size))
+    candidates = Candidates(np.ascontiguousarray(params), model.motor, 0, WINDING_CODES[model.winding])
+    load_kernel(None, True, True).current_tasks(candidates, inputs, y, v, np.ascontiguousarray(start), out)
+    return out

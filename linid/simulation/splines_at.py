@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from linid.simulation.terms import inlined
+from linid.simulation.binding import inlined
 
 
 @inlined
@@ -27,11 +27,3 @@ def late_inputs(c, dt, x):
     x = min(max(x, 0.0), last * dt)
     k = min(int(x / dt), last - 1)
     return inputs_at(c, k, x - k * dt)
-
-
-@inlined
-def inputs_then(terms, on, c, dt, k, x, back, lag):
-    """The three inputs that act x - back seconds after sample k."""
-    if on & terms.acts.delay:
-        return late_inputs(c, dt, k * dt + x - back - lag)
-    return inputs_at(c, k, x - back)

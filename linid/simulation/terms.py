@@ -8,49 +8,15 @@ holds only what is active.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
-
-from linid.physics import motors
 from linid.physics.effects.effect import STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
+from linid.simulation.binding import inlined, values_at
 from linid.simulation.bundle import Bundle
-
-# Functions that only kernels call: nothing is compiled for Python, and arrays, which the kernel keeps alive, are not
-# counted at every call. What makes an array of its own is `allocating`.
-_INNER: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-_UNCOUNTED: dict[str, Any] = {**_INNER, "_nrt": False}
-allocating = njit(**_INNER)
-compiled = njit(**_UNCOUNTED)
-inlined = njit(**_UNCOUNTED, forceinline=True)
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _values_at(typing_context: Any, p: Any, where: Any) -> Any:
-    """A tuple of those values of an array whose places a bundle names (`where.places`; None: 0.0).
-
-    A loop over a tuple, or a view of the array, would cost more than the terms themselves.
-    """
-    places = where.bundle.places
-    result = types.UniTuple(p.dtype, len(places))
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        word, number = ir.IntType(64), ir.DoubleType()
-        items = [
-            ir.Constant(number, 0.0) if k is None else builder.load(builder.gep(array.data, [ir.Constant(word, k)]))
-            for k in places
-        ]
-        return context.make_tuple(builder, result, items)
-
-    return result(p, where), code
-
-
-values_at: Any = _values_at  # called with `p` and `where` alone
+from linid.simulation.motor_terms import motor_terms
 
 
 def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
@@ -201,11 +167,6 @@ def _no_advance(on, h, t, y, v, a, currents, p):
     pass
 
 
-@inlined
-def _no_motor(motor, y, currents, p, table, harmonics, wavenumber, phase):
-    return 0.0
-
-
 _CHAINS: dict[str, tuple[Any, Callable[..., Any]]] = {
     "delay": (_no_scalar, _delayed),
     "mass": (_no_scalar, _heavier),
@@ -234,53 +195,20 @@ def _chain(term: str, effects: tuple[Effect, ...]) -> Any:
     return total
 
 
-@inlined
-def _force_of_input(y, currents, p, table, harmonics, wavenumber, phase):
-    return p[8] * currents[0]
-
-
-@inlined
-def _force_of_sine(y, currents, p, table, harmonics, wavenumber, phase):
-    return motors.phase_force(y, currents[0], currents[1], currents[2], wavenumber, phase, table, harmonics)
-
-
-@inlined
-def _force_of_theta(y, currents, p, table, harmonics, wavenumber, phase):
-    if harmonics > 0:
-        return motors.phase_force(y, currents[0], currents[1], currents[2], wavenumber, phase, table, harmonics)
-    return motors.gaussian_force(y, currents[0], currents[1], currents[2], p[8:14])
-
-
-_MOTORS = {motors.FORCE: _force_of_input, motors.SINE: _force_of_sine, motors.THETA: _force_of_theta}
-
-
-def _or_motor(rest: Any, code: int, force: Any) -> Any:
-    @inlined
-    def either(motor, y, currents, p, table, harmonics, wavenumber, phase):
-        if motor == code:
-            return force(y, currents, p, table, harmonics, wavenumber, phase)
-        return rest(motor, y, currents, p, table, harmonics, wavenumber, phase)
-
-    return either
-
-
+@cache  # kernels of one process share what they have in common
 def terms_of(model: Model | None = None, bare: bool = False) -> Bundle:
     """The terms of all motors and effects, guarded (None), of one model alone, or of all motors without effects.
 
     One compiled function per term, of all effects: delay(value, on, p) and mass(value, on, p); drive(on, t, y, v,
     currents, p) -> currents; initial(on, t, y, v, currents, p) and advance(on, h, t, y, v, a, currents, p) change p;
     load(value, on, push, t, y, v, currents, p); all others (value, on, t, y, v, currents, p) -> value. motor: its
-    force; acts: per term the bits of all effects that have it, besides `any`, `push` (what changes the forces on the
-    mass) and `between` (what acts between the samples of a measured motion); chosen, always: bits that the caller of
-    the kernel chooses, and that are known when it is compiled.
+    terms (motor_terms.py); acts: per term the bits of all effects that have it, besides `any`, `push` (what changes the
+    forces on the mass) and `between` (what acts between the samples of a measured motion); chosen, always: bits that
+    the caller of the kernel chooses, and that are known when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
         effects = ()
-    motor = _no_motor
-    for code, force in _MOTORS.items():
-        if model is None or model.motor == code:
-            motor = _or_motor(motor, code, force)
     bits = {term: bits_of(term, effects) for term in _CHAINS}
     guards = {
         **bits,
@@ -290,7 +218,7 @@ def terms_of(model: Model | None = None, bare: bool = False) -> Bundle:
     }
     known = 0 if bare else None if model is None else model.mask
     return Bundle(
-        motor=motor,
+        motor=motor_terms(None if model is None else model.motor),
         acts=Bundle(**guards),
         chosen=-1 if known is None else 0,
         always=known or 0,

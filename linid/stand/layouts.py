@@ -15,9 +15,10 @@ PHASES = ("U", "V", "W")
 
 @dataclass(frozen=True)
 class Table:
-    """What one scope export shows, in its units: time and period in ms, position in mm, currents (3, n) in A.
+    """What one scope export shows, in its units; period_ms: ms.
 
-    voltages_v: (3, n) in V, where the drive logs them.
+    time_ms, position_mm: (n,) in ms and mm; currents_a: (3, n) in A; voltages_v: (3, n) in V, where the drive logs
+    them.
     """
 
     name: str

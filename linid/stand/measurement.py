@@ -13,10 +13,11 @@ if TYPE_CHECKING:
 
 
 def quantise(x: Array, resolution: float) -> Array:
-    """x rounded to the nearest multiple of resolution (same unit); unchanged when resolution is 0.
+    """x (any shape) rounded to the nearest multiple of resolution (same unit), of the same shape; unchanged when that
+    is 0.
 
-    1/resolution is taken as a whole number where it is one, so that the values are the doubles nearest to the
-    decimal numbers that the scope prints.
+    1/resolution is taken as a whole number where it is one, so that the values are the doubles nearest to the decimal
+    numbers that the scope prints.
     """
     if resolution == 0:
         return x.copy()
@@ -29,10 +30,11 @@ def quantise(x: Array, resolution: float) -> Array:
 def measure(
     y: Array, phase_currents: Array, measurement: Measurement, *, seed: int, index: int, powered: bool
 ) -> tuple[Array, Array]:
-    """Logged position (n,) in m and phase currents (3, n) in A of an exact motion.
+    """Logged position (n,) in m and phase currents (3, n) in A of an exact motion: y (n,) in m, phase_currents (3, n)
+    in A.
 
-    index: the recording's place in the campaign; each recording has its own noise stream, so leaving others out
-    does not change it. powered: False while the power stage is off; the scope then logs exact zeros for current.
+    index: the recording's place in the campaign; each recording has its own noise stream, so leaving others out does
+    not change it. powered: False while the power stage is off; the scope then logs exact zeros for current.
     """
     random = np.random.default_rng([seed, index])
     y_noise = measurement.position_noise_rms_m * random.standard_normal(y.shape)
@@ -45,7 +47,9 @@ def measure(
 
 
 def measure_voltages(phase_voltages: Array, measurement: Measurement, *, seed: int, index: int) -> Array:
-    """Logged phase voltages (3, n) in V of exact ones; seed, index as in `measure`, the noise stream is their own."""
+    """Logged phase voltages (3, n) in V of exact ones (3, n); seed, index as in `measure`, the noise stream is their
+    own.
+    """
     random = np.random.default_rng([seed, index, 1])
     noise = measurement.voltage_noise_rms_v * random.standard_normal(phase_voltages.shape)
     return quantise(phase_voltages + noise, measurement.voltage_resolution_v) + 0.0

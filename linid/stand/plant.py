@@ -181,7 +181,9 @@ def simulate(
 
 
 def phase_currents(parameters: PlantParameters, y: Array, q_current: Array) -> Array:
-    """Balanced phase currents (3, n) in A: I_j = +-i_q sin(omega y + 2 pi/3 (j-2) + s), along the field."""
+    """Balanced phase currents (3, n) in A of q-currents (n,) in A at positions y (n,) in m: I_j = +-i_q sin(omega y + 2
+    pi/3 (j-2) + s), along the field.
+    """
     return np.stack([parameters.polarity * q_current * np.sin(angle) for angle in commutation_angles(parameters, y)])
 
 

@@ -47,7 +47,7 @@ def exact_recording(name: str) -> Recording:
 
 def as_sine(theta: dict[str, float]) -> dict[str, float]:
     """The sine motor of the same fundamental."""
-    from linid.physics.motors import fundamental_force_constant
+    from linid.physics.motors.theta import fundamental_force_constant
 
     out = {
         **theta,

@@ -38,13 +38,12 @@ def grown(recordings: Sequence[Recording], copies: int, every: int) -> list[Reco
 
 def one(campaign: Path, jobs: int, copies: int, every: int) -> dict[str, float | str]:
     """Time and memory of one diagnosis in this process."""
+    from linid.api import read
     from linid.diagnosis.diagnose import diagnose
     from linid.diagnosis.means import Means
-    from linid.workflow.commands.diagnose import base_kind
-    from linid.workflow.run.inputs import read_inputs
-    from linid.workflow.run.settings import Settings
+    from linid.interface.stages import base_kind
 
-    inputs = read_inputs([campaign], Settings())
+    inputs = read(campaign)
     recordings = grown(inputs.recordings, copies, every)
     begin, busy = time.perf_counter(), time.process_time()
     verdict = diagnose(campaign.stem, recordings, base_kind(tuple(recordings)), known=inputs.known, means=Means(jobs))

@@ -26,7 +26,7 @@ from scipy.stats import spearmanr
 
 from linid.identification.optimise.time_step import choose_substeps
 from linid.physics.model import Model
-from linid.physics.motors import sine_cosine
+from linid.physics.motors.harmonics import sine_cosine
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import REVERSAL_TOLERANCE, Segments, Simulator, whole_recordings
 from tests.benchmarks.__main__ import as_sine, exact_recording

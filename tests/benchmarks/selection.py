@@ -21,20 +21,19 @@ MATTERS, CLOSE = 0.05, 0.05  # of the gap
 
 def found(path: Path) -> dict[str, Any]:
     """What the selection says of one campaign: entries, dropped effects, gap and CPU seconds."""
+    from linid.api import read
     from linid.diagnosis.base import fit_base_model, numbered
     from linid.diagnosis.means import Means
     from linid.diagnosis.screen import Screening
     from linid.diagnosis.select import select
     from linid.diagnosis.shares import shares_of
-    from linid.workflow.commands.diagnose import base_kind
-    from linid.workflow.run.inputs import read_inputs
-    from linid.workflow.run.settings import Settings
+    from linid.interface.stages import base_kind
 
     def quiet(stage: str, done: int, total: int) -> None:
         del stage, done, total
 
     start = time.process_time()
-    recordings = numbered(read_inputs([path / "campaign.yaml"], Settings()).recordings)
+    recordings = numbered(read(path / "campaign.yaml").recordings)
     base = fit_base_model(recordings, base_kind(recordings), {}, Means(), [])
     chosen = select(base, Screening(base.judge.fits, base.fitted, 1), quiet)
     shares = shares_of(base.judge, chosen.base, chosen.best, 1)

@@ -26,8 +26,8 @@ from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.means import Means
 from linid.diagnosis.screen import Screening
+from linid.interface.stages import base_kind
 from linid.physics.effects.registry import EFFECTS, find_effect
-from linid.workflow.commands.diagnose import base_kind
 
 # (kind, campaigns, seed); none of the seeds is that of a recorded run.
 SETS = (("crowd", 8, 901), ("single", 8, 902), ("none", 4, 903), ("unknown", 4, 904))
@@ -48,10 +48,9 @@ MATTERS = 0.05  # of the gap: true effects of less are counted apart
 
 def evidence(path: Path, truth: dict[str, float]) -> list[dict[str, Any]]:
     """Every effect that is proposed on a campaign, with its evidence; truth: share of the gap by effect."""
-    from linid.workflow.run.inputs import read_inputs
-    from linid.workflow.run.settings import Settings
+    from linid.api import read
 
-    recordings = numbered(read_inputs([path], Settings()).recordings)
+    recordings = numbered(read(path).recordings)
     base = fit_base_model(recordings, base_kind(recordings), {}, Means(2), [])
     screening = Screening(base.judge.fits, base.fitted, 2)
     full, _ = select.forward(base, screening, lambda stage, done, total: None)

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from linid.api import read
 from linid.challenge.files import CAMPAIGN_FILE, key_of, write_hidden_campaign
 from linid.challenge.hidden_axis import AXES, AxisKind
 from linid.challenge.make import Plan, make_campaign
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.physics.model import Model
-from linid.workflow.run.inputs import read_inputs
-from linid.workflow.run.settings import Settings
 
 
 @pytest.mark.parametrize("kind", AXES)
@@ -22,7 +21,7 @@ def test_true_parameters_reach_the_noise_floor_in_every_recording(kind: AxisKind
     """Stops, breakaways, reversals and current steps included: what is left there would look like an effect."""
     hidden = make_campaign(Plan(21, kinds=("none",), axes=(kind,)), 0)
     write_hidden_campaign(hidden, tmp_path)
-    recordings = numbered(read_inputs([tmp_path / hidden.name / CAMPAIGN_FILE], Settings()).recordings)
+    recordings = numbered(read(tmp_path / hidden.name / CAMPAIGN_FILE).recordings)
     key = key_of(hidden)
     model = Model(key.motor)
     vector = model.vector(key.base)

@@ -8,17 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from linid.api import read
 from linid.diagnosis.diagnose import Found, diagnose
 from linid.diagnosis.means import Means
-from linid.workflow.run.inputs import read_inputs
-from linid.workflow.run.settings import Settings
 from tests.identification.test_real_axes import DRIVE_GAIN, emps, force_error
 from tests.shared_data import shared
 
 
 def diagnosed(machine: str, campaign: str) -> Found:
     """The diagnosis of a machine's campaign file."""
-    inputs = read_inputs([shared("real", machine, campaign)], Settings())
+    inputs = read(shared("real", machine, campaign))
     return diagnose(machine, inputs.recordings, "force", known=inputs.known, means=Means(2))
 
 

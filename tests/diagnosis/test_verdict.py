@@ -25,7 +25,7 @@ def budget(entries: tuple[Entry, ...], before: float, after: float) -> Budget:
 
 
 def said(entries: tuple[Entry, ...], before: float, after: float, motion: float = 0.99) -> tuple[str, str]:
-    verdict = decide(budget(entries, before, after), WHERE, (("cogging", 0.9),), motion, ())
+    verdict = decide(budget(entries, before, after), WHERE, (("cogging", 0.9),), motion, (), "linear")
     return verdict.status, verdict.sentence
 
 
@@ -66,7 +66,7 @@ def test_the_sentence_gives_each_cause_its_share_and_names_the_rest() -> None:
 
 def test_a_rival_belongs_to_its_entry() -> None:
     twin = Entry("current_offset", ("constant_force",), 0.9, 0.8, 1.0, 0.9, 0.9, 9.0)
-    found = decide(budget((twin,), 20.0, 0.1), WHERE, (), 0.99, ())
+    found = decide(budget((twin,), 20.0, 0.1), WHERE, (), 0.99, (), "linear")
     assert found.status == "explained" and found.equivalent == ("constant_force",)
     assert "urrent offset or constant force" in found.sentence
 
@@ -88,3 +88,21 @@ def test_a_model_that_misses_the_motion_says_so_and_blames_no_channel_without_ev
     status, sentence = said((), 20.0, 20.0, motion)
     assert status == "unknown" and "of the held-out accelerations" in sentence
     assert "channels" not in sentence and "units" not in sentence
+
+
+def test_what_is_at_the_floor_is_the_residual_force() -> None:
+    """The verdict is on the force alone: other measures have floors of their own."""
+    for entries in ((), (entry(),)):
+        gap = budget(entries, 20.0 if entries else 0.05, 0.05)
+        for axis, word in (("linear", "residual force"), ("rotary", "residual torque")):
+            sentence = decide(gap, WHERE, (), 0.99, (), axis).sentence
+            assert word in sentence and "at the noise floor" in sentence
+
+
+def test_the_next_recording_is_a_sentence_that_says_what_for() -> None:
+    unknown = decide(budget((), 20.0, 20.0), WHERE, (("payload_change", 0.4),), 0.99, (), "linear")
+    assert unknown.next_experiment == (
+        "To see whether payload change is behind it, record the same accelerations in every recording."
+    )
+    one = decide(budget((entry("payload_change"),), 20.0, 2.0), WHERE, (), 0.99, (), "linear")
+    assert one.next_experiment == "To measure payload change better, record the same accelerations in every recording."

@@ -69,9 +69,10 @@ def _used(one: Input, path: Path) -> str:
 
 
 def _yaml(path: Path) -> str:
+    from linid.interface.settings import make_settings
     from linid.recording import read_campaign
     from linid.workflow.batch.file import read_batch
-    from linid.workflow.run.settings import make_settings, read_settings
+    from linid.workflow.run.settings import read_settings
 
     for reads in (read_campaign, lambda p: make_settings(read_settings(p)), lambda p: read_batch(p, {}), _mapped):
         try:

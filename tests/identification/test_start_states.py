@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from linid.api import read
 from linid.diagnosis.measures import measure_gaps
 from linid.identification.fit import fit
 from linid.identification.objectives.ahead import Ahead
@@ -15,8 +16,6 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
-from linid.workflow.run.inputs import read_inputs
-from linid.workflow.run.settings import Settings
 from tests.shared_data import shared
 
 MODEL = Model("force", ("flexible_load",))
@@ -102,8 +101,7 @@ def test_without_hidden_states_predictions_start_from_the_measured_motion() -> N
 
 def test_the_flexible_shaft_of_two_mass_predicts_what_a_stiff_one_cannot() -> None:
     """Held out; fitted to 1 s. The antiresonance is known to be at 53 Hz, half of the inertia to be the load's."""
-    inputs = read_inputs([shared("real", "two_mass", "file_a.yaml")], Settings())
-    fitted, held = (cut(r, 1.0) for r in inputs.recordings)
+    fitted, held = (cut(r, 1.0) for r in read(shared("real", "two_mass", "file_a.yaml")))
     errors = {}
     for effects in ((), ("flexible_load",)):
         settings = FitSettings(search=SearchSettings(generations=3))

@@ -21,9 +21,8 @@ from linid.identification.uncertainty.voltage_noise import noise_gain, voltage_n
 from linid.physics.electrical import STAR
 from linid.physics.model import Model
 from linid.recording.recording import Recording
-from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.run import Simulator, whole_recordings
+from linid.simulation.run import Simulator, currents_along, whole_recordings
 from linid.stand.generate import resample_noise, true_parameters
 from tests.identification.stand import stand
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -32,23 +33,11 @@ class Step:
     sigma_2: float
     h: float
 
-    def arguments(self) -> tuple[float, ...]:
+    def arguments(self) -> tuple[Any, ...]:
         reach = self.level / self.sigma_0
-        return (
-            self.v,
-            self.w * reach,
-            self.v_mid,
-            self.w_mid * reach,
-            self.level,
-            -self.fall * self.level,
-            self.force,
-            self.force_rate,
-            self.mass,
-            self.sigma_0,
-            self.sigma_1,
-            self.sigma_2,
-            self.h,
-        )
+        middle = (self.v_mid, self.w_mid * reach, self.level, -self.fall * self.level)
+        body = (self.mass, self.sigma_0, self.sigma_1, self.sigma_2)
+        return self.v, self.w * reach, middle, self.force, self.force_rate, body, self.h
 
 
 def decades(low: float, high: float) -> st.SearchStrategy[float]:
@@ -85,7 +74,9 @@ def slope(s: Step) -> float:
 
 def exact_step(s: Step) -> tuple[float, float, float]:
     """v, w and displacement of the linearised system by the matrix exponential, at 60 digits."""
-    v, w, v_mid, _, level, _, force, force_rate, mass, s0, s1, s2, h = map(mpmath.mpf, s.arguments())
+    v, w, middle, force, force_rate, body, h = s.arguments()
+    v, w, v_mid, level, force, force_rate, h = map(mpmath.mpf, (v, w, middle[0], middle[2], force, force_rate, h))
+    mass, s0, s1, s2 = map(mpmath.mpf, body)
     rate, gradient = s0 * abs(v_mid) / level, mpmath.mpf(slope(s))
     bristle = [gradient, -rate, 0, 0, v_mid - gradient * v_mid]  # w' in terms of v, w, y, force, 1
     mover = [(-s1 * x - y) / mass for x, y in zip(bristle, (s2, s0, 0, -1, 0), strict=True)]
@@ -144,7 +135,7 @@ def constant_force_run(force: float, v: float, w: float, seconds: float, **p: fl
     h, travel = 1e-4, 0.0
     for _ in range(round(seconds / h)):
         level, fall = stribeck_fall(v, p["coulomb"], p["static"], p["v_s"], 2.0)
-        v, w, d = lugre_step(v, w, v, w, level, fall, force, 0.0, p["mass"], p["s0"], p["s1"], p["s2"], h)
+        v, w, d = lugre_step(v, w, (v, w, level, fall), force, 0.0, (p["mass"], p["s0"], p["s1"], p["s2"]), h)
         travel += d
     return v, w, travel
 
@@ -190,11 +181,12 @@ def test_friction_alone_only_takes_energy(
     s1 = damping * 0.2 * math.sqrt(stiffness * mass) if v == 0 else damping * coulomb / max(abs(v), 1.0)
     energy = 0.5 * mass * v * v + 0.5 * stiffness * w * w
     largest = energy
+    body = (mass, stiffness, s1, 0.5)
     for _ in range(50):
         v_mid, w_mid = v, w
         for _ in range(4):
-            v_mid, w_mid, _ = lugre_step(v, w, v_mid, w_mid, coulomb, 0.0, 0.0, 0.0, mass, stiffness, s1, 0.5, 0.5 * h)
-        v, w, _ = lugre_step(v, w, v_mid, w_mid, coulomb, 0.0, 0.0, 0.0, mass, stiffness, s1, 0.5, h)
+            v_mid, w_mid, _ = lugre_step(v, w, (v_mid, w_mid, coulomb, 0.0), 0.0, 0.0, body, 0.5 * h)
+        v, w, _ = lugre_step(v, w, (v_mid, w_mid, coulomb, 0.0), 0.0, 0.0, body, h)
         before, energy = energy, 0.5 * mass * v * v + 0.5 * stiffness * w * w
         slack = 0.02 * coulomb * coulomb / stiffness + 1e-12 * largest
         assert energy <= before + slack

@@ -11,18 +11,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from linid.physics.motors import (
-    FORCE,
-    SINE,
-    THETA,
-    fundamental_force_constant,
-    gaussian_force,
-    motor_forces,
-    phase_force,
-    prepare_motor,
-    sine_cosine,
-)
-from linid.physics.theta import GAUSSIAN_NOME, MAX_HARMONICS, Theta, Theta0, harmonic_coefficients, theta3
+from linid.physics.field.winding import force_harmonics
+from linid.physics.motors.harmonics import sine_cosine
+from linid.physics.motors.motor import MAX_HARMONICS
+from linid.physics.motors.registry import MOTORS
+from linid.physics.motors.theta import fundamental_force_constant
+from linid.physics.theta import GAUSSIAN_NOME, Theta, Theta0, harmonic_coefficients, theta3
+from tests.compiled_motor import harmonics, thrust, thrusts
 
 TOLERANCE = 1e-12  # times the function's amplitude, or times 1 where the amplitude is less
 JUST_ABOVE = math.nextafter(GAUSSIAN_NOME, 1.0)
@@ -142,14 +137,12 @@ def test_arrays_keep_their_shape() -> None:
 currents = st.tuples(st.floats(-4, 4), st.floats(-4, 4), st.floats(-4, 4))
 
 
-def kernel_force(motor: int, p: list[float], y: float, i: tuple[float, float, float]) -> float:
+NAMES = tuple(parameter.name for parameter in MOTORS["theta"].parameters)
+
+
+def kernel_force(kind: str, p: list[float], y: float, i: tuple[float, float, float]) -> float:
     """What the compiled simulation does: prepare once, then one of the two branches per step."""
-    table, parameters = np.zeros((3, MAX_HARMONICS)), np.array(p)
-    harmonics = prepare_motor(motor, parameters, table)
-    if motor == THETA and harmonics == 0:
-        return float(gaussian_force(y, *i, parameters))
-    scale = 2.0 if motor == THETA else 1.0
-    return float(phase_force(y, *i, scale * p[1], scale * p[3], table, harmonics))
+    return thrust(kind, dict(zip(NAMES, p, strict=False)), y, i)
 
 
 @settings(max_examples=150, deadline=None)
@@ -161,7 +154,7 @@ def test_sine_force_is_the_direct_sum(
 ) -> None:
     angle = mpmath.mpf(density) * mpmath.mpf(y) + mpmath.mpf(shift)
     exact = sum(mpmath.sin(angle + j * mpmath.mpf(step)) * i[j + 1] for j in (-1, 0, 1))
-    assert kernel_force(SINE, [1.0, density, step, shift, 0.0, 0.0], y, i) == pytest.approx(float(exact), abs=1e-12)
+    assert kernel_force("sine", [1.0, density, step, shift], y, i) == pytest.approx(float(exact), abs=1e-12)
 
 
 @settings(max_examples=250, deadline=None)
@@ -185,7 +178,7 @@ def test_theta_force_is_the_direct_sum_of_jacobi_thetas_in_both_branches(
     total = sum(map(abs, i)) + 1.0
     # The slope of the steepest field carries the rounding of density * y + shift: 1e3 at q = 0.999.
     slack = 2 * tolerance(q) * total
-    assert kernel_force(THETA, [1.0, density, step, shift, z_L, q], y, i) == pytest.approx(float(exact), abs=slack)
+    assert kernel_force("theta", [1.0, density, step, shift, z_L, q], y, i) == pytest.approx(float(exact), abs=slack)
 
 
 @settings(max_examples=200, deadline=None)
@@ -199,35 +192,39 @@ def test_sine_and_cosine_without_branches(angle: float) -> None:
     assert cosine == pytest.approx(float(mpmath.cos(mpmath.mpf(angle))), abs=2.3e-16)
 
 
-@pytest.mark.parametrize("motor", [FORCE, SINE, THETA])
+@pytest.mark.parametrize("kind", ["force", "sine", "theta"])
 @pytest.mark.parametrize("q", [0.3, 0.85, JUST_ABOVE])
 @pytest.mark.parametrize("n", [1, 255, 256, 257, 1000])
-def test_many_forces_are_those_of_one_after_the_other(motor: int, q: float, n: int) -> None:
+def test_many_forces_are_those_of_one_after_the_other(kind: str, q: float, n: int) -> None:
     generator = np.random.default_rng(n)
-    y, u, v, w = generator.uniform(-0.3, 0.5, n), *generator.standard_normal((3, n))
+    y, i = generator.uniform(-0.3, 0.5, n), generator.standard_normal((3, n))
     p = [30.0, 111.0, 1.047, 0.768, 0.688, q]
-    out = np.empty(n)
-    motor_forces(motor, np.array(p), y, u, v, w, out)
-    one = [
-        30.0 * i[0] if motor == FORCE else kernel_force(motor, p, place, i)
-        for place, i in zip(y, zip(u, v, w, strict=True), strict=True)
-    ]
-    np.testing.assert_allclose(out, one, rtol=0.0, atol=1e-12 * 30.0 * 20.0)
+    one = [kernel_force(kind, p, place, (a, b, c)) for place, a, b, c in zip(y, *i, strict=True)]
+    many = thrusts(kind, dict(zip(NAMES, p, strict=True)), y, i)
+    np.testing.assert_allclose(many, one, rtol=0.0, atol=1e-12 * 30.0 * 20.0)
+    if kind == "force":
+        assert many == pytest.approx(30.0 * i[0])
 
 
 def test_the_two_branches_join_at_the_switch() -> None:
     for y in np.linspace(0, 0.03, 31):
         below, above = (
-            kernel_force(THETA, [7.0, 111.0, 1.047, 0.768, 0.688, q], float(y), (1.0, -0.4, -0.6))
+            kernel_force("theta", [7.0, 111.0, 1.047, 0.768, 0.688, q], float(y), (1.0, -0.4, -0.6))
             for q in (GAUSSIAN_NOME, JUST_ABOVE)
         )
         assert below == pytest.approx(above, abs=1e-12 * 7.0 * 5.5)
 
 
 def test_a_force_motor_needs_no_table() -> None:
-    table = np.zeros((3, MAX_HARMONICS))
-    assert prepare_motor(FORCE, np.ones(6), table) == 0
-    assert not table.any()
+    assert harmonics("force", {}) == 0 and harmonics("sine", {}) == 1
+
+
+@pytest.mark.parametrize("nome", [0.1, 0.493, JUST_ABOVE, 0.97])
+def test_the_spectrum_is_that_of_the_series(nome: float) -> None:
+    found = MOTORS["theta"].spectrum({"winding_length": 0.688, "nome": nome})
+    for n, amplitude in force_harmonics(nome, 0.688).items():
+        assert found.get(n, 0.0) == pytest.approx(amplitude, abs=1e-13 * force_harmonics(nome, 0.688)[1] + 1e-15)
+    assert MOTORS["sine"].spectrum({}) == {1: 1.0}
 
 
 @pytest.mark.parametrize("q", [0.05, 0.493, GAUSSIAN_NOME, JUST_ABOVE, 0.97])

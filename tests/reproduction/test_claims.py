@@ -10,7 +10,6 @@ import pytest
 
 from linid.diagnosis.gap import RecordingGap
 from linid.identification.result import Generation
-from linid.physics.motors import MOTORS, phase_force, prepare_motor
 from linid.reproduction.claims import Claim, Evidence, claims, impossible
 from linid.reproduction.evidence import (
     Fitted,
@@ -25,6 +24,7 @@ from linid.reproduction.evidence import (
     thrust_range,
 )
 from linid.reproduction.printed import TABLE_1, TABLE_2, TABLE_3, meant
+from tests.compiled_motor import thrust
 from tests.report.samples import fit_result
 
 STAND = {
@@ -39,19 +39,7 @@ def test_the_thrust_is_that_of_the_compiled_motor() -> None:
     random = np.random.default_rng(2)
     y, currents = random.uniform(0.0, 0.5, 50), random.normal(size=(3, 50))
     values = meant(TABLE_2)
-    p = np.array(
-        [
-            *(
-                values[n]
-                for n in ("force_constant", "electrical_wavenumber", "winding_displacement", "commutation_offset")
-            ),
-            0.0,
-            0.0,
-        ]
-    )
-    table = np.zeros((3, 12))
-    count = prepare_motor(MOTORS["sine"].code, p, table)
-    compiled = [phase_force(a, *i, p[1], p[3], table, count) for a, i in zip(y, currents.T, strict=True)]
+    compiled = [thrust("sine", values, a, i) for a, i in zip(y, currents.T, strict=True)]
     assert sine_thrust(values, y, currents) == pytest.approx(compiled, rel=1e-12)
 
 

@@ -13,10 +13,11 @@ from numba import njit
 
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import Model
+from linid.simulation.binding import compiled
 from linid.simulation.bundle import Bundle
 from linid.simulation.compiled import KernelCache, fingerprint
 from linid.simulation.kernel import simulate_tasks_with
-from linid.simulation.terms import compiled, terms_of
+from linid.simulation.terms import terms_of
 
 ROOT = Path(__file__).resolve().parents[2]
 # Compiles or loads the smallest kernel and says what numba's cache did.

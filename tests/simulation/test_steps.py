@@ -12,42 +12,34 @@ from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import STATE_PLACES, STATE_SIZE, STATE_START, Model
 from linid.recording.recording import Recording
 from linid.simulation import along, forces, kernel, splines_at, steps
+from linid.simulation.course import FINEST, AxisState, Candidates, Course, Place, Scheme, Task
 from linid.simulation.forces import Axis, Bristles
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.kernel import AxisState, Clock
 from linid.simulation.run import REVERSAL_TOLERANCE, Simulator, whole_recordings
 from linid.simulation.terms import terms_of
 from tests.plain import Plain
 from tests.simulation.axis_with_effects import AXIS, SAMPLES
 
 BRISTLES = Bristles(2.0, 3.0, 5e-3, 2.0, 1e4, 80.0, 4.0, 0.6)
-FREE = Axis(0, False, 0, 0, 0.0, 0.0)
-NOTHING = np.zeros((0, 4, 4))
+SPRING = (BRISTLES.sigma_0, BRISTLES.sigma_1)
 REST = (0.0, 0.0, 0.0)
 BARE = Plain().of(terms_of(bare=True))
 
 
+def axis_of(powered: bool = False, motor: int = 0, p: np.ndarray | None = None) -> Axis:
+    return Axis(0, powered, motor, 0, 0.0, 0.0, np.zeros(20) if p is None else p, np.zeros((3, 12)))
+
+
+FREE = axis_of()
+
+
 def test_free_sliding_is_exact_however_long_the_step_is() -> None:
-    clock = Clock(0.0, 0.05, 1, 0.05 / (1 << steps.FINEST), 0.0, False, 1e-3)
-    sliding, weights = Plain().of(kernel.sliding_step), Plain().of(kernel.glide_weights)
-    start = AxisState(0.1, 0.8, BRISTLES.coulomb / BRISTLES.sigma_0, 0.0, REST, (BRISTLES.sigma_0, BRISTLES.sigma_1))
-    glide = weights(BRISTLES.sigma_2, BRISTLES.mass, 0.05)
-    end = sliding(
-        BARE,
-        FREE,
-        BRISTLES,
-        clock,
-        NOTHING,
-        np.zeros(0),
-        0,
-        0,
-        1 << steps.FINEST,
-        True,
-        start,
-        glide,
-        np.zeros(20),
-        np.zeros((3, 12)),
-    )
+    tick = 0.05 / (1 << FINEST)
+    course = Course(0.0, 0.05, 1, tick, 0.0, False, 1e-3, np.zeros((0, 4, 4)), np.zeros(0))
+    sliding, weights = Plain().of(steps.sliding_step), Plain().of(kernel.glide_weights)
+    start = AxisState(0.1, 0.8, BRISTLES.coulomb / BRISTLES.sigma_0, 0.0, REST, SPRING)
+    slide = steps.Slide(1 << FINEST, True, weights(BRISTLES.sigma_2, BRISTLES.mass, 0.05))
+    end = sliding(BARE, FREE, BRISTLES, course, Place(0, 0, 0), start, slide)
     rate, rest = BRISTLES.sigma_2 / BRISTLES.mass, -BRISTLES.coulomb / BRISTLES.sigma_2
     decay = math.exp(-rate * 0.05)
     assert end.v == pytest.approx(rest + (0.8 - rest) * decay, rel=1e-14)
@@ -57,16 +49,16 @@ def test_free_sliding_is_exact_however_long_the_step_is() -> None:
 
 @pytest.mark.parametrize(("v", "expected"), [(0.5, 2.0), (-0.5, -2.0), (5e-3, 2.0 + math.exp(-1.0)), (0.0, 0.0)])
 def test_the_bristle_of_steady_sliding_is_the_stribeck_curves(v: float, expected: float) -> None:
-    found = Plain().of(forces.steady_bristle)(BARE, FREE, BRISTLES, 0.0, 0.0, v, REST, np.zeros(20), np.zeros((3, 12)))
+    found = Plain().of(forces.steady_bristle)(BARE, FREE, BRISTLES, 0.0, 0.0, v, REST)
     assert found * BRISTLES.sigma_0 == pytest.approx(expected, rel=1e-14)
 
 
 def test_a_pushed_bristle_at_rest_holds_up_to_breakaway() -> None:
     p = np.zeros(20)
     p[8] = 10.0  # N/A
-    pushed = Axis(0, True, 1, 0, 0.0, 0.0)
+    pushed = axis_of(True, Model("force").motor, p)
     held = [
-        Plain().of(forces.steady_bristle)(BARE, pushed, BRISTLES, 0.0, 0.0, 0.0, (i, 0.0, 0.0), p, np.zeros((3, 12)))
+        Plain().of(forces.steady_bristle)(BARE, pushed, BRISTLES, 0.0, 0.0, 0.0, (i, 0.0, 0.0))
         for i in (0.2, -0.2, 5.0)
     ]
     assert np.array(held) * BRISTLES.sigma_0 == pytest.approx([2.0, -2.0, 3.0])
@@ -80,34 +72,16 @@ def test_the_straight_line_has_the_parabolas_impulse() -> None:
 
 def test_halvings_go_on_until_the_rate_swings_little() -> None:
     predicted = Plain().of(steps.predicted)
-    spring = (BRISTLES.sigma_0, BRISTLES.sigma_1)
-    tick = 1e-3 / (1 << steps.FINEST)
+    tick = 1e-3 / (1 << FINEST)
 
     def halvings(v: float, w: float, force: float, tolerance: float) -> int:
-        return int(
-            predicted(
-                BARE,
-                FREE,
-                BRISTLES,
-                spring,
-                0.0,
-                0.0,
-                v,
-                w,
-                REST,
-                np.zeros(20),
-                np.zeros((3, 12)),
-                force,
-                0,
-                tick,
-                tolerance,
-            ).halvings
-        )
+        motion = AxisState(0.0, v, w, force, REST, SPRING)
+        return int(predicted(BARE, FREE, BRISTLES, motion, 0.0, 0, tick, tolerance).halvings)
 
     steady = BRISTLES.coulomb / BRISTLES.sigma_0
     assert halvings(0.5, steady, 0.0, 1e-3) == 0  # steady sliding needs none
     reversal = [halvings(1e-3, steady, -40.0, tolerance) for tolerance in (1e-1, 1e-3, 1e-5)]
-    assert 0 < reversal[0] < reversal[1] < reversal[2] <= steps.FINEST
+    assert 0 < reversal[0] < reversal[1] < reversal[2] <= FINEST
 
 
 def test_inputs_act_late_and_are_held_at_the_ends() -> None:
@@ -171,27 +145,10 @@ def test_compiled_and_plain_simulations_are_the_same(effects: tuple[str, ...]) -
     compiled = simulator.run(model.vector(values)[None, :], whole_recordings(inputs), start[None, None, :])[0][0]
     y = np.empty(t.size)
     plain = Plain()
-    plain.of(kernel.simulate_one)(
-        plain.of(terms_of()),
-        model.vector(values),
-        model.motor,
-        model.mask,
-        True,
-        inputs.coefficients,
-        0.0,
-        inputs.dts[0],
-        0,
-        t.size,
-        0.0,
-        inputs.records[0],
-        inputs.elapsed[0],
-        start,
-        np.array(model.states, dtype=int),
-        False,
-        2,
-        REVERSAL_TOLERANCE / 4.0,
-        np.zeros(0),
-        y,
-        np.zeros(0),
-    )
+    candidates = Candidates(model.vector(values)[None], model.motor, model.mask, 0)
+    first = (model.vector(values), True, inputs.coefficients, 0.0, inputs.dts[0], 0, t.size, 0.0)
+    task = Task(*first, inputs.records[0], inputs.elapsed[0])
+    kept, scheme = np.array(model.states, dtype=int), Scheme(False, np.empty((4, 0)), 2, REVERSAL_TOLERANCE / 4.0)
+    out = (y, np.zeros(0))
+    plain.of(kernel.simulate_one)(plain.of(terms_of()), candidates, task, start, kept, scheme, np.zeros(0), out)
     assert np.max(np.abs(y - compiled)) < 1e-12 * np.max(np.abs(y))

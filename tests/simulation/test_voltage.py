@@ -12,12 +12,12 @@ import pytest
 from linid.errors import UsageError
 from linid.physics.electrical import SEPARATE, STAR, WEIGHTS, clarke, current_weights, phases, phi_functions
 from linid.physics.model import Model
-from linid.physics.motors import phase_constants, prepare_motor
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.reference import motor_force
 from linid.simulation.run import Simulator, whole_recordings
 from linid.simulation.voltage_reference import DrivenByVoltage, simulate_voltage_reference
+from tests.compiled_motor import constants
 
 FRICTION = {
     "coulomb_force": 1.72,
@@ -253,13 +253,8 @@ def test_weights_are_exact_for_parabolas_and_phi_is_its_integral() -> None:
 @pytest.mark.parametrize("nome", [0.1, 0.493, 0.93])
 def test_phase_constants_are_the_thrust_of_single_phases(nome: float) -> None:
     for kind, own in (("sine", SINE), ("theta", {**THETA, "nome": nome})):
-        model = Model(kind)
-        p = model.vector(own)[8:14]
-        table = np.zeros((3, 12))
-        harmonics = prepare_motor(model.motor, p, table)
-        factor = 1.0 if kind == "sine" else 2.0
         for y in (0.0, 0.003, 0.0111):
-            found = phase_constants(model.motor, y, p, table, harmonics, factor * p[1], factor * p[3])
+            found = constants(kind, own, y)
             exact = [motor_force(kind, {**FRICTION, **own}, y, unit) for unit in np.eye(3)]
             assert found == pytest.approx(exact, rel=1e-9, abs=1e-9)
 

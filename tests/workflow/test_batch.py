@@ -169,7 +169,7 @@ def test_the_emps_example_says_which_file_is_missing(tmp_path: Path) -> None:
 
 
 def test_the_template_explains_every_setting() -> None:
-    from linid.workflow.run.settings import Settings
+    from linid.interface.settings import Settings
 
     text = (ROOT / "configs" / "template.yaml").read_text(encoding="utf-8")
     assert [name for name in Settings.model_fields if f"{name}:" not in text] == []

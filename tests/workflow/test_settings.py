@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from linid.errors import ConfigError
-from linid.workflow.run.settings import Settings, make_settings, parse_assignment, read_settings, settings_yaml
+from linid.interface.settings import Settings, make_settings
+from linid.workflow.run.settings import parse_assignment, read_settings, settings_yaml
 
 
 def test_later_layers_win_and_mappings_merge() -> None:
@@ -79,12 +80,11 @@ def test_channels_may_name_a_file_beside_the_settings(tmp_path: Path) -> None:
 
 def test_inputs_bear_the_name_of_their_campaign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also one that lies in the working folder, whose path has no parent."""
-    from linid.workflow.run.inputs import read_inputs
-    from linid.workflow.run.settings import Settings
+    from linid.api import read
     from tests.workflow.small import campaign
 
     path = campaign(tmp_path / "stage_3")
     monkeypatch.chdir(path.parent)
-    assert read_inputs([Path("campaign.yaml")], Settings()).name == "small"
+    assert read("campaign.yaml").name == "small"
     path.write_text(path.read_text(encoding="utf-8").replace("name: small\n", ""), encoding="utf-8")
-    assert read_inputs([Path("campaign.yaml")], Settings()).name == "stage_3"
+    assert read("campaign.yaml").name == "stage_3"

@@ -28,7 +28,7 @@ from linid.challenge.kernel.layout import (
     VIBRATION,
     WANDER,
 )
-from linid.simulation.terms import inlined
+from linid.simulation.binding import inlined
 
 
 class Coupling(NamedTuple):
@@ -41,7 +41,7 @@ class Coupling(NamedTuple):
 
 @inlined
 def extra_force(s: Motion, hidden: Array, t: float, p: Plant) -> float:
-    """Forces in N that neither motor nor guideway friction cause."""
+    """Forces in N that neither motor nor guideway friction cause; hidden: (HIDDEN,) states, t: s."""
     y, v = s.y, s.v
     n, force, pole = p.number, 0.0, 2.0 * p.density * y
     if p.on & 1 << CONSTANT:
@@ -79,7 +79,7 @@ def extra_force(s: Motion, hidden: Array, t: float, p: Plant) -> float:
 
 @inlined
 def coupling_of(hidden: Array, p: Plant) -> Coupling:
-    """What a load on a spring and one behind a soft play do to the forcer."""
+    """What a load on a spring and one behind a soft play do to the forcer; hidden: (HIDDEN,) states."""
     force, gear, loss = 0.0, 0.0, 0.0
     if p.on & 1 << LOAD_SPRING:
         rate = 2.0 * math.pi * p.number[LOAD_SPRING, 1]

@@ -19,7 +19,7 @@ from linid.challenge.kernel.layout import (
     THRUST_FRICTION,
     WALK,
 )
-from linid.simulation.terms import compiled, inlined
+from linid.simulation.binding import compiled, inlined
 
 
 @inlined
@@ -46,7 +46,7 @@ def drifted(t: float, p: Plant) -> float:
 
 @inlined
 def walked(walk: Array, t: float, p: Plant) -> float:
-    """A random walk at t, linear between its knots."""
+    """A random walk (k,) at t in s, linear between its knots."""
     place = t / p.walk_step
     k = min(int(place), walk.shape[0] - 2)
     value: float = walk[k] + (place - k) * (walk[k + 1] - walk[k])
@@ -105,7 +105,9 @@ def slipped(slips: Array, travel: float, g: float, p: Plant) -> tuple[float, flo
 
 @compiled
 def slip(slips: Array, travel: float, g: float, p: Plant) -> None:
-    """Move Maxwell's elements on by `travel` m; each gives way at its share of g."""
+    """Move the deflections of Maxwell's elements, slips (ELEMENTS,) in m, on by `travel` m; each gives way at its share
+    of g.
+    """
     for k in range(ELEMENTS):
         most = p.shares[k] * g / p.stiffness[k]
         slips[k] = min(max(slips[k] + travel, -most), most)
@@ -115,8 +117,9 @@ def slip(slips: Array, travel: float, g: float, p: Plant) -> None:
 def resistance(
     s: Motion, travel: float, g: float, viscous: float, slips: Array, p: Plant
 ) -> tuple[float, float, float]:
-    """Friction force in N, rate of the bristle in m/s and lost power in W; travel in m since the deflections `slips`,
-    g: sliding force in N, viscous: friction in N s/m."""
+    """Friction force in N, rate of the bristle in m/s and lost power in W; travel in m since the deflections slips
+    (ELEMENTS,) in m, g: sliding force in N, viscous: friction in N s/m.
+    """
     v, w = s.v, s.w
     if p.law == LUGRE:
         pull = p.sigma_0 * abs(v) * w / g

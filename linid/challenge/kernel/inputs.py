@@ -12,11 +12,11 @@ class Plant(NamedTuple):
 
     mass: of the forcer with everything rigidly on it; load_mass: hangs on a spring, gear_mass: behind a play;
     base_mass: what the base model takes for their sum. field, base_field: (m, 4), base_phases: (m, 2, 3), see
-    `linid.challenge.plant.field_tables`. offsets: what the three current sensors read too much, A; trusted: a model
-    that lacks these offsets, and takes the shown currents for true. on: bit k is set while the hidden effect of row k
-    acts; number: (ROWS, COLUMNS). law: of friction; shares, stiffness: (ELEMENTS,) of Maxwell's elements, shares of
-    the sliding force and N/m; bend: exponent of Dahl's law. walk, wander: (k,) random walks of friction and force at
-    knots walk_step s apart. pushes: (k, 3) size in N, start and length in s.
+    `linid.challenge.plant.field_tables`. offsets: (3,) what the current sensors read too much, A; trusted: a model that
+    lacks these offsets, and takes the shown currents for true. on: bit k is set while the hidden effect of row k acts;
+    number: (ROWS, COLUMNS). law: of friction; shares, stiffness: (ELEMENTS,) of Maxwell's elements, shares of the
+    sliding force and N/m; bend: exponent of Dahl's law. walk, wander: (k,) random walks of friction and force at knots
+    walk_step s apart. pushes: (k, 3) size in N, start and length in s.
     """
 
     mass: float
@@ -81,8 +81,9 @@ class Motion(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Arrays that a recording's steps write: hidden (HIDDEN,) states; stage, rate, total: theirs within a step; slips,
-    base_slips: (ELEMENTS,) m; history: (2, k) lagged current components of the last steps in A."""
+    """Arrays that a recording's steps write: hidden: (HIDDEN,) states; stage, rate, total: (HIDDEN,) theirs within a
+    step; slips, base_slips: (ELEMENTS,) m; history: (2, k) lagged current components of the last steps in A.
+    """
 
     hidden: Array
     stage: Array

@@ -40,8 +40,8 @@ from linid.challenge.kernel.motor import currents, lag_of, lagged, reading_error
 from linid.challenge.kernel.rates import base_acceleration
 from linid.challenge.kernel.steps import Lead, Step, led_motion, runge_kutta, slip_elements, take_up_play
 from linid.physics.kernel_cache import cache_folder, lock_compilation
+from linid.simulation.binding import compiled, inlined
 from linid.simulation.compiled import KernelCache, fingerprint
-from linid.simulation.terms import compiled, inlined
 
 if TYPE_CHECKING:
     from linid.stand.plant import DriveParameters

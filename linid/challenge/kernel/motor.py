@@ -19,7 +19,7 @@ from linid.challenge.kernel.layout import (
     SPEED_DERATING,
     THERMAL,
 )
-from linid.simulation.terms import compiled, inlined
+from linid.simulation.binding import compiled, inlined
 
 SIXTH, TWELFTH, THIRTIETH, FORTY_SECOND = 1 / 6, 1 / 12, 1 / 30, 1 / 42
 
@@ -76,7 +76,7 @@ def currents(y: float, i_q: float, p: Plant) -> tuple[float, float]:
 
 @inlined
 def contract(table: Array, s: float, c: float, a: float, b: float) -> float:
-    """Force in N of the currents (a, b) in the field at sin, cos of the electrical angle; odd harmonics."""
+    """Force in N of currents (a, b) in the field, table (m, 4), at sin, cos of the electrical angle; odd harmonics."""
     s2, c2 = 2.0 * s * c, c * c - s * s
     force, sn, cn = 0.0, s, c
     for m in range(table.shape[0]):
@@ -99,7 +99,7 @@ def with_offsets(force: float, y: float, p: Plant) -> float:
 
 @inlined
 def motor_factor(s: Motion, hidden: Array, p: Plant) -> float:
-    """What is left of the thrust per ampere."""
+    """What is left of the thrust per ampere, a factor; hidden: (HIDDEN,) states."""
     n, factor = p.number, 1.0
     if p.on & 1 << SATURATION:
         x = n[SATURATION, 0] * abs(s.i_q)
@@ -118,7 +118,7 @@ def motor_factor(s: Motion, hidden: Array, p: Plant) -> float:
 
 @inlined
 def motor_force(s: Motion, field: Field, hidden: Array, p: Plant) -> float:
-    """Thrust in N with the axis a step or less away from field.y0."""
+    """Thrust in N with the axis a step or less away from field.y0; hidden: (HIDDEN,) states."""
     thrust = 0.0
     if field.late or s.i_q != 0.0:
         # Angle addition with a short series is exact to rounding for the turn within a step.
@@ -163,7 +163,9 @@ def lag_of(h: float, p: Plant) -> Lag:
 def lagged(
     history: Array, step: int, old: tuple[float, float], new: tuple[float, float], lag: Lag
 ) -> tuple[float, float]:
-    """Note in `history` the lagged currents at the end of a step that ends as number `step`; returns the new ones."""
+    """Note in the history (2, k) the lagged currents at the end of a step that ends as number `step`; returns the new
+    ones, A.
+    """
     size = history.shape[1]
     now, last = step % size, (step - 1) % size
     history[0, now] = lag.keep * history[0, last] + lag.weight_old * old[0] + lag.weight_new * new[0]
@@ -173,7 +175,9 @@ def lagged(
 
 @compiled
 def delayed(history: Array, row: int, step: int, back: float) -> float:
-    """The lagged current `back` steps before step `step`, linear between steps (beyond the newest: extrapolated)."""
+    """The lagged current `back` steps before step `step`, linear between steps (beyond the newest: extrapolated), A.
+    history: (2, k); row: of it.
+    """
     place = step - back
     if place <= 0:
         return float(history[row, 0])

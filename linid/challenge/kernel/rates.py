@@ -33,7 +33,7 @@ from linid.challenge.kernel.layout import (
     THERMAL,
 )
 from linid.challenge.kernel.motor import Field, contract, currents, motor_force, with_offsets
-from linid.simulation.terms import compiled, inlined
+from linid.simulation.binding import compiled, inlined
 
 
 class Moment(NamedTuple):

@@ -11,7 +11,7 @@ from linid.challenge.kernel.inputs import Memory, Motion, Plant
 from linid.challenge.kernel.layout import DWELT, FELT, FRICTION_ROWS, HIDDEN, PLAY, SLACK, STATE_ROWS
 from linid.challenge.kernel.motor import Field, Lag, delayed
 from linid.challenge.kernel.rates import Moment, rates
-from linid.simulation.terms import inlined
+from linid.simulation.binding import inlined
 
 
 class Lead(NamedTuple):
@@ -49,7 +49,7 @@ def placed(s: Motion, y: float, v: float, i_q: float) -> Motion:
 
 @inlined
 def led_motion(s: Motion, row: Array) -> Motion:
-    """The same at a row of a path."""
+    """The same at a row (4,) of a path."""
     there: Motion = placed(s, row[0], row[1], row[3])
     return there
 
@@ -130,7 +130,9 @@ def moved(s: Motion, slope: Motion, h: float) -> Motion:
 
 @inlined
 def take_up_play(travel: float, hidden: Array, p: Plant) -> None:
-    """Move the encoder's play by `travel` m: taken up by travel alone, exponentially."""
+    """Move the encoder's play, one of the hidden (HIDDEN,) states, by `travel` m: taken up by travel alone,
+    exponentially.
+    """
     side = math.copysign(1.0, travel)
     hidden[SLACK] = side + (hidden[SLACK] - side) * math.exp(-2.0 * abs(travel) / p.number[PLAY, 0])
 

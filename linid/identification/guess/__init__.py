@@ -1,0 +1,1 @@
+"""First values of all parameters, by regressions along the measured motion."""

@@ -39,8 +39,8 @@ class Trial:
     """One entry of an effect's grid: its values, the amplitudes that the regression gives, and what they explain.
 
     explained: share of the base model's squared residual, after the base parameters had their say; of several
-    recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an
-    effect at one moment, how many times as much it explains as the best such effect at any other moment.
+    recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an effect at one
+    moment, the factor by which it explains more than the best such effect at any other moment.
     """
 
     values: Values
@@ -101,8 +101,9 @@ class EffectColumns:
         amplitude: str,
         size: float,
     ) -> NDArray[np.float32]:
-        """Columns (N, entries) of one recording, m/s^2 per unit of the amplitude; size: upper end of its range;
-        half_width: of the bump in samples."""
+        """Columns (N, entries) of one recording, m/s^2 per unit of the amplitude; size: upper end of its range, SI;
+        half_width: of the bump in samples.
+        """
         model = Model(self.kind, (effect.name,))
         part = Acceleration(model, (recording,), self.jobs, half_widths=(half_width,))
         plain = part.model_acceleration(model.vector(self.values)[None, :])
@@ -121,7 +122,10 @@ class EffectColumns:
 
 
 class Regressed(Protocol):
-    """A residual along the measured motion with the columns of a model's own parameters: what effects are tried on."""
+    """A residual along the measured motion with the columns of a model's own parameters: what effects are tried on.
+
+    weights: (N,) per m/s^2. M, below: the N rows and those that hold the parameters, if any.
+    """
 
     recordings: tuple[Recording, ...]
     values: Values
@@ -138,15 +142,17 @@ class Regressed(Protocol):
         ...
 
     def span(self) -> Array:
-        """Orthonormal columns of what the model's own parameters can do."""
+        """Orthonormal columns (M, r) of what the model's own parameters can do, dimensionless."""
         ...
 
     def rest(self) -> Array:
-        """What of the weighted residual is left after they had their say."""
+        """What of the weighted residual (M,), a number per row, is left after they had their say."""
         ...
 
     def effect_columns(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> Array:
-        """Derivatives by each amplitude at each entry of the grid, weighted."""
+        """Derivatives by each amplitude, in its SI unit, at each entry of the grid, (M, entries * amplitudes),
+        weighted.
+        """
         ...
 
 
@@ -259,9 +265,9 @@ def effect_guess(
     The rivals, since a force balance hardly tells the scale of all forces, nor effects of a few samples: in the scale
     that suits the recordings' added masses best, in that of `first`, and there without the effects.
 
-    base: search space of the model without effects; first: its first values; known: values that are given. The
-    effects are taken one after the other, each with the entry of its grid that explains most.
-    Raises UsageError for an effect that makes no sense with this motor or these recordings.
+    base: search space of the model without effects; first: its first values; known: SI values that are given. The
+    effects are taken one after the other, each with the entry of its grid that explains most. Raises UsageError for an
+    effect that makes no sense with this motor or these recordings.
     """
     # The effect is still missing: a free mass would shrink to hide it, and all forces with it.
     held = base.holding({"mass": known.get("mass", first["mass"])})

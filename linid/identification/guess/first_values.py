@@ -19,14 +19,17 @@ from linid.identification.space.bounds import build_space
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.effect import Values
 from linid.physics.model import Model
-from linid.physics.motors import MOTORS
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 
 
 def first_values(
     model: Model, recordings: Sequence[Recording], known: dict[str, float], start: FitResult | None
 ) -> tuple[dict[str, float], tuple[float, ...]]:
-    """First guesses of all parameters, from the friction result where there is one, else by regression."""
+    """First guesses of all parameters, SI, from the friction result where there is one, else by regression.
+
+    known: SI values that are given. Returns also the rival densities of the field, rad/m in the motor's own angles.
+    """
     free = [r for r in recordings if r.kind == "free_wheel"]
     driven = [r for r in recordings if r.kind != "free_wheel"]
     values: dict[str, float] = {}
@@ -59,7 +62,10 @@ def guess_effects(
     densities: tuple[float, ...],
     settings: FitSettings,
 ) -> tuple[tuple[Values, ...], Values]:
-    """Rival first values of all parameters, and those of effects that are preset; see `effect_guess`."""
+    """Rival first values of all parameters, and those of effects that are preset; see `effect_guess`.
+
+    first, fixed: SI values by name; densities: rival ones of the field, as of `first_values`.
+    """
     base = Model(model.kind)
     own = {p.name for p in base.parameters}
     space = build_space(
@@ -76,7 +82,7 @@ def guess_effects(
 
 
 def mass_known(recordings: Sequence[Recording], known: dict[str, float], model: Model) -> tuple[bool, bool]:
-    """Whether the mass is given, and whether it can be found from the data."""
+    """Whether the mass is given, and whether it can be found from the data. known: SI values that are given."""
     masses = {r.added_mass for r in recordings}
     free = {r.added_mass for r in recordings if r.kind == "free_wheel"}
     by_force = model.kind == "force" and "force_constant" in known
@@ -96,7 +102,7 @@ def seed_candidates(
     they are.
 
     The regression's guess after a least-squares fit of the force balance, and with other shapes of the field; first
-    values of `rivals`; the guess itself and with rival densities.
+    values of `rivals`; the guess itself and with rival densities (rad/m). first: SI values by name.
     """
     guess_row = space.encode(first)
     rows: list[Array] = []

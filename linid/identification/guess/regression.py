@@ -98,10 +98,11 @@ def free_wheel_guess(recordings: Sequence[Recording], mass: float | None) -> dic
 def force_guess(
     recordings: Sequence[Recording], constant: float | None, mass: float | None, *, waves: bool = False
 ) -> dict[str, float]:
-    """Force constant or mass, friction and constant force of a driven axis with one input.
+    """Force constant or mass, friction and constant force, SI, of a driven axis with one input.
 
-    waves: beside a force that is periodic in position, as free as the rows allow. Where a loop's input cancels such a
-    force, a regression without it takes the input for something that pushes nowhere (closed-loop bias).
+    constant: N per unit of the input, mass: kg, where they are given; waves: beside a force that is periodic in
+    position, as free as the rows allow. Where a loop's input cancels such a force, a regression without it takes the
+    input for something that pushes nowhere (closed-loop bias).
     """
     rows = _moving_rows(recordings, measure_motion(recordings), 1 if waves else 3)
     columns = np.column_stack([rows.inputs[0], _friction_columns(rows.v), np.ones(rows.v.size)])
@@ -166,8 +167,11 @@ def phase_guess(
     """Force constant, electrical wavenumber, winding displacement and shift of a sine motor, and rival densities.
 
     A scan over the density with everything else linear: with the currents' space vector s,
+
     F = K_f/3 Im(exp(i (omega_g y + alpha_S)) (D(alpha_p - 2 pi/3) s + D(alpha_p + 2 pi/3) s*)), D(x) = 1 + 2 cos x.
-    lower, upper: bounds of the density in 1/m; known: the density if given.
+
+    mass: kg; lower, upper: bounds of the density in 1/m; known: the density in 1/m if given. Returns SI values by name
+    and the densities in 1/m.
     """
     rows = _moving_rows(recordings, measure_motion(recordings))
     if rows.a.size > 8000:

@@ -61,7 +61,7 @@ def _top_current(recording: Recording) -> float:
 
 
 def amplitude_range(parameter: Parameter, outlook: Outlook, force: float, mass: float) -> tuple[float, float]:
-    """Search range of an amplitude: its own bounds, narrowed to what an axis of this size can have.
+    """Search range of an amplitude in its SI unit: its own bounds, narrowed to what an axis of this size can have.
 
     force: scale of the forces in N; mass: kg.
     """
@@ -83,7 +83,9 @@ def amplitude_range(parameter: Parameter, outlook: Outlook, force: float, mass: 
 
 
 def force_scale(recordings: Sequence[Recording], values: dict[str, float]) -> float:
-    """Scale of the forces on the axis in N: friction, or a tenth of the inertial force if that is more."""
+    """Scale of the forces on the axis in N: friction, or a tenth of the inertial force if that is more. values: SI, by
+    name.
+    """
     return max(abs(values.get("coulomb_force", 0.0)), 0.1 * values["mass"] * typical_acceleration(recordings), 1e-15)
 
 

@@ -24,7 +24,7 @@ _MOST_MASKED = 0.8  # of a recording; with more jumps than that its input is not
 
 
 def bump(half_width: int) -> Array:
-    """Smooth kernel (2 half_width + 1,) of the weak form, sum 1: (1 - x^2)^4 on (-1, 1)."""
+    """Smooth kernel (n,), n = 2 half_width + 1, of the weak form, sum 1: (1 - x^2)^4 on (-1, 1)."""
     x = np.arange(-half_width, half_width + 1) / (half_width + 1)
     kernel = (1.0 - x * x) ** 4
     return np.asarray(kernel / kernel.sum())
@@ -135,7 +135,9 @@ class Acceleration:
         return out
 
     def model_acceleration(self, params: Array) -> Array:
-        """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2."""
+        """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2.
+        params: (C, VECTOR_SIZE).
+        """
         from scipy.ndimage import convolve1d
 
         motion = self.motion
@@ -165,10 +167,12 @@ class Acceleration:
         return out
 
     def reading_acceleration(self, params: Array) -> Array:
-        """What the model's reading error alone adds to the measured acceleration at the rows, (C, N) m/s^2."""
+        """What the model's reading error alone adds to the measured acceleration at the rows, (C, N) m/s^2.
+        params: (C, VECTOR_SIZE).
+        """
         readings = self.simulator.readings(params, self.motion.y, self.motion.v)
         return np.asarray(self._seen(readings)[:, self.rows])
 
     def residuals(self, params: Array, offsets: Array) -> Array:
-        """(C, N) acceleration errors in m/s^2."""
+        """(C, N) acceleration errors in m/s^2. params: (C, VECTOR_SIZE); offsets: (C, 0), there are none."""
         return np.asarray(self.model_acceleration(params) - self.target)

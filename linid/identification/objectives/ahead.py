@@ -96,7 +96,9 @@ class Ahead:
         return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])
 
     def residuals(self, params: Array, offsets: Array) -> Array:
-        """(C, N) prediction errors in m, each window without its straight line."""
+        """(C, N) prediction errors in m, each window without its straight line. params: (C, VECTOR_SIZE);
+        offsets: (C, 0), there are none.
+        """
         errors = self.simulate(params)
         errors -= self.measured
         if not self.project:

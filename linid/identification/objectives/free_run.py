@@ -65,11 +65,13 @@ class FreeRun:
         return state
 
     def simulate(self, params: Array, offsets: Array, *, velocity: bool = False) -> tuple[Array, Array, int]:
-        """Free-run positions (C, N) m and velocities."""
+        """Free-run positions (C, N) m and velocities. params: (C, VECTOR_SIZE); offsets: (C, nuisances), position and
+        speed.
+        """
         return self.simulator.run(params, self.segments, self.starts(offsets), velocity=velocity)
 
     def residuals(self, params: Array, offsets: Array) -> Array:
-        """(C, N) position errors in m."""
+        """(C, N) position errors in m. params: (C, VECTOR_SIZE); offsets: (C, nuisances), position and speed."""
         errors = self.simulate(params, offsets)[0] - self.motion.measured
         if self.project:
             edges = self.simulator.inputs.sample_offsets

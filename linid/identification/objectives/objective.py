@@ -32,10 +32,14 @@ class Part(Protocol):
     robust: bool  # whether single groups may be outliers (bursts, unstable breakaways)
 
     def residuals(self, params: Array, offsets: Array) -> Array:
-        """(C, N) residuals in the part's unit; offsets: (C, nuisances)."""
+        """(C, N) residuals in the part's unit; params: (C, VECTOR_SIZE); offsets: (C, nuisances)."""
         ...
 
 
 def travel_class(span: Array, full: float) -> Integers:
+    """Class (n,) of residuals by the travel that they tell of: 0 resting, 1 creeping, 2 moving.
+
+    span: (n,) travel; full: the recording's range, in the same unit.
+    """
     limits = np.array(TRAVEL_CLASSES) * full
     return np.asarray(np.searchsorted(limits, span), dtype=np.int64)

@@ -33,7 +33,7 @@ class Problem:
         return sum(part.nuisances for part in self.parts)
 
     def residuals(self, point: Array, offsets: Array) -> list[Array]:
-        """Residuals (C, N) of each part for search coordinates (C, p) and offsets (C, nuisances)."""
+        """Residuals (C, N) of each part for search coordinates, point (C, p), and offsets (C, nuisances)."""
         params = self.space.vectors(point)
         out, at = [], 0
         for part in self.parts:
@@ -42,7 +42,7 @@ class Problem:
         return out
 
     def class_counts(self) -> list[Array]:
-        """Per part: number of independent groups in each class of residuals."""
+        """Per part: number of independent groups in each class of residuals, (classes,)."""
         counts = []
         for part in self.parts:
             pairs = np.unique(np.column_stack([part.classes, part.groups]), axis=0)
@@ -50,7 +50,7 @@ class Problem:
         return counts
 
     def reference(self) -> list[Array]:
-        """Per part and class: RMS of the residuals if nothing moved, the scale of the relative errors."""
+        """Per part and class: RMS of the residuals if nothing moved, (classes,), the scale of the relative errors."""
         still = []
         for part in self.parts:
             still.append(_class_rms(part.signal[None, :], part.classes, part.floor)[0])
@@ -92,14 +92,14 @@ class Cost:
         return self.of_residuals(rows)
 
     def class_rms(self, rows: list[Array]) -> list[Array]:
-        """RMS (C, classes) per part."""
+        """RMS (C, classes) per part; rows: residuals (C, N) of each part."""
         with np.errstate(invalid="ignore", over="ignore"):
             return [
                 _class_rms(row, part.classes, part.floor) for row, part in zip(rows, self.problem.parts, strict=True)
             ]
 
     def of_residuals(self, rows: list[Array]) -> Array:
-        """Costs (C,) of residuals per part."""
+        """Costs (C,) of residuals per part; rows: residuals (C, N) of each part."""
         total, weight = np.zeros(rows[0].shape[0]), 0.0
         for rms, counts, reference in zip(self.class_rms(rows), self.counts, self.references, strict=True):
             total += np.log(rms / np.maximum(reference, 1e-300)) @ counts

@@ -13,8 +13,8 @@ from linid.identification.signals.motion import measure_motion
 from linid.physics.electrical import SEPARATE, STAR
 from linid.physics.model import Model
 from linid.recording.recording import Recording
-from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import currents_along
 
 _GROUP = 0.004  # s, residuals are grouped in bins of this length: noise hardly outlives a winding's memory
 _FLOOR = 1e-9  # A
@@ -72,7 +72,7 @@ class WindingCurrents:
         self.signal = self.measured
 
     def residuals(self, params: Array, offsets: Array) -> Array:
-        """(C, N) current errors in A."""
+        """(C, N) current errors in A. params: (C, VECTOR_SIZE); offsets: (C, 0), there are none."""
         found = currents_along(self.model, params, self.inputs, self.motion.y, self.motion.v, self.start)
         edges = self.inputs.sample_offsets
         rows = [(self.axes @ found[:, :, a:b]).reshape(params.shape[0], -1) for a, b in pairwise(edges)]

@@ -207,9 +207,9 @@ def search(
 ) -> tuple[SearchState, str]:
     """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
 
-    cost: search coordinates (C, p) -> (C,); seeds: (S, p) start candidates; starts: those in minima of their own, kept
-    in the state; spent: evaluations that these took; watch: called after each generation.
-    The same seed gives the same result on any number of threads, resumed or not.
+    cost: search coordinates (C, p) -> (C,); seeds: (S, p) start candidates; starts: (T, p) those in minima of their
+    own, kept in the state; spent: evaluations that these took; watch: called after each generation. Raises ConfigError
+    for a state of another search. The same seed gives the same result on any number of threads, resumed or not.
     """
     if resume is not None:
         _refuse_other(resume, dimension, settings)

@@ -45,7 +45,7 @@ def reweighted_least_squares(cost: Cost, point: Array, *, iterations: int, evalu
     """Search coordinates (p,) refined by scipy's bounded trust-region least squares.
 
     rounds: at most, each with weights of its own; evaluations: per round, at most; tolerance: relative change of cost
-    or search coordinates that ends a round. cost: of a problem without start offsets.
+    or search coordinates that ends a round. point: (p,) to begin with; cost: of a problem without start offsets.
     """
     line = Linearisation(cost.problem, cost)
     x = np.clip(point, 1e-9, 1.0 - 1e-9)

@@ -35,7 +35,8 @@ _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstabl
 
 @dataclass(frozen=True)
 class LeastSquaresFit:
-    """search coordinates (p,), offsets (k,), cost, whether it converged and why, history, and the final linearisation.
+    """Search coordinates, point (p,), offsets (k,), cost, whether it converged and why, history, and the final
+    linearisation.
 
     residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; sigma: class RMS per part.
     """
@@ -52,7 +53,10 @@ class LeastSquaresFit:
 
 
 class Linearisation:
-    """Weighted residuals and their Jacobian, each by one batch of simulations."""
+    """Weighted residuals and their Jacobian, each by one batch of simulations.
+
+    x: (p + k,) search coordinates, then offsets; the Jacobian is by them.
+    """
 
     def __init__(self, problem: Problem, cost: Cost) -> None:
         self.problem = problem
@@ -145,7 +149,7 @@ class Linearisation:
         return base, np.nan_to_num(out, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
     def batch(self, batch: Array) -> Array:
-        """Weighted residuals (C, N) of rows (C, p + k) of search coordinates and offsets."""
+        """Weighted residuals (C, N) of a batch (C, p + k) of search coordinates and offsets."""
         self.cost.evaluations += batch.shape[0]
         parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
         weighted = [part * weight for part, weight in zip(parts, self.weights, strict=True)]
@@ -165,7 +169,10 @@ class Linearisation:
 
 def rotated(base: Array, slopes: Array) -> tuple[Array, Array]:
     """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals: all that least squares
-    needs to know of the long ones."""
+    needs to know of the long ones.
+
+    base: (N,), slopes: (N, n). Source: QR decomposition (Golub 1965, Numer. Math. 7, 206).
+    """
     triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, slopes]), mode="r"))
     return triangle[:, 0], triangle[:, 1:]
 
@@ -191,7 +198,7 @@ def levenberg_marquardt(
     bend: bool = True,
     watch: Callable[[int, float], None] | None = None,
 ) -> LeastSquaresFit:
-    """Refine search coordinates (p,) within the box, the noise re-estimated at each step.
+    """Refine search coordinates, point (p,), within the box, the noise re-estimated at each step.
 
     offsets: start offsets (k,) to begin with; final: also return the linearisation at the end; bend: follow curved
     valleys, field and residuals being taken to second order; watch: called after each step with its number and cost.
@@ -316,7 +323,7 @@ def _damped_step(residual: Array, jacobian: Array, damping: float, lower: Array,
 
 
 def fit_start_offsets(part: FreeRun, vector: Array, rounds: int = 3) -> Array:
-    """Start offsets (1, 2 R) that bring free runs with given parameters (1, VECTOR_SIZE) nearest to the data."""
+    """Start offsets (1, 2 R) that bring free runs with a given parameter vector (1, VECTOR_SIZE) nearest to data."""
     offsets = np.zeros((1, part.nuisances))
     edges = part.simulator.inputs.sample_offsets
     for _ in range(rounds):

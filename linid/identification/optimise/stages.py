@@ -72,7 +72,10 @@ def search_from(
 def refine_first_candidates(
     problem: Problem, cost: Cost, starts: Array, watch: Callable[[int, float], None] | None = None
 ) -> Array:
-    """First candidates (S, p), each refined on the problem of the search; watch: called with number and cost."""
+    """Start candidates, starts (S, p), each refined on the problem of the search, (S, p).
+
+    watch: called with number and cost.
+    """
     rows = []
     for number, start in enumerate(starts):
         rows.append(

@@ -29,7 +29,9 @@ def choose_substeps(model: Model, recordings: Sequence[Recording], first: dict[s
 def step_halving_error(
     model: Model, recordings: Sequence[Recording], vector: NDArray[np.float64], substeps: int, jobs: int
 ) -> float:
-    """RMS change in m (rotary: rad) of the 0.1 s predictions when the internal step is halved."""
+    """RMS change in m (rotary: rad) of the 0.1 s predictions when the internal step is halved. vector: (VECTOR_SIZE,),
+    SI.
+    """
     one = Ahead(model, tuple(recordings), substeps, jobs).simulate(vector)
     two = Ahead(model, tuple(recordings), 2 * substeps, jobs).simulate(vector)
     return float(np.sqrt(np.nanmean((one - two) ** 2)))

@@ -1,0 +1,1 @@
+"""What recordings show of motion and inputs, and how noisy it is."""

@@ -29,9 +29,10 @@ def retaken(recording: Recording, smooth: Array, generator: np.random.Generator)
 
 @dataclass(frozen=True)
 class Motion:
-    """Smoothed motion of several recordings in one flat row each: y (m), v (m/s), standstill; (samples,).
+    """Smoothed motion of several recordings in one flat row each.
 
-    measured: raw positions in m; position_noise, speed_noise: (R,) standard deviations.
+    y, v, standstill: (samples,) in m, m/s, true or false; measured: (samples,) raw positions in m; position_noise,
+    speed_noise: (R,) standard deviations in m and m/s.
     """
 
     measured: Array
@@ -85,7 +86,9 @@ def input_noise(recording: Recording, generator: np.random.Generator) -> Array:
 
 
 def with_inputs_moved(recording: Recording, change: Array) -> Recording:
-    """The recording with its inputs changed by what `input_noise` drew (free wheels: as it is)."""
+    """The recording with its inputs changed by what `input_noise` drew (free wheels: as it is). change: (3, n) or (n,)
+    in the inputs' unit.
+    """
     if recording.kind == "free_wheel":
         return recording
     if recording.phase_currents is not None:

@@ -13,7 +13,7 @@ from linid.identification.signals.motion import measure_motion
 from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.physics.motors import MOTORS
+from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
 

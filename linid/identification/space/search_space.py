@@ -8,7 +8,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.physics.model import MASS, VECTOR_SIZE, Model
-from linid.physics.motors import MOTORS
+from linid.physics.motors.registry import MOTORS
 
 _COULOMB, _STATIC, _SIGMA_0, _SIGMA_1 = 0, 1, 4, 5
 # Standard deviation of a uniform prior over the search box in search coordinates: what a parameter that the data
@@ -27,7 +27,7 @@ class SearchParameter:
     log: bool
 
     def value(self, coordinate: Array) -> Array:
-        """Coordinate in [0, 1] -> searched quantity."""
+        """Coordinate in [0, 1] -> searched quantity, of the same shape."""
         if self.log:
             return np.asarray(self.lower * (self.upper / self.lower) ** coordinate)
         return np.asarray(self.lower + (self.upper - self.lower) * coordinate)
@@ -103,7 +103,9 @@ class SearchSpace:
         return point
 
     def natural_jacobian(self, point: Array, step: float = 1e-6) -> Array:
-        """d(parameter)/d(search coordinate), (p, p) in SI units, for the delta method; central differences."""
+        """d(parameter)/d(search coordinate) at a point (p,), (p, p) in SI units, for the delta method; central
+        differences.
+        """
         p = len(self.parameters)
         slots = [self.model.slot(name) for name in self.names]
         shifts = step * np.eye(p)

@@ -27,10 +27,11 @@ _FEIGNED = 0.5
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """gene_covariance: (p, p) robust covariance in search coordinates; condition_number: of the scaled information
+    """search_covariance: (p, p) robust covariance in search coordinates; condition_number: of the scaled information
     matrix; conditional_std: (p,) search coordinate standard deviation if all other parameters were known; intervals:
     95 % intervals in search coordinates of those search coordinates that the covariance cannot describe; aligned: the
-    currents keep with the field, so that its phase shows to second order only."""
+    currents keep with the field, so that its phase shows to second order only.
+    """
 
     search_covariance: Array
     condition_number: float

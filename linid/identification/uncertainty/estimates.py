@@ -23,9 +23,9 @@ _EDGE = 1e-3  # search coordinates nearer to 0 or 1 than this sit at their bound
 def make_estimates(
     space: SearchSpace, point: Array, uncertainty: Uncertainty, axis: str, input_unit: str, per_mass: bool
 ) -> tuple[tuple[Estimate, ...], tuple[str, ...], Array, Array]:
-    """Estimates of all parameters, the names of the fitted ones, their covariance (SI) and correlation.
+    """Estimates of all parameters, the names of the fitted ones, their covariance (p, p) (SI) and correlation (p, p).
 
-    Intervals of positive scale parameters are symmetric on the logarithmic scale.
+    point: (p,) search coordinates. Intervals of positive scale parameters are symmetric on the logarithmic scale.
     """
     vector = space.vectors(point)[0]
     jacobian = space.natural_jacobian(np.clip(point, 1e-5, 1.0 - 1e-5))
@@ -92,7 +92,7 @@ def _status(
 
 
 def is_useless_ratio(relative_std: float) -> bool:
-    """Whether a relative standard deviation leaves the order of magnitude open."""
+    """Whether a standard deviation, relative_std as a ratio, leaves the order of magnitude open."""
     from linid.identification.uncertainty.identifiability import LOG_LIMIT
 
     return bool(relative_std > LOG_LIMIT)

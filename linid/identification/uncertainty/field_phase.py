@@ -30,14 +30,18 @@ def columns(space: SearchSpace) -> tuple[int, int] | None:
 
 
 def steps(space: SearchSpace, point: Array, reach: float) -> tuple[float, float]:
-    """Coordinate steps that move the field phase by `PHASE_STEP` at `reach` (m) from position zero."""
+    """Steps of the search coordinates that move the field phase by `PHASE_STEP` at `reach` (m) from position zero.
+    point: (p,) search coordinates.
+    """
     density, shift = columns(space) or (0, 0)
     slopes = np.diag(space.natural_jacobian(np.clip(point, 1e-5, 1.0 - 1e-5)))
     return PHASE_STEP / (slopes[density] * max(reach, 1e-12)), PHASE_STEP / slopes[shift]
 
 
 def second_differences(residuals: Callable[[Array], Array], point: Array, pair: tuple[int, int], step: Array) -> Array:
-    """(N, 3) second derivatives of residuals (C, p) -> (C, N): density twice, mixed, shift twice."""
+    """(N, 3) second derivatives of residuals (C, p) -> (C, N): density twice, mixed, shift twice. point: (p,),
+    step: (2,) search coordinates.
+    """
     a, b = np.zeros((2, point.size))
     a[pair[0]], b[pair[1]] = step
     rows = np.array([point, point + a, point - a, point + b, point - b, point + a + b, point - a - b])
@@ -53,12 +57,11 @@ def profile_intervals(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """95 % intervals of the two search coordinates as offsets from the estimate, all others profiled out.
 
-    The scores s(x) = scores + information x with x = (offsets of all parameters, and the second-order terms
-    d^2/2, d e, e^2/2 of the pair d, e) have mean zero and covariance `meat` at the truth; the interval holds
-    where the least s' meat^-1 s exceeds its minimum by less than the 95 % quantile of chi squared
-    (Newey and West 1987, Int. Econ. Rev. 28: tests in the generalised method of moments).
-    scores: (n + 3,), information and meat: (n + 3, n + 3) with the second-order terms last; room: (2, 2) offsets
-    at which the search box ends.
+    The scores s(x) = scores + information x with x = (offsets of all parameters, and the second-order terms d^2/2, d e,
+    e^2/2 of the pair d, e) have mean zero and covariance `meat` at the truth; the interval holds where the least s'
+    meat^-1 s exceeds its minimum by less than the 95 % quantile of chi squared (Newey and West 1987, Int. Econ. Rev.
+    28: tests in the generalised method of moments). scores: (n + 3,), information and meat: (n + 3, n + 3) with the
+    second-order terms last; room: (2, 2) offsets of search coordinates at which the search box ends.
     """
     n = scores.size - 3
     unit = np.sqrt(np.maximum(np.diag(meat), 1e-300))

@@ -48,7 +48,9 @@ def advice(name: str, axis: str, kind: str) -> str:
 
 
 def without_effect(space: SearchSpace, cost: Cost, point: Array) -> tuple[str, ...]:
-    """Parameters whose perturbation by a tenth of their range changes no residual (checked before a fit)."""
+    """Parameters whose perturbation by a tenth of their range changes no residual (checked before a fit). point: (p,)
+    search coordinates.
+    """
     p = point.size
     rows = [point]
     for column in range(p):
@@ -62,7 +64,7 @@ def without_effect(space: SearchSpace, cost: Cost, point: Array) -> tuple[str, .
 
 
 def is_useless(space: SearchSpace, column: int, search_std: float) -> bool:
-    """Whether the interval of a search coordinate says nothing useful."""
+    """Whether the interval of a search coordinate says nothing useful. search_std: in search coordinates."""
     searched = space.parameters[column]
     if searched.log:
         return bool(search_std * np.log(searched.upper / searched.lower) > LOG_LIMIT)
@@ -79,7 +81,8 @@ def inseparable_pairs(
 ) -> tuple[tuple[str, str, float, str], ...]:
     """Pairs of parameters with a correlation beyond PAIR_LIMIT that costs precision, and what would separate them.
 
-    Pairs whose members are both known to LOOSE (relative; angles in rad) are left out: nobody need separate them.
+    correlation: (p, p). Pairs whose members are both known to LOOSE (relative; angles in rad) are left out: nobody need
+    separate them.
     """
     loose = {e.name: e.std / (abs(e.value) if e.unit != "1" else 1.0) > LOOSE for e in estimates if e.name in names}
     pairs = []

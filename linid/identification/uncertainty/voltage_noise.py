@@ -20,8 +20,8 @@ from linid.physics.electrical import PARAMETERS
 from linid.physics.model import Model
 from linid.recording.noise import difference_gain
 from linid.recording.recording import Recording
-from linid.simulation.currents import currents_along
 from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import currents_along
 from linid.statistics import robust_spread
 
 _ROUNDS = 3
@@ -67,7 +67,8 @@ def _weighted(problem: Problem, x: Array) -> Linearisation:
 
 
 def noise_curvature(problem: Problem, fit: LeastSquaresFit) -> Array:
-    """Second derivatives (p, p) of half the noise's weighted square: information that only the voltages' noise feigns.
+    """Second derivatives (p, p) of half the noise's weighted square: information in search coordinates that only the
+    voltages' noise feigns.
 
     Zeros where no voltages were fitted.
     """
@@ -125,7 +126,8 @@ def _noise_variances(recording: Recording) -> Array:
 
 
 def noise_gain(model: Model, vector: Array, dt: float) -> Array:
-    """Variance (axes, 3) in A^2/V^2 along each current axis by white noise in each sampled voltage; dt: s.
+    """Variance (axes, 3) in A^2/V^2 along each current axis by white noise in each sampled voltage;
+    vector: (VECTOR_SIZE,), SI; dt: s.
 
     Sum of squares of the answer of resting windings to a single sample, through the spline that joins the samples.
     """
@@ -165,7 +167,7 @@ def tells_mutual_inductance(vector: Array, part: WindingCurrents) -> bool:
 
 
 def voltage_noise_level(samples: Array) -> float:
-    """Standard deviation in V of white noise in a phase voltage (n,), from eighth differences.
+    """Standard deviation in V of white noise in a phase voltage, samples (n,), from eighth differences.
 
     Not the `noise_level` of a position: commutated voltages turn by a third of a radian per sample, and only that many
     differences leave next to nothing of them (gain (2 sin(x / 2))^8).

@@ -1,4 +1,8 @@
-"""Asymmetric friction: Coulomb or viscous friction depends on the direction."""
+"""Asymmetric friction: Coulomb or viscous friction depends on the direction.
+
+Source: Canudas de Wit et al. 1995, IEEE Trans. Autom. Control 40, 419, where g(v) need not be symmetrical. The viscous
+part is linid's own.
+"""
 
 from __future__ import annotations
 

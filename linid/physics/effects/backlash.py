@@ -1,4 +1,7 @@
-"""Backlash: between motor and encoder there is play, so that the reading waits after each reversal."""
+"""Backlash: between motor and encoder there is play, so that the reading waits after each reversal.
+
+Source: the play operator (Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis).
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,9 @@ def sensor(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
 
 @term
 def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
-    """A moving axis has taken up the play, a resting one is taken to stand in its middle."""
+    """States at the start (s_1 dimensionless, -1 to 1): a moving axis has taken up the play, a resting one stands in
+    its middle.
+    """
     if v == 0.0:
         return 0.0, 0.0
     return (1.0 if v > 0.0 else -1.0), 0.0
@@ -22,7 +27,7 @@ def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
 
 @term
 def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
-    """The play operator: s_1 follows the travel between -1 and 1, exact for any path without reversal."""
+    """The play operator: s_1 (dimensionless) follows the travel from -1 to 1, exact for any path without reversal."""
     travel = 2.0 * v * h / max(backlash_gap, 1e-12)
     return min(max(s_1 + travel, -1.0), 1.0), s_2
 

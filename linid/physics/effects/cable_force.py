@@ -1,4 +1,7 @@
-"""Cable force: the cable chain pulls like a spring over the stroke, with hysteresis and a preload."""
+"""Cable force: the cable chain pulls like a spring over the stroke, with hysteresis and a preload.
+
+Source of the hysteresis: Dahl 1976, AIAA J. 14, 1675, with exponent 1; the spring is a straight line.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +19,15 @@ def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, preload, stiffness,
 
 @term
 def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, preload, stiffness, hysteresis, length, middle):
-    """A moving chain has been moving for a while, a resting one is taken to be relaxed."""
+    """States at the start (s_1 dimensionless, -1 to 1): a moving chain has been moving for a while, a resting one is
+    relaxed.
+    """
     return (0.0 if v == 0.0 else math.copysign(1.0, v)), 0.0
 
 
 @term
 def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, preload, stiffness, hysteresis, length, middle):
-    """Hysteresis s_1' = (v - |v| s_1) / L, exact in the travel."""
+    """Hysteresis s_1' = (v - |v| s_1) / L, s_1 dimensionless; exact in the travel."""
     travel = v * h
     end = math.copysign(1.0, travel)
     return end + (s_1 - end) * math.exp(-abs(travel) / length), s_2

@@ -1,4 +1,7 @@
-"""Cogging: the magnets pull at iron teeth and ends, a force that repeats along the way without any current."""
+"""Cogging: the magnets pull at iron teeth and ends, a force that repeats along the way without any current.
+
+Source: Jahns and Soong 1996, IEEE Trans. Ind. Electron. 43, 321; here as a Fourier series.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Constant force: gravity on an inclined linear axis or cable preload pushes the same way everywhere."""
+"""Constant force: gravity on an inclined linear axis or cable preload pushes the same way everywhere.
+
+Source: none needed, a constant.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Current offset: the current sensors read a constant too much, and the drive controls what they read."""
+"""Current offset: the current sensors read a constant too much, and the drive controls what they read.
+
+Source: Chen, Namuduri and Mir 2002, IEEE Trans. Ind. Appl. 38, 1273.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Drive-train backlash: a part of the moving mass hangs behind a gap and hits its sides."""
+"""Drive-train backlash: a part of the moving mass hangs behind a gap and hits its sides.
+
+Source: the physical model of Nordin and Gutman 2002, Automatica 38, 1633, with a contact that never pulls.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ _TURNS = 60  # of the bisection: more than the digits of a double
 
 @term
 def push(side, s_1, s_2, gap, omega, damping):
-    """Force per mass of the load on the motor by the side +1 or -1 of the gap, m/s^2: spring and damper, no pull."""
+    """Force per mass of the load on the motor by the side +1 or -1 of the gap, m/s^2: spring and damper, no pull.
+
+    s_1, s_2: m and m/s; gap: m; omega: rad/s; damping: ratio.
+    """
     depth = side * s_1 - 0.5 * gap
     return side * max(omega * omega * depth + 2.0 * damping * omega * side * s_2, 0.0) if depth > 0.0 else 0.0
 
@@ -67,7 +73,9 @@ def initial(
     backlash_load_frequency,
     backlash_load_damping,
 ):
-    """Where friction alone brakes the motor, the load leans on it from behind; else it is taken to be in the middle."""
+    """States at the start, m and m/s: where friction alone brakes the motor, the load leans on it from behind; else it
+    is in the middle.
+    """
     if v == 0.0 or i_1 != 0.0 or i_2 != 0.0 or i_3 != 0.0:
         return 0.0, 0.0
     return math.copysign(0.5 * backlash_load_gap, v), 0.0
@@ -75,7 +83,11 @@ def initial(
 
 @term
 def rising_root(rest, rate, bend):
-    """Least t > 0 at which rest + rate t + bend t^2 rises through 0, infinite if there is none."""
+    """Least t > 0 in s at which rest + rate t + bend t^2 rises through 0, infinite if there is none; by the stable
+    formula.
+
+    rest, rate, bend: in any unit, that unit per s and per s^2.
+    """
     if bend == 0.0:
         return -rest / rate if rate > 0.0 and rest < 0.0 else math.inf
     square = rate * rate - 4.0 * bend * rest
@@ -88,7 +100,11 @@ def rising_root(rest, rate, bend):
 
 @term
 def swing(e, u, omega, decay, turning, h):
-    """Distance from rest and speed h seconds on of a damped oscillator that swings freely."""
+    """Distance (m) from rest and speed (m/s) h seconds on of a damped oscillator that swings freely.
+
+    e, u: distance and speed now; omega: natural angular frequency, decay: damping rate, turning: damped frequency, all
+    in rad/s.
+    """
     fading = math.exp(-decay * h)
     cosine, sine = fading * math.cos(turning * h), fading * math.sin(turning * h) / turning
     return e * (cosine + decay * sine) + u * sine, u * (cosine - decay * sine) - e * omega * omega * sine
@@ -98,7 +114,8 @@ def swing(e, u, omega, decay, turning, h):
 def time_in_contact(e, u, a, omega, decay, turning, h):
     """Time in s until the contact pushes no more, infinite if it does so for h seconds.
 
-    Push per mass: p - a, where p = omega^2 e + 2 decay u swings as e does: monotone from extreme to extreme.
+    Push per mass: p - a, where p = omega^2 e + 2 decay u swings as e does: monotone from extreme to extreme. e, u,
+    omega, decay, turning, h: as in `swing`; a: m/s^2, acceleration of the axis towards the contact's side.
     """
     before = 0.0
     # p' = omega^2 (u + 2 decay/omega^2 e'') vanishes where its own damped wave does.
@@ -126,7 +143,10 @@ def time_in_contact(e, u, a, omega, decay, turning, h):
 
 @term
 def time_to_contact(side, s_1, s_2, a, half, omega, decay):
-    """Time in s until the load that swings free meets or catches up with the side +1 or -1 of the gap."""
+    """Time in s until the load that swings free meets or catches up with the side +1 or -1 of the gap.
+
+    s_1, s_2: m and m/s, of the load; a: m/s^2, of the axis; half: m, of the gap; omega, decay: rad/s.
+    """
     depth, rate, bend = side * s_1 - half, side * s_2, -0.5 * side * a
     meets = rising_root(depth, rate, bend)
     # Away from the side faster than its spring relaxes: it may catch up with the load.
@@ -157,7 +177,9 @@ def advance(
     backlash_load_frequency,
     backlash_load_damping,
 ):
-    """s_1'' = -a - contact force per mass, exact while the axis accelerates evenly: from one event to the next."""
+    """States in m and m/s after h seconds: s_1'' = -a - contact force per mass, exact while the axis accelerates
+    evenly, from one event to the next.
+    """
     omega = 2.0 * math.pi * backlash_load_frequency
     decay = min(backlash_load_damping, 0.999) * omega
     turning = math.sqrt(omega * omega - decay * decay)

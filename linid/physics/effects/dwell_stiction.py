@@ -1,4 +1,7 @@
-"""Dwell stiction: friction grows with the logarithm of the time at rest, and is worn off by sliding."""
+"""Dwell stiction: friction grows with the logarithm of the time at rest, and is worn off by sliding.
+
+Source: Dieterich 1979, J. Geophys. Res. 84, 2161, and Ruina 1983, J. Geophys. Res. 88, 10359 (aging law).
+"""
 
 from __future__ import annotations
 
@@ -17,13 +20,15 @@ def level(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, dwell_growth, dwell
 
 @term
 def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, dwell_growth, dwell_length, dwell_time):
-    """A sliding contact has the age L/|v|; a resting one is taken to have rested for a second."""
+    """Age in s at the start: a sliding contact has the age L/|v|, at most 1 s; a resting one is taken to have rested
+    for a second.
+    """
     return min(dwell_length / max(abs(v), 1e-12), 1.0), 0.0
 
 
 @term
 def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, dwell_growth, dwell_length, dwell_time):
-    """Age of the contact (aging law): s_1' = 1 - |v| s_1 / L, exact while the speed stays."""
+    """Age of the contact in s (aging law): s_1' = 1 - |v| s_1 / L, exact while the speed stays."""
     worn = abs(v) * h / dwell_length
     if worn < 1e-9:
         return s_1 + h, s_2

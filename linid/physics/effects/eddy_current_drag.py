@@ -1,4 +1,7 @@
-"""Eddy-current drag: braking by currents induced in moving iron or aluminium, strongest at a critical speed."""
+"""Eddy-current drag: braking by currents induced in moving iron or aluminium, strongest at a critical speed.
+
+Source: Wouterse 1991, IEE Proc. B 138, 153 (drag over speed with a critical speed).
+"""
 
 from __future__ import annotations
 

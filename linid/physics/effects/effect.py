@@ -19,18 +19,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from numba import njit
-
 from linid.errors import ConfigError
-from linid.physics import motors
+from linid.physics.motors.registry import MOTORS as ALL_MOTORS
 from linid.physics.parameter import Parameter
+from linid.physics.term import term as term  # for the effects
 
 Slot = Literal["DRIVE", "FORCE", "SENSOR"]
 Acts = Literal["all", "one", "some"]
 Values = dict[str, float]
-
-# Not cached by itself: it is compiled into the kernel, whose cache knows the sources of all effects.
-term = njit(error_model="numpy")
 
 COMMON_ARGUMENTS = ("t", "y", "v", "i_1", "i_2", "i_3", "record", "elapsed")
 STATELESS = ("delay", "mass")  # terms that get no hidden states
@@ -48,9 +44,9 @@ TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "initial": COMMON_ARGUMENTS,
     "advance": ("h", "t", "y", "v", "a", *COMMON_ARGUMENTS[3:]),
 }
-PHASE_MOTORS = tuple(name for name, motor in motors.MOTORS.items() if motor.phases)
-MOTORS = tuple(name for name, motor in motors.MOTORS.items() if motor.inputs)
-ALL_KINDS = tuple(motors.MOTORS)
+PHASE_MOTORS = tuple(name for name, motor in ALL_MOTORS.items() if motor.phases)
+MOTORS = tuple(name for name, motor in ALL_MOTORS.items() if motor.inputs)
+ALL_KINDS = tuple(ALL_MOTORS)
 
 
 @dataclass(frozen=True)
@@ -81,7 +77,7 @@ class Outlook:
         return self.stroke_high - self.stroke_low
 
     def place(self, share: float) -> float:
-        """Position in m up to which a share of all visited places lies."""
+        """Position in m up to which a share (0 to 1) of all visited places lies."""
         edges = self.visited or (self.stroke_low, self.stroke_high)
         at = min(max(share, 0.0), 1.0) * (len(edges) - 1)
         left = min(int(at), len(edges) - 2)

@@ -1,4 +1,8 @@
-"""Periodic error of the position reading: interpolation of the scale, or its mounting."""
+"""Periodic error of the position reading: interpolation of the scale, or its mounting.
+
+Source: Heydemann 1981, Appl. Opt. 20, 3382: offsets of the two signals err once, unequal gains and phases twice per
+period.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""End effect: near the ends of the magnet track the thrust falls."""
+"""End effect: near the ends of the magnet track the thrust falls.
+
+Source: linid's own form, a logistic curve at either end.
+"""
 
 from __future__ import annotations
 

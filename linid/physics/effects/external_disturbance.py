@@ -1,4 +1,7 @@
-"""External disturbance: something pushes the axis at some moments, each of one recording."""
+"""External disturbance: something pushes the axis at some moments, each of one recording.
+
+Source: linid's own form, pulses of a raised cosine.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,10 @@ _PUSHES = 6
 
 @term
 def push(t, record, size, start, duration, recording):
-    """A raised-cosine pulse, N; 0 outside its recording and time."""
+    """A raised-cosine pulse, N; 0 outside its recording and time.
+
+    t: s; size: N; start, duration: s; recording: its number.
+    """
     if size == 0.0 or record != recording or record < 1.0:
         return 0.0
     share = (t - start) / duration

@@ -1,4 +1,7 @@
-"""Flexible load: part of the moving mass hangs on a spring and swings."""
+"""Flexible load: part of the moving mass hangs on a spring and swings.
+
+Source: Newton's law of two masses with spring and damper (Den Hartog 1956, Mechanical Vibrations, ch. 3).
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,9 @@ def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, load_mass, load_fre
 
 @term
 def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, load_mass, load_frequency, load_damping):
-    """s_1'' = -omega^2 s_1 - 2 zeta omega s_1' - a, exact while the axis accelerates evenly."""
+    """States in m and m/s after h seconds: s_1'' = -omega^2 s_1 - 2 zeta omega s_1' - a, exact while the axis
+    accelerates evenly.
+    """
     omega = 2.0 * math.pi * load_frequency
     rest = -a / (omega * omega)
     damping = min(load_damping, 0.999) * omega

@@ -1,4 +1,7 @@
-"""Force ripple: harmonics of the field (5th, 7th ...) let the thrust per current vary within the pole pitch."""
+"""Force ripple: harmonics of the field (5th, 7th ...) let the thrust per current vary within the pole pitch.
+
+Source: Jahns and Soong 1996, IEEE Trans. Ind. Electron. 43, 321.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Force saturation: iron and magnets saturate, so that thrust per ampere falls at high current."""
+"""Force saturation: iron and magnets saturate, so that thrust per ampere falls at high current.
+
+Source: linid's own form: a power law with a knee.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from linid.physics.parameter import Parameter
 
 @term
 def squared_amplitude(i_1: float, i_2: float, i_3: float) -> float:
-    """Square of the current's space-vector amplitude in A^2; of i_1 where it is the only input."""
+    """Square of the current's space-vector amplitude in A^2; of i_1 where it is the only input. i_1, i_2, i_3: A."""
     if i_2 == 0.0 and i_3 == 0.0:
         return i_1 * i_1
     along = (2.0 * i_1 - i_2 - i_3) / 3.0

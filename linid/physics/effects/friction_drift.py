@@ -1,4 +1,7 @@
-"""Friction drift: friction changes with running time while grease and bearings warm up."""
+"""Friction drift: friction changes with running time while grease and bearings warm up.
+
+Source: linid's own form.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Changed level of friction between recordings: in some of them the guideway runs heavier or easier by a factor."""
+"""Changed level of friction between recordings: in some of them the guideway runs heavier or easier by a factor.
+
+Source: linid's own form, a factor.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Gravity: on a rotary axis the weight of an eccentric mass turns with the angle."""
+"""Gravity: on a rotary axis the weight of an eccentric mass turns with the angle.
+
+Source: Newton's law, the moment of a weight on a lever.
+"""
 
 from __future__ import annotations
 

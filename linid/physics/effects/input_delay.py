@@ -1,4 +1,7 @@
-"""Input delay: the force follows the logged current late, or the channels of the scope are skewed."""
+"""Input delay: the force follows the logged current late, or the channels of the scope are skewed.
+
+Source: none needed, a dead time.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Load-dependent friction: bearings and gears rub the more, the more force they transmit."""
+"""Load-dependent friction: bearings and gears rub the more, the more force they transmit.
+
+Source: Coulomb's law, friction in proportion to the load.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Payload change: in some recordings the axis carries a mass that nobody wrote down."""
+"""Payload change: in some recordings the axis carries a mass that nobody wrote down.
+
+Source: Newton's law.
+"""
 
 from __future__ import annotations
 

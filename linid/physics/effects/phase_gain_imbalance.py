@@ -1,4 +1,7 @@
-"""Phase gain imbalance: the three phases do not push equally (windings, sensors or amplifiers differ)."""
+"""Phase gain imbalance: the three phases do not push equally (windings, sensors or amplifiers differ).
+
+Source: Chen, Namuduri and Mir 2002, IEEE Trans. Ind. Appl. 38, 1273.
+"""
 
 from __future__ import annotations
 

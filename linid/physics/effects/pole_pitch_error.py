@@ -1,4 +1,7 @@
-"""Pole pitch error: magnets sit further and further from their places, so that the field's phase drifts."""
+"""Pole pitch error: magnets sit further and further from their places, so that the field's phase drifts.
+
+Source: linid's own form, the first Legendre polynomials that change the field.
+"""
 
 from __future__ import annotations
 

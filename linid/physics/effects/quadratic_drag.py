@@ -1,4 +1,7 @@
-"""Quadratic drag: air resistance or the like, which grows faster than the speed."""
+"""Quadratic drag: air resistance or the like, which grows faster than the speed.
+
+Source: the drag equation (Rayleigh 1876), its power left free.
+"""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 from linid.entry_points import loaded
 from linid.errors import ConfigError, UsageError
-from linid.physics import friction, motors
+from linid.physics import friction
 from linid.physics.effects import (
     asymmetric_friction,
     backlash,
@@ -40,6 +40,7 @@ from linid.physics.effects import (
     thermal_derating,
 )
 from linid.physics.effects.effect import Effect, check_effect
+from linid.physics.motors.registry import MOTORS
 
 GROUP = "linid.effects"
 _LARGEST_NUMBER = 60  # bits of the integer that switches effects on
@@ -79,7 +80,7 @@ def collect(built_in: Iterable[Effect], others: Iterable[EntryPoint]) -> tuple[E
     """All effects in order; raises ConfigError for a malformed effect or a name that is taken already."""
     effects: list[Effect] = []
     owners = {p.name: "the base model" for p in friction.PARAMETERS}
-    owners |= {p.name: "the base model" for motor in motors.MOTORS.values() for p in motor.parameters}
+    owners |= {p.name: "the base model" for motor in MOTORS.values() for p in motor.parameters}
 
     def add(effect: Effect, place: str) -> None:
         effects.append(check_effect(effect, place))

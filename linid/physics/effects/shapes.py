@@ -18,13 +18,13 @@ def bounded(factor: float) -> float:
 
 @term
 def sine_pair(angle: float, sine: float, cosine: float) -> float:
-    """sine sin(angle) + cosine cos(angle)."""
+    """sine sin(angle) + cosine cos(angle), in the unit of sine and cosine; angle: rad."""
     return sine * math.sin(angle) + cosine * math.cos(angle)
 
 
 @term
 def marked(record: float, recordings: float) -> bool:
-    """Whether the bit of a recording's number is set in `recordings`, a sum of 2^(number - 1)."""
+    """Whether the bit of a recording's number is set in `recordings`, a sum of 2^(number - 1). record: that number."""
     if record < 1.0:
         return False
     shifted = math.floor(recordings / 2.0 ** (record - 1.0))
@@ -33,7 +33,9 @@ def marked(record: float, recordings: float) -> bool:
 
 @term
 def share_of(y: float, low: float, high: float) -> float:
-    """Where y lies between low (0) and high (1), at most half a stroke beyond either."""
+    """Where y lies between low and high, as a share from 0 to 1; at most half a stroke beyond either. y,
+    low, high: m.
+    """
     return min(max((y - low) / max(high - low, 1e-12), -0.5), 1.5)
 
 

@@ -1,4 +1,7 @@
-"""Thermal derating: the winding's losses heat the motor, and thrust per ampere falls."""
+"""Thermal derating: the winding's losses heat the motor, and thrust per ampere falls.
+
+Source: linid's own form: one heat capacity, one thermal resistance.
+"""
 
 from __future__ import annotations
 

@@ -98,12 +98,12 @@ class MotorGeometry(Description):
 class MotorDesign:
     """What dimensions say about a motor, SI.
 
-    gaussian: a pair's field (13); k: sigma_y / pole pitch (17); nome: q_0; magnitude: K_B (35); sine, theta: values of
-    the two models' parameters by name, the phases counted from the middle winding above a magnet; best_sine_constant:
-    N/A of the sine of the same fundamental as theta, which (30) exceeds by the reciprocal of the field's first
-    harmonic; exact: amplitude in N/A of each odd harmonic of the thrust over the current in the exact field of all
-    magnets, by order; matched: the theta parameters whose first and third harmonics are the exact ones, which a
-    Gaussian fitted to a wide, flat-topped field misses.
+    gaussian: a pair's field (13); k: the ratio sigma_y / pole pitch (17); nome: q_0; magnitude: K_B, dimensionless
+    (35); sine, theta: values of the two models' parameters by name, the phases counted from the middle winding above a
+    magnet; best_sine_constant: N/A of the sine of the same fundamental as theta, which (30) exceeds by the reciprocal
+    of the field's first harmonic; exact: amplitude in N/A of each odd harmonic of the thrust over the current in the
+    exact field of all magnets, by order; matched: the theta parameters, SI, whose first and third harmonics are the
+    exact ones, which a Gaussian fitted to a wide, flat-topped field misses.
     """
 
     geometry: MotorGeometry
@@ -122,6 +122,7 @@ def exact_thrust(geometry: MotorGeometry, orders: Sequence[int] = (1, 3, 5, 7, 9
     """Harmonics in N/A of the thrust over the current of one winding, from the exact field of infinitely many pairs.
 
     Of the current at position y above a magnet: sum_n amplitude_n sin(n pi y / pole pitch). No Gaussian is involved.
+    Source: (2) over the harmonics of (8).
     """
     winding, pitch = geometry.winding, geometry.pole_pitch
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
@@ -134,7 +135,7 @@ def exact_thrust(geometry: MotorGeometry, orders: Sequence[int] = (1, 3, 5, 7, 9
 
 
 def design(geometry: MotorGeometry) -> MotorDesign:
-    """The sine and theta model of a motor from its dimensions."""
+    """The sine and theta model of a motor from its dimensions (13), (17), (30), (32), (35), (37), (38)."""
     pair, winding, pitch = geometry.pair, geometry.winding, geometry.pole_pitch
     gaussian = fit_gaussian(pair)
     k = gaussian.sigma_y / pitch

@@ -41,13 +41,14 @@ class GaussianField:
     reach_y: float
 
     def at(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Flux density in T; x, y: m, of equal or broadcastable shapes."""
+        """Flux density in T, of the shape that x and y give together (13); x, y: m, of broadcastable shapes."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         return np.asarray(self.peak * np.exp(-((x / self.sigma_x) ** 2) - (y / self.sigma_y) ** 2))
 
 
 def pair_field(x: ArrayLike, y: ArrayLike, pair: MagnetPair, z: float = 0.0) -> Array:
-    """z component of a magnet pair's flux density at height z (m) above the middle of the gap, T.
+    """z component in T of a magnet pair's flux density at height z (m) above the middle of the gap, of the shape that x
+    and y give together.
 
     x, y: m, of broadcastable shapes. Source: eq. (8) for both magnets, fig. 3.
     """

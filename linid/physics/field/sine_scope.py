@@ -21,7 +21,8 @@ _BRACKET = (0.2, 0.6)
 def delta(k: float, pairs: int) -> float:
     """Derivative over k of the squared error of a cosine for 2 N + 1 magnets (24), (22), (23); N = `pairs`.
 
-    Per unit of pole pitch and squared B_0. The summands of (23) hang on i - j alone, so one sum serves.
+    Dimensionless: per unit of pole pitch and squared B_0. k: the ratio (17). The summands of (23) hang on i - j alone,
+    so one sum serves.
     """
     number = 2 * pairs + 1
     shared = math.sqrt(math.pi) * math.exp(-0.25 * (math.pi * k) ** 2) * ((math.pi * k) ** 2 - 2.0)
@@ -37,14 +38,21 @@ def delta(k: float, pairs: int) -> float:
 
 
 def best_k(pairs: int) -> float:
-    """k_N, where `delta` changes sign: the field of 2 N + 1 magnets is nearest to a cosine (24)."""
+    """The ratio k_N where `delta` changes sign: the field of 2 N + 1 magnets is nearest to a cosine (24).
+
+    pairs: N.
+    """
     from scipy.optimize import brentq
 
     return float(brentq(lambda k: delta(k, pairs), *_BRACKET, xtol=1e-15, rtol=1e-14))
 
 
 def limit_k() -> float:
-    """The k of an infinite guideway that is nearest to a cosine, 0.46223: where its squared error stops falling."""
+    """The ratio k of an infinite guideway that is nearest to a cosine, 0.46223: where its squared error (19) stops
+    falling.
+
+    The paper takes 0.4594, the limit of its fit (25).
+    """
     from scipy.optimize import brentq
 
     return float(brentq(_slope, *_BRACKET, xtol=1e-15, rtol=1e-14))
@@ -67,11 +75,12 @@ def fit_of_best_k(numbers: Sequence[int]) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True)
 class SineCost:
-    """What a sine model costs at a given k.
+    """What a sine model costs at a given k, all as ratios.
 
-    of_cosine: RMS of field minus B_0 cos(pi y / pole pitch) over that cosine's RMS, the paper's measure (19); of_field:
-    the same with the best amplitude: what the higher harmonics alone are worth; fundamental: amplitude of the field's
-    first harmonic over B_0; third: of its third over the first.
+    k: the ratio sigma_y / pole pitch (17); of_cosine: ratio of the RMS of field minus B_0 cos(pi y / pole pitch) to
+    that cosine's RMS, the paper's measure (19); of_field: the same ratio with the best amplitude: what the higher
+    harmonics alone are worth; fundamental: ratio of the amplitude of the field's first harmonic to B_0; third: ratio of
+    that of its third to the first.
     """
 
     k: float
@@ -89,7 +98,7 @@ class SineCost:
 
 
 def sine_cost(k: float) -> SineCost:
-    """Field error that a sine costs at k = sigma_y / pole pitch; raises ValueError for k <= 0."""
+    """Field error (19) that a sine costs at the ratio k = sigma_y / pole pitch; raises ValueError for k <= 0."""
     if not k > 0.0:
         raise ValueError(f"k = {k} is not above zero")
     first = harmonic(1, k)

@@ -49,8 +49,8 @@ def flux_linkage(field: Field, winding: Winding, y: float) -> float:
 def back_emf_per_speed(field: Field, winding: Winding, y: float, step: float) -> float:
     """Induced voltage of a moving winding over its speed, V s/m: -d(flux)/dy by central differences (4).
 
-    step: m, a few hundredths of the pole pitch. It is the same number as the thrust over the current, by which
-    electrical power becomes mechanical. Eighth order: Fornberg, Math. Comp. 51 (1988).
+    y: m, position; step: m, a few hundredths of the pole pitch. It is the same number as the thrust over the current,
+    by which electrical power becomes mechanical. Eighth order: Fornberg, Math. Comp. 51 (1988).
     """
     weights = (4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0)
     slope = sum(
@@ -61,41 +61,48 @@ def back_emf_per_speed(field: Field, winding: Winding, y: float, step: float) ->
 
 
 def across(winding: Winding, sigma_x: float) -> float:
-    """Integral of exp(-x^2/sigma_x^2) over the winding's width, m: sqrt(pi) sigma_x erf(l_x / (2 sigma_x))."""
+    """Integral of exp(-x^2/sigma_x^2) over the winding's width, m: sqrt(pi) sigma_x erf(l_x / (2 sigma_x)), as in (30).
+
+    sigma_x: m.
+    """
     return math.sqrt(math.pi) * sigma_x * math.erf(winding.length_x / (2.0 * sigma_x))
 
 
 def sine_force_constant(peak: float, sigma_x: float, winding: Winding, pole_pitch: float) -> float:
-    """K_f in N/A of a cosine field of amplitude `peak` (T) (30)."""
+    """K_f in N/A of a cosine field of amplitude `peak` (T) (30). sigma_x, pole_pitch: m."""
     half = 0.5 * math.pi * winding.length_y / pole_pitch
     return 2.0 * winding.turns * peak * across(winding, sigma_x) * math.sin(half)
 
 
 def theta_force_constant(peak: float, sigma_x: float, winding: Winding, magnitude: float) -> float:
-    """K_f' in N/A of the Gaussian guideway (38); magnitude: K_B."""
+    """K_f' in N/A of the Gaussian guideway (38). peak: T, B_0; sigma_x: m; magnitude: K_B, dimensionless."""
     return winding.turns * peak * magnitude * across(winding, sigma_x)
 
 
 def half_coil_angle(winding: Winding, pole_pitch: float) -> float:
-    """z_L = z_0 l_y / 2 (37), rad."""
+    """z_L = z_0 l_y / 2 (37), rad. pole_pitch: m."""
     return 0.25 * math.pi * winding.length_y / pole_pitch
 
 
 def theta_harmonic(n: int, nome: float, half_angle: float) -> float:
-    """c_n = 8 q^(n^2) sin(2 n z_L), n odd: amplitude of sin(2 n z) in Theta0 (37)."""
+    """c_n = 8 q^(n^2) sin(2 n z_L), n odd: amplitude of sin(2 n z) in Theta0 (37), dimensionless.
+
+    half_angle: z_L, rad.
+    """
     return 8.0 * nome ** (n * n) * math.sin(2.0 * n * half_angle) if nome > 0.0 else 0.0
 
 
 def force_harmonics(nome: float, half_angle: float, highest: int = 39) -> dict[int, float]:
-    """Amplitudes of the odd harmonics of Theta0, by order."""
+    """Amplitudes of the odd harmonics of Theta0 (37), dimensionless, by order up to `highest`. half_angle: z_L, rad."""
     return {n: theta_harmonic(n, nome, half_angle) for n in range(1, highest + 1, 2)}
 
 
 def ripple_share(amplitudes: Mapping[int, float], *, balanced: bool) -> float:
-    """RMS of the thrust's harmonics that a sine model leaves out, over the first one's.
+    """RMS of the thrust's harmonics that a sine model leaves out, as a share of the first one: the measure (19) of the
+    thrust, the first harmonic fitted.
 
-    amplitudes: by order, of one winding. balanced: without the orders divisible by three, which three currents that
-    sum to zero do not feel when the windings stand 120 degrees apart.
+    amplitudes: N/A or any unit, by order, of one winding. balanced: without the orders divisible by three, which three
+    currents that sum to zero do not feel when the windings stand 120 degrees apart.
     """
     higher = [a for n, a in amplitudes.items() if n > 1 and not (balanced and n % 3 == 0)]
     return float(np.sqrt(np.sum(np.square(higher))) / abs(amplitudes[1]))

@@ -42,7 +42,7 @@ def filled_above(file: TextFile, dialect: Dialect) -> list[int]:
 def plain_table(
     name: str, source: Source, file: TextFile, dialect: Dialect, header: Header, period: float | None, used: Used | None
 ) -> Table:
-    """The table of an export with one line of names."""
+    """The table of an export with one line of names. period: s, if the header gives it."""
     width = len(header.names)
 
     def table(body: Body) -> Table:

@@ -37,7 +37,7 @@ def header_of(file: TextFile, dialect: Dialect, above: Sequence[int]) -> Header:
     """Names and units from the filled lines above the samples, the lowest one first.
 
     A line with another number of names than the samples have fields names nothing: the columns then go by number, so
-    that only a mapping can say what they are.
+    that only a mapping can say what they are. Raises DataError where a header of names has another number of them.
     """
     if not above:
         return Header([f"column {k + 1}" for k in range(dialect.fields)], None, 0)

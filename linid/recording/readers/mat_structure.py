@@ -32,8 +32,9 @@ class _Element:
 
 
 def check_structure(data: bytes, most: int) -> None:
-    """StructureError where a length, a type or a count of a level-5 file cannot be; most: bytes that all of its packed
-    parts may unpack to."""
+    """Raises StructureError where a length, a type or a count of a level-5 file cannot be; most: bytes that all of its
+    packed parts may unpack to.
+    """
     if 0 in data[:4]:
         return  # of level 4: no lengths within lengths
     if len(data) < 128:

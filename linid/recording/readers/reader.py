@@ -47,7 +47,7 @@ def check_reader(reader: object, place: str) -> Reader:
 
 
 def library(name: str, source: Source, extra: str = "formats") -> Any:
-    """The module of a format's own library; DataError naming the extra where it is not installed."""
+    """The module of a format's own library; raises DataError naming the extra where it is not installed."""
     try:
         return import_module(name)
     except ImportError:

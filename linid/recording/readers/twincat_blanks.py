@@ -16,7 +16,9 @@ _MOST_LINES = 60
 
 
 def with_tabs(lines: Sequence[str], keys: frozenset[str], place: str) -> tuple[list[str], list[str]]:
-    """The same export with tabs between its cells, and notes; keys: of the header's rows."""
+    """The same export with tabs between its cells, and notes; keys: of the header's rows. Raises DataError where the
+    header has no row of names or a row does not fit it.
+    """
     head = lines[:_MOST_LINES]
     found = {i: key for i, line in enumerate(head) if (key := _key(line, keys))}
     layout = next((split_blanks(head[i], key) for i, key in found.items() if key in _PLAIN_KEYS), None)

@@ -20,7 +20,8 @@ _WIDEST = 100  # columns of a matrix; what is wider both ways is no recording
 def table_of(name: str, source: Source, named: Iterable[tuple[str, Any]], fields: Fields, remedy: str) -> Table:
     """The table of all numeric vectors, `data[2]` and `data.position` inside others, and of all scalars by name.
 
-    named: variables in their order; fields: what a container holds, with the addresses behind its name.
+    named: variables in their order; fields: what a container holds, with the addresses behind its name. Raises
+    DataError where there is no vector.
     """
     vectors: list[tuple[str, np.ndarray[Any, Any]]] = []
     scalars: dict[str, float] = {}

@@ -1,0 +1,1 @@
+"""Many jobs of one file: in processes here, or on a cluster."""

@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
-from linid.workflow.run.settings import Settings, make_settings, resolve_channels
+from linid.interface.settings import Settings, make_settings
+from linid.workflow.run.settings import resolve_channels
 
 MotorModel = Literal["sine", "theta", "force"]
 BaseModelKind = Literal["sine", "theta", "force", "friction"]

@@ -8,6 +8,7 @@ from heapq import heappop, heappush
 from pathlib import Path
 from typing import Any, Protocol
 
+from linid.interface.reading import file_record
 from linid.report.files import csv_text
 from linid.report.tables import BatchRow, batch_table_console
 from linid.stop_signals import exit_code_of
@@ -19,7 +20,7 @@ from linid.workflow.cluster.connection import Cluster, connected
 from linid.workflow.run.outcome import Outcome
 from linid.workflow.run.reporter import Reporter
 from linid.workflow.run.request import Request
-from linid.workflow.run.run_folder import Interrupted, file_record, identity_of, open_run_folder, recorded, write_text
+from linid.workflow.run.run_folder import Interrupted, identity_of, open_run_folder, recorded, write_text
 
 COMMAND = "batch"
 # Of several failures, the one to report: the earlier in this list.
@@ -31,7 +32,8 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
     """Run all jobs of the batch files, `request.jobs` at a time; the results do not depend on that number.
 
     overrides: raw settings above those of the files. With resume, finished jobs are skipped and interrupted ones
-    go on. Raises ConfigError for the files; failures of jobs stand in the outcome's table and exit code.
+    go on. Raises ConfigError for the files, Interrupted after Ctrl-C or SIGTERM (the state is saved); failures of jobs
+    stand in the outcome's table and exit code.
     """
     specs = read_specs(request.files, overrides)
     if request.dry_run:

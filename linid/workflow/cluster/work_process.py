@@ -17,8 +17,7 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from linid.errors import LinidError
-
-_ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+from linid.threads import ONE_THREAD
 
 
 class ProcessDiedError(Exception):
@@ -34,7 +33,7 @@ class WorkProcess:
             [sys.executable, "-m", "linid.workflow.cluster.work_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **_ONE_THREAD},
+            env={**os.environ, **ONE_THREAD},
             start_new_session=True,
         )
 

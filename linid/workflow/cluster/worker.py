@@ -126,7 +126,10 @@ class StoppedError(Exception):
 
 @contextmanager
 def process_for(terms: Terms, inputs: Sequence[str] = (), label: str = "") -> Iterator[WorkProcess]:
-    """A process for one task of a run; label: told to the program that asks."""
+    """A process for one task of a run; label: told to the program that asks.
+
+    Raises ConfigError where this worker cannot take part, StoppedError where the run was interrupted before.
+    """
     from distributed import get_worker
 
     worker = get_worker()

@@ -55,21 +55,19 @@ def make(
 
 def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
     """The project's own diagnosis of a campaign file into `out`, and then its forecast against fresh recordings."""
+    from linid import api
     from linid.challenge.answers import FRESH_FILE
     from linid.challenge.checks import fresh_gaps, fresh_text
     from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, FRESH_FOLDER
     from linid.diagnosis.measures import measure_gaps
-    from linid.identification.model_file import load_model
     from linid.workflow.commands.diagnose import AFTER_FILE, diagnose_campaign
-    from linid.workflow.run.inputs import read_inputs
-    from linid.workflow.run.settings import Settings
 
     found = diagnose_campaign(path, out, jobs)
     fresh = path.parent.parent / FRESH_FOLDER / path.parent.name / CAMPAIGN_FILE
     if fresh.exists():
         stated = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
-        recordings = read_inputs([fresh], Settings()).recordings
-        gaps, _ = measure_gaps(load_model(out / AFTER_FILE), recordings, jobs=jobs, floors=False)
+        recordings = api.read(fresh).recordings
+        gaps, _ = measure_gaps(api.load(out / AFTER_FILE).result, recordings, jobs=jobs, floors=False)
         write_text(out / FRESH_FILE, fresh_text(fresh_gaps(stated, gaps)))
     return found
 
@@ -77,16 +75,15 @@ def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
 def true_effects_closure(path: Path, effects: Sequence[str]) -> tuple[float, dict[str, float]] | None:
     """Closure that the base with exactly these effects reaches on a campaign file, and what each closes of that which
     the others leave; None if the library lacks one."""
+    from linid import api
     from linid.diagnosis.oracle import oracle as known_to
+    from linid.interface.stages import base_kind
     from linid.physics.effects.registry import EFFECTS
-    from linid.workflow.commands.diagnose import base_kind
-    from linid.workflow.run.inputs import read_inputs
-    from linid.workflow.run.settings import Settings
 
     if not effects or not set(effects) <= {effect.name for effect in EFFECTS}:
         return None
-    inputs = read_inputs([path], Settings())
-    reached = known_to(inputs.recordings, base_kind(inputs.recordings), effects, dict(inputs.known))
+    campaign = api.read(path)
+    reached = known_to(campaign.recordings, base_kind(campaign.recordings), effects, dict(campaign.known))
     if reached is None:
         return None
     return reached.shares.closed[0], {part.name: part.evidence.power_closed for part in reached.parts}
@@ -97,7 +94,7 @@ def oracle(
 ) -> Outcome:
     """For every campaign the closure that its true effects reach, into results/NAME/oracle.json.
 
-    Raises DataError when the keys cannot be read.
+    Raises DataError when the keys cannot be read, Interrupted after Ctrl-C or SIGTERM.
     """
     from linid.challenge.answers import ORACLE_FILE
     from linid.challenge.files import CAMPAIGN_FILE, KEYS_FILE, RESULTS_FOLDER, read_keys
@@ -149,7 +146,8 @@ def run(
 ) -> Outcome:
     """Diagnose all campaigns of a challenge; the keys are not opened. Exit code 1 when diagnoses failed.
 
-    Raises DataError without campaigns, UsageError when results exist and resume is False.
+    Raises DataError without campaigns, UsageError when results exist and resume is False, Interrupted after Ctrl-C or
+    SIGTERM.
     """
     from linid.challenge.files import RESULTS_FOLDER
     from linid.challenge.run import run_challenge

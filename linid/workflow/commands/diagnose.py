@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linid.errors import UsageError
+from linid.interface.stages import base_kind
 from linid.workflow.cluster.connection import Cluster, connected
 from linid.workflow.run.checkpoint import Memory
 from linid.workflow.run.fit_run import announce, begin
-from linid.workflow.run.inputs import fingerprint, read_inputs
+from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.outcome import DONE, Outcome
 from linid.workflow.run.request import Request
-from linid.workflow.run.run_folder import CHECKPOINT_FILE, identity_of, recorded, write_text
-from linid.workflow.run.stage import decisive
+from linid.workflow.run.run_folder import CHECKPOINT_FILE, RunFolder, identity_of, recorded, write_text
 
 if TYPE_CHECKING:
     from linid.diagnosis.diagnose import Found
     from linid.diagnosis.report_data import Diagnosis
     from linid.identification.result import ModelKind
-    from linid.recording import Recording
-    from linid.workflow.run.inputs import Inputs
+    from linid.interface.campaign import Campaign
+    from linid.interface.results import Diagnosed
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "diagnose"
@@ -32,59 +32,47 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
 
     Raises LinidError for what the user can mend.
     """
-    inputs = read_inputs(request.files, request.settings)
-    announce(inputs, reporter)
-    kind = model or base_kind(inputs.recordings)
-    known = request.settings.known_values(inputs.known)
-    name = inputs.name
+    from linid import api
+
+    campaign = api.read(*request.files, **request.settings.given())
+    announce(campaign, reporter)
+    kind = model or base_kind(campaign.recordings)
     if request.dry_run:
-        plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in inputs.recordings]}
+        plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in campaign]}
         return Outcome(COMMAND, None, DONE, "", (), plan)
-    identity = identity_of(COMMAND, kind, fingerprint(inputs.recordings), decisive(request.settings), known)
+    known = request.settings.known_values(campaign.known)
+    identity = identity_of(COMMAND, kind, fingerprint(campaign.recordings), decisive(request.settings), known)
     with connected(request, reporter) as workers:
-        return _run(request, reporter, inputs, kind, known, name, identity, workers)
+        folder = begin(request, COMMAND, campaign, identity)
+        if folder.finished_before:
+            reporter.say(f"{folder.path}: already finished, nothing to resume")
+            return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
+        memory = Memory(folder.path / CHECKPOINT_FILE, identity)
+        if request.resume:
+            memory.load()
+        with recorded(folder), reporter:
+            found = _diagnosed(request, reporter, campaign, kind, memory, workers)
+            return _complete(found.found, folder, request, reporter)
 
 
-def _run(
-    request: Request,
-    reporter: Reporter,
-    inputs: Inputs,
-    kind: ModelKind,
-    known: dict[str, float],
-    name: str,
-    identity: str,
-    workers: Cluster | None,
-) -> Outcome:
-    from linid.diagnosis.diagnose import diagnose as find
+def _diagnosed(
+    request: Request, reporter: Reporter, campaign: Campaign, kind: ModelKind, memory: Memory, workers: Cluster | None
+) -> Diagnosed:
+    from linid import api
     from linid.diagnosis.means import Means
 
-    folder = begin(request, COMMAND, inputs, identity)
-    if folder.finished_before:
-        reporter.say(f"{folder.path}: already finished, nothing to resume")
-        return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
-    memory = Memory(folder.path / CHECKPOINT_FILE, identity)
-    if request.resume:
-        memory.load()
-    with recorded(folder), reporter:
-        found = find(
-            name,
-            inputs.recordings,
-            kind,
-            effects=request.settings.effects,
-            known=known,
-            means=Means(
-                jobs=request.jobs,
-                workers=workers,
-                seed=request.settings.seed,
-                memory=memory,
-                progress=lambda stage, done, total: reporter.step(stage, done, total),
-            ),
-        )
-        _write(found.diagnosis, folder.path, request, reporter)
-        _write_models(found, folder.path)
-        _write_predictions(found, folder.path)
-        outcome = _outcome(found.diagnosis, folder.path)
-        folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
+    means = Means(jobs=request.jobs, workers=workers, seed=request.settings.seed, memory=memory, progress=reporter.step)
+    known = request.settings.known_values(campaign.known)
+    return api.diagnose(campaign, kind, effects=request.settings.effects, known=known, means=means)
+
+
+def _complete(found: Found, folder: RunFolder, request: Request, reporter: Reporter) -> Outcome:
+    """Write what was found and close the run folder."""
+    _write(found.diagnosis, folder.path, request, reporter)
+    _write_models(found, folder.path)
+    _write_predictions(found, folder.path)
+    outcome = _outcome(found.diagnosis, folder.path)
+    folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome
 
 
@@ -92,29 +80,13 @@ def diagnose_campaign(path: Path, out: Path, jobs: int) -> Diagnosis:
     """Diagnose a campaign file into a folder, without figures or a word: for many campaigns at once."""
     import json
 
-    from linid.diagnosis.diagnose import diagnose as find
-    from linid.diagnosis.means import Means
-    from linid.report.diagnosis.files import diagnosis_data
-    from linid.workflow.run.settings import Settings
+    from linid import api
 
-    inputs = read_inputs([path], Settings())
-    kind = base_kind(inputs.recordings)
-    found = find(path.parent.name, inputs.recordings, kind, known=inputs.known, means=Means(jobs))
+    found = api.diagnose(replace(api.read(path), name=path.parent.name), jobs=jobs)
     out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "diagnosis.json", json.dumps(diagnosis_data(found.diagnosis), indent=1, allow_nan=False) + "\n")
-    _write_models(found, out)
-    return found.diagnosis
-
-
-def base_kind(recordings: tuple[Recording, ...]) -> ModelKind:
-    """The motor model that the recordings allow: sine with three phase currents, force with one input."""
-    if any(r.phase_currents is not None and r.kind != "free_wheel" for r in recordings):
-        return "sine"
-    if any(r.drive_input is not None for r in recordings):
-        return "force"
-    if any(r.kind == "free_wheel" for r in recordings):
-        return "friction"
-    raise UsageError("FILE", "holds no free wheel and no driven recording with an input", "Map the inputs (channels:)")
+    write_text(out / "diagnosis.json", json.dumps(found.to_dict(), indent=1, allow_nan=False) + "\n")
+    _write_models(found.found, out)
+    return found.found.diagnosis
 
 
 def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Reporter) -> None:

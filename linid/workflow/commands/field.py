@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from linid.errors import UsageError
+from linid.interface.reading import file_record
 from linid.report.files import csv_text, finite
 from linid.workflow.run.outcome import DONE, Outcome
-from linid.workflow.run.run_folder import file_record, identity_of, open_run_folder, recorded, write_text
+from linid.workflow.run.run_folder import identity_of, open_run_folder, recorded, write_text
 
 if TYPE_CHECKING:
     from linid.design.comparison import Comparison
@@ -100,7 +101,7 @@ def _write_design(folder: Path, made: MotorDesign, rest: dict[str, float]) -> li
 
 def _motor_model(path: Path) -> FitResult:
     from linid.identification.model_file import load_model
-    from linid.physics.motors import MOTORS
+    from linid.physics.motors.registry import MOTORS
 
     result = load_model(path)
     if not MOTORS[result.model].phases:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import DataError
+from linid.interface.reading import file_record
 from linid.workflow.run.outcome import DONE, Outcome
-from linid.workflow.run.run_folder import file_record, identity_of, open_run_folder, recorded, write_text
+from linid.workflow.run.run_folder import identity_of, open_run_folder, recorded, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,14 +40,13 @@ def reproduce(
     models: MODELs friction, sine, theta, narrow_sine, narrow_theta; narrow: recordings of the stand whose field a sine
     cannot follow; geometry: dimensions of the motor. Raises ConfigError or DataError.
     """
-    from linid.identification.model_file import load_model
+    from linid import api
     from linid.physics.field.geometry import design, load_geometry
-    from linid.workflow.run.inputs import read_inputs
 
-    results = {name: load_model(path) for name, path in models.items()}
+    results = {name: api.load(path).result for name, path in models.items()}
     made = design(load_geometry(geometry))
-    stand = read_inputs(request.files, request.settings)
-    other = read_inputs(tuple(narrow), request.settings)
+    stand = api.read(*request.files, **request.settings.given())
+    other = api.read(*narrow, **request.settings.given())
     _check(stand.recordings, request.files)
     folder = open_run_folder(COMMAND, request.out, overwrite=True)
     inputs = [*stand.files, *other.files, *(file_record(path) for path in (*models.values(), geometry))]
@@ -111,14 +111,14 @@ class _Traces:
 
     def fitted(self, name: str, result: FitResult, recordings: Sequence[Recording]) -> Fitted:
         """A fit and what it makes of recordings; its traces are kept under the name."""
+        from linid import api
+        from linid.interface.measuring import residual_recordings
         from linid.reproduction.evidence import Fitted, measured_of
-        from linid.workflow.run.fit_run import measure
-        from linid.workflow.run.results import residual_recordings
 
         chosen = residual_recordings(recordings, result)
-        gaps, traces = measure(result, chosen, self.reporter, jobs=self.jobs, seed=self.seed, strict=True)
-        self.of[name] = {trace.recording: trace for trace in traces}
-        return Fitted(result, measured_of(gaps, traces))
+        found = api.validate(api.Fit(result), chosen, jobs=self.jobs, seed=self.seed, progress=self.reporter.step)
+        self.of[name] = {trace.recording: trace for trace in found.traces}
+        return Fitted(result, measured_of(found.gaps, found.traces))
 
 
 def _evidence(fitted: Mapping[str, Fitted], recordings: Sequence[Recording], seed: int) -> Any:
@@ -140,7 +140,7 @@ def _truth(files: Sequence[Path]) -> dict[str, dict[str, float]]:
     """The stand's true parameters by model kind, from truth.yaml beside its campaign; empty where there is none."""
     import yaml
 
-    from linid.physics.motors import fundamental_force_constant
+    from linid.physics.motors.theta import fundamental_force_constant
 
     path = files[0].parent / "truth.yaml"
     if not path.exists():

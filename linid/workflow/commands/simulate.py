@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import DataError, UsageError
+from linid.interface.measuring import residual_recordings
+from linid.interface.reading import file_record
 from linid.report.files import csv_text, finite
-from linid.workflow.run import results
-from linid.workflow.run.fit_run import announce, begin, measure
-from linid.workflow.run.inputs import fingerprint, read_inputs
+from linid.workflow.run.fit_run import announce, begin
+from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.outcome import DONE, Outcome
-from linid.workflow.run.run_folder import file_record, identity_of, recorded, write_text
-from linid.workflow.run.stage import decisive
+from linid.workflow.run.run_folder import identity_of, recorded, write_text
 
 if TYPE_CHECKING:
     from linid.diagnosis.gap import Trace
     from linid.identification.result import FitResult
+    from linid.interface.results import Fit
+    from linid.interface.settings import Settings
     from linid.recording import Recording
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
@@ -34,11 +36,6 @@ class StartState:
     position: float | None = None
     speed: float | None = None
 
-    @property
-    def measured(self) -> bool:
-        """Whether nothing is given."""
-        return self.position is None and self.speed is None
-
 
 def simulate(
     request: Request, reporter: Reporter, *, model: Path, start: StartState | None = None, by_voltage: bool = False
@@ -48,16 +45,15 @@ def simulate(
     by_voltage: the phase voltages drive the motor, and the currents that follow are written too.
     Raises ConfigError for the model, DataError or UsageError for the recordings.
     """
-    from linid.diagnosis.voltage_run import voltage_driven
-    from linid.identification.model_file import load_model, model_to_text
-    from linid.report.figures.ahead import free_run_end
-    from linid.report.files import file_stems
+    from linid import api
+    from linid.identification.model_file import model_to_text
 
     start = start or StartState()
-    result = load_model(model)
-    inputs = read_inputs(request.files, request.settings, axis=result.axis)
-    announce(inputs, reporter)
-    chosen = _chosen(request, result, inputs.recordings, by_voltage)
+    fit = api.load(model)
+    result = fit.result
+    campaign = api.read(*request.files, axis_of=fit, **request.settings.given())
+    announce(campaign, reporter)
+    chosen = _chosen(request, result, campaign.recordings, by_voltage)
     if request.dry_run:
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
@@ -65,28 +61,10 @@ def simulate(
     identity = identity_of(
         COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result), str(start), *more
     )
-    folder = begin(request, COMMAND, inputs, identity, [file_record(model)])
-    rows = []
+    folder = begin(request, COMMAND, campaign, identity, [file_record(model)])
     with recorded(folder), reporter:
-        traces: tuple[Trace, ...] = ()
-        if not by_voltage:
-            _, traces = measure(result, chosen, reporter, jobs=request.jobs, seed=request.settings.seed, strict=True)
-        for number, (recording, stem) in enumerate(zip(chosen, file_stems(r.name for r in chosen), strict=True)):
-            currents = None
-            if by_voltage:
-                shown, currents = voltage_driven(result, recording, start.position, start.speed)
-                reporter.step("simulations", number + 1, len(chosen))
-            elif start.measured:
-                shown = traces[number]
-            else:
-                shown = _from(start, result, recording, traces[number], request.jobs)
-            path = write_text(folder.path / "simulations" / f"{stem}.csv", trace_csv(shown, currents))
-            if request.settings.figures:
-                _figure(shown, folder.path / "figures" / f"simulation_{stem}", request.settings.figure_formats)
-            rms = math.sqrt(float(((shown.y_simulated - shown.y_measured) ** 2).mean()))
-            end = free_run_end(shown)
-            left = None if end is None else float(shown.t[end])
-            rows.append({"recording": recording.name, "file": str(path), "rms_error": finite(rms), "left_at": left})
+        traces = _runs(fit, chosen, start, by_voltage, request.jobs, reporter)
+        rows = _write(traces, folder.path, request.settings, by_voltage)
         folder.end("done", DONE)
     summary = {
         "command": COMMAND,
@@ -98,11 +76,49 @@ def simulate(
     return Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary)
 
 
+def _runs(
+    fit: Fit, chosen: Sequence[Recording], start: StartState, by_voltage: bool, jobs: int, reporter: Reporter
+) -> list[Trace]:
+    """The free runs of all recordings, side by side."""
+    from linid import api
+    from linid.diagnosis.parallel_tasks import in_parallel
+
+    def run(recording: Recording, threads: int) -> Trace:
+        return api.simulate(
+            fit, recording, position=start.position, speed=start.speed, by_voltage=by_voltage, jobs=threads
+        )
+
+    stage = "simulations" if by_voltage else "gaps"
+    traces: list[Trace] = []
+    for _, trace in in_parallel(run, chosen, jobs):
+        traces.append(trace)
+        reporter.step(stage, len(traces), len(chosen))
+    return traces
+
+
+def _write(traces: Sequence[Trace], folder: Path, settings: Settings, by_voltage: bool) -> list[dict[str, object]]:
+    """CSV and figure of each run; what the table and the summary say of them."""
+    from linid.report.figures.ahead import free_run_end
+    from linid.report.files import file_stems
+
+    rows: list[dict[str, object]] = []
+    for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
+        currents = trace.phase_currents if by_voltage else None
+        path = write_text(folder / "simulations" / f"{stem}.csv", trace_csv(trace, currents))
+        if settings.figures:
+            _figure(trace, folder / "figures" / f"simulation_{stem}", settings.figure_formats)
+        rms = math.sqrt(float(((trace.y_simulated - trace.y_measured) ** 2).mean()))
+        end = free_run_end(trace)
+        left = None if end is None else float(trace.t[end])
+        rows.append({"recording": trace.recording, "file": str(path), "rms_error": finite(rms), "left_at": left})
+    return rows
+
+
 def _chosen(
     request: Request, result: FitResult, recordings: Sequence[Recording], by_voltage: bool
 ) -> Sequence[Recording]:
     """The recordings that the model can run over; raises DataError where there is none."""
-    chosen = _with_voltages(result, recordings) if by_voltage else results.residual_recordings(recordings, result)
+    chosen = _with_voltages(result, recordings) if by_voltage else residual_recordings(recordings, result)
     if not chosen:
         raise DataError(
             ", ".join(str(f) for f in request.files),
@@ -135,23 +151,6 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
         columns += list(currents)
         names += ["i_u (A)", "i_v (A)", "i_w (A)"]
     return csv_text(names, np.column_stack(columns).tolist(), 9)
-
-
-def _from(start: StartState, result: FitResult, recording: Recording, trace: Trace, jobs: int) -> Trace:
-    """The free run from a given start state; the bristle starts at its steady deflection."""
-    import numpy as np
-
-    from linid.diagnosis.measures import model_of
-    from linid.simulation.inputs import pack_inputs
-    from linid.simulation.run import Simulator, whole_recordings
-
-    model, vector = model_of(result)
-    simulator = Simulator(model, pack_inputs([recording]), result.substeps, jobs)
-    position = start.position if start.position is not None else trace.y_simulated[0]
-    speed = start.speed if start.speed is not None else trace.velocity_simulated[0]
-    state = np.array([[[position, speed, np.nan]]])
-    y, v, _ = simulator.run(vector, whole_recordings(simulator.inputs), state, velocity=True)
-    return replace(trace, y_simulated=y[0], velocity_simulated=v[0])
 
 
 def _figure(trace: Trace, stem: Path, formats: tuple[str, ...]) -> None:

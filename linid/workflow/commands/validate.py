@@ -6,19 +6,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from linid.errors import DataError, UsageError
+from linid.interface.measuring import residual_recordings
+from linid.interface.reading import file_record
 from linid.workflow.run import results
-from linid.workflow.run.fit_run import announce, begin, measure
-from linid.workflow.run.inputs import fingerprint, read_inputs
+from linid.workflow.run.fit_run import announce, begin
+from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.outcome import DONE, Outcome, gap_figure_text
-from linid.workflow.run.run_folder import file_record, identity_of, recorded
-from linid.workflow.run.stage import decisive
+from linid.workflow.run.run_folder import identity_of, recorded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from linid.diagnosis.gap import RecordingGap
+    from linid.interface.campaign import Campaign
     from linid.recording import Recording
-    from linid.workflow.run.inputs import Inputs
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
@@ -32,12 +33,14 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
     split: which recordings; auto takes the held-out ones of the files where there are any, else all.
     Raises ConfigError for the model, DataError or UsageError for the recordings.
     """
-    from linid.identification.model_file import load_model, model_to_text
+    from linid import api
+    from linid.identification.model_file import model_to_text
 
-    result = load_model(model)
-    inputs = read_inputs(request.files, request.settings, axis=result.axis)
-    announce(inputs, reporter)
-    chosen = results.residual_recordings(choose(inputs, split), result)
+    fit = api.load(model)
+    result = fit.result
+    campaign = api.read(*request.files, axis_of=fit, **request.settings.given())
+    announce(campaign, reporter)
+    chosen = residual_recordings(choose(campaign, split), result)
     if not chosen:
         raise DataError(
             ", ".join(str(f) for f in request.files),
@@ -48,38 +51,35 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
     identity = identity_of(COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result))
-    folder = begin(request, COMMAND, inputs, identity, [file_record(model)])
+    folder = begin(request, COMMAND, campaign, identity, [file_record(model)])
     if folder.finished_before:
         reporter.say(f"{folder.path}: already finished, nothing to resume")
         return _outcome(folder.path, results.read_gaps(folder.path), result.axis)
     with recorded(folder), reporter:
         seed = request.settings.seed
-        gaps, traces = measure(
-            result, chosen, reporter, jobs=request.jobs, seed=seed, strict=True, among=inputs.recordings
-        )
-        results.write_gaps(gaps, folder.path, result.axis)
+        found = api.validate(fit, chosen, among=campaign, jobs=request.jobs, seed=seed, progress=reporter.step)
+        results.write_gaps(found.gaps, folder.path, result.axis)
         if request.settings.figures:
             from linid.report.figures.write import validation_drawings, write_drawings
 
-            results.write_coast_downs(inputs.coast_downs, folder.path, request.settings)
+            results.write_coast_downs(campaign.coast_downs, folder.path, request.settings)
             write_drawings(
-                validation_drawings(gaps, traces),
+                validation_drawings(found.gaps, found.traces),
                 folder.path / "figures",
                 formats=request.settings.figure_formats,
                 processes=request.jobs,
                 progress=lambda done, total, stem: reporter.step("figures", done, total),
             )
-        outcome = _outcome(folder.path, gaps, result.axis)
+        outcome = _outcome(folder.path, found.gaps, result.axis)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome
 
 
-def choose(inputs: Inputs, split: Choice) -> Sequence[Recording]:
-    """The recordings of the asked split."""
-    held_out = inputs.of(split="held_out")
-    if split == "all" or (split == "auto" and not held_out):
-        return inputs.recordings
-    chosen = inputs.of(split="fit") if split == "fit" else held_out
+def choose(campaign: Campaign, split: Choice) -> Sequence[Recording]:
+    """The recordings of the asked split; raises UsageError where there are none."""
+    if split == "all" or (split == "auto" and not campaign.held_out):
+        return campaign.recordings
+    chosen = campaign.fitted if split == "fit" else campaign.held_out
     if not chosen:
         raise UsageError("--split", f"no recording is marked `split: {split}`", "Choose --split all.")
     return chosen

@@ -1,0 +1,1 @@
+"""One run: its request, folder, checkpoints, files and words on the console."""

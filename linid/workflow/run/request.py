@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from linid.workflow.run.settings import Settings
+from linid.interface.settings import Settings
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from linid.workflow.run.run_folder import write_text
 if TYPE_CHECKING:
     from linid.diagnosis.gap import RecordingGap, Trace
     from linid.identification.result import FitResult
-    from linid.recording import Recording
-    from linid.workflow.run.inputs import FoundCoastDown
+    from linid.interface.campaign import FoundCoastDown
+    from linid.interface.results import Fit, Gaps
+    from linid.interface.settings import Settings
     from linid.workflow.run.reporter import Reporter
-    from linid.workflow.run.settings import Settings
 
 # The library that cuts fonts for PDF figures warns about their dates.
 logging.getLogger("fontTools").setLevel(logging.ERROR)
@@ -69,22 +69,16 @@ def parameter_rows(result: FitResult) -> list[dict[str, Any]]:
 
 
 def write_fit_pictures(
-    result: FitResult,
-    gaps: Sequence[RecordingGap],
-    traces: Sequence[Trace],
-    folder: Path,
-    settings: Settings,
-    reporter: Reporter,
-    jobs: int,
+    found: Fit, measured: Gaps, folder: Path, settings: Settings, reporter: Reporter, jobs: int
 ) -> None:
     """figures/: the fitted recordings; figures/held_out/: those that were not fitted."""
     from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
 
-    fitted = [t for t in traces if t.split == "fit"]
-    held_out = [t for t in traces if t.split == "held_out"]
-    drawings = fit_drawings(result, fitted, _splines(fitted))
+    fitted = [t for t in measured.traces if t.split == "fit"]
+    held_out = [t for t in measured.traces if t.split == "held_out"]
+    drawings = fit_drawings(found.result, fitted, _splines(fitted))
     if held_out:
-        drawings += inside("held_out", validation_drawings([g for g in gaps if g.split == "held_out"], held_out))
+        drawings += inside("held_out", validation_drawings([g for g in measured if g.split == "held_out"], held_out))
     write_drawings(
         drawings,
         folder / "figures",
@@ -117,12 +111,3 @@ def _splines(traces: Sequence[Trace]) -> Mapping[str, Any]:
         if inputs is not None and trace.kind != "free_wheel":
             splines[trace.recording] = CubicSpline(trace.t, inputs.reshape(-1, trace.t.size), axis=1)
     return splines
-
-
-def residual_recordings(recordings: Sequence[Recording], result: FitResult) -> tuple[Recording, ...]:
-    """The recordings whose gap the model can be asked for: a friction model knows no motor."""
-    if result.model == "friction":
-        return tuple(r for r in recordings if r.kind == "free_wheel")
-    if result.model == "force":
-        return tuple(r for r in recordings if r.kind == "free_wheel" or r.drive_input is not None)
-    return tuple(r for r in recordings if r.kind == "free_wheel" or r.phase_currents is not None)

@@ -187,16 +187,6 @@ def identity_of(*parts: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def file_record(path: Path) -> dict[str, Any]:
-    """Path and SHA-256 of an input file."""
-    try:
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
-        digest = ""
-    return {"file": str(path), "sha256": digest}
-
-
 def write_text(path: Path, text: str) -> Path:
     """Write a text file whole or not at all."""
     return write_atomic(path, text.encode("utf-8"))
@@ -231,6 +221,7 @@ def _now() -> str:
 
 
 def fresh_folder(command: str) -> Path:
+    """A path `linid_COMMAND_DATE_TIME` here that does not exist yet; nothing is made."""
     stem = f"linid_{command}_{datetime.now():%Y-%m-%d_%H%M%S}"
     path, number = Path(stem), 1
     while path.exists():
@@ -317,7 +308,7 @@ class Interrupted(KeyboardInterrupt):
 
 @contextmanager
 def recorded(folder: RunFolder) -> Iterator[None]:
-    """Note in run.json how a run that does not finish ended; Ctrl-C and SIGTERM become Interrupted."""
+    """Note in run.json how a run that does not finish ended; raises Interrupted for Ctrl-C and SIGTERM."""
     try:
         yield
     except KeyboardInterrupt as stop:

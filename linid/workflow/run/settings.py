@@ -1,108 +1,16 @@
-"""Settings of a run: one model behind `--config FILE`, `--set key=value`, the named options and batch files."""
+"""Settings as files and as `key=value`: what `--config FILE`, `--set`, mapping files and run folders hold."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict
 
 from linid.config import YamlFile, parse_yaml, validate_yaml
 from linid.errors import ConfigError
-from linid.former_names import present_name, with_present_keys
-from linid.identification.settings import HORIZON, Ending, SearchSettings
+from linid.interface.settings import Settings
 from linid.recording.mapping import ChannelMapping
-from linid.recording.recording import Axis, Kind
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-def _masses(value: Any) -> Any:
-    """One number means: the same for every file."""
-    return {"*": value} if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-Masses = Annotated[dict[str, Annotated[float, Field(ge=0, allow_inf_nan=False)]], BeforeValidator(_masses)]
-
-
-def _present(data: Any) -> Any:
-    """Raw keys of settings, and the parameters that they name, as they are called today."""
-    data = with_present_keys(data)
-    if isinstance(data, dict):
-        data |= {key: with_present_keys(data[key]) for key in ("known", "bounds") if key in data}
-        if isinstance(data.get("profiles"), list | tuple):
-            data["profiles"] = [present_name(name) for name in data["profiles"]]
-    return data
-
-
-class Settings(BaseModel):
-    """Everything that decides a result apart from the files, the model and the start."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    _names = model_validator(mode="before")(_present)
-
-    # The recordings.
-    axis: Axis | None = Field(
-        default=None, description="linear (m, N, kg) or rotary (rad, N m, kg m^2); default: the campaign's"
-    )
-    channels: ChannelMapping | None = Field(
-        default=None, description="column mapping for bare files: inline, or a YAML file"
-    )
-    kind: Kind | None = Field(default=None, description="kind of bare files; default: free_wheel if no current flows")
-    window: tuple[Finite, Finite] | None = Field(default=None, description="[t0, t1] in s, for bare files")
-    period: Positive | None = Field(
-        default=None, description="sampling period in s of bare files without a time column"
-    )
-    added_mass: Masses = Field(
-        default_factory=dict, description="known added mass of bare files in kg: one number, or file name: number"
-    )
-    find_coast_down: bool = Field(default=True, description="cut manual pushes from free wheels that have no window")
-    # The model.
-    effects: tuple[str, ...] = Field(default=(), description="effects to identify together with the model")
-    mass: Positive | None = Field(default=None, description="known moving mass in kg (rotary: kg m^2)")
-    known: dict[str, Finite] = Field(default_factory=dict, description="parameter: SI value that is not identified")
-    bounds: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict, description="parameter: [low, high] in SI")
-    free_exponent: bool = Field(default=False, description="identify the Stribeck exponent alpha too")
-    stribeck: bool = Field(default=True, description="false: F_S is tied to F_C, Coulomb and viscous friction only")
-    # The search.
-    objective: Literal["auto", "free_run", "ahead", "acceleration"] = Field(
-        default="auto", description="auto: free_run for free wheels, ahead for driven recordings"
-    )
-    horizon: Positive = Field(default=HORIZON, description="how far `ahead` looks, in s")
-    method: Literal["genetic", "cma", "plain"] = Field(
-        default="genetic", description="genetic algorithm, CMA-ES, or a genetic algorithm from random candidates"
-    )
-    population: int = Field(
-        default=SearchSettings.population, ge=8, le=100_000, description="candidates per generation"
-    )
-    generations: int = Field(
-        default=SearchSettings.generations, ge=1, le=10**9, description="largest number of generations"
-    )
-    patience: int = Field(
-        default=SearchSettings.patience, ge=1, le=10**9, description="generations without gain before the search stops"
-    )
-    tolerance: Positive = Field(
-        default=SearchSettings.tolerance, description="relative gain below which a generation counts as none"
-    )
-    least_squares_steps: int = Field(
-        default=Ending.steps, ge=1, le=10**6, description="largest number of steps of the local least squares"
-    )
-    substeps: int | None = Field(
-        default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"
-    )
-    profiles: tuple[str, ...] = Field(default=(), description="parameters whose profile likelihood is computed")
-    seed: int = Field(default=1, ge=0, lt=2**63, description="seed of the search")
-    # The output.
-    figures: bool = Field(default=True, description="write figures")
-    figure_formats: tuple[Literal["png", "pdf", "svg"], ...] = Field(default=("png",), min_length=1)
-
-    def known_values(self, campaign: Mapping[str, float]) -> dict[str, float]:
-        """All known SI values; the settings' own stand above the campaign's."""
-        own = dict(self.known) if self.mass is None else {**self.known, "mass": self.mass}
-        return {**campaign, **own}
 
 
 def read_settings(path: Path) -> dict[str, Any]:
@@ -136,44 +44,11 @@ def read_mapping(path: Path) -> dict[str, Any]:
     return mapping.model_dump(exclude_unset=True)
 
 
-def make_settings(*layers: Mapping[str, Any]) -> Settings:
-    """Settings from layers of raw keys, later ones on top; mappings such as `known` are merged key by key.
-
-    Raises ConfigError naming the key (files are checked before, with their lines).
-    """
-    merged: dict[str, Any] = {}
-    for layer in layers:
-        for key, value in _present_layer(layer).items():
-            below = merged.get(key)
-            if key == "added_mass":
-                below, value = _masses(below), _masses(value)
-            if isinstance(below, dict) and isinstance(value, dict) and key != "channels":
-                value = {**below, **value}
-            merged[key] = value
-    try:
-        return Settings.model_validate(merged)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = str(first["loc"][0])
-        if first["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(key, list(Settings.model_fields), n=1, cutoff=0.5)
-            hint = f"Did you mean '{near[0]}'? " if near else ""
-            raise ConfigError(
-                f"setting '{key}'", "there is no such key", f"{hint}Known keys: {', '.join(Settings.model_fields)}."
-            ) from None
-        where = ".".join(str(step) for step in first["loc"])
-        raise ConfigError(f"setting '{where}'", f"found {first['input']!r}: {first['msg']}", "Correct it.") from None
-
-
-def _present_layer(layer: Mapping[str, Any]) -> dict[str, Any]:
-    try:
-        return dict(_present(dict(layer)))
-    except ValueError as error:
-        raise ConfigError("settings", str(error), "Give one of them.") from None
-
-
 def parse_assignment(text: str) -> dict[str, Any]:
-    """`key=value` -> {key: value}, `known.mass=2` -> {known: {mass: 2}}; the value is read as YAML."""
+    """`key=value` -> {key: value}, `known.mass=2` -> {known: {mass: 2}}; the value is read as YAML.
+
+    Raises ConfigError where there is no `=`, or no YAML after it.
+    """
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise ConfigError(f"--set {text}", "found no `=`", "Write --set key=value, such as --set population=48.")

@@ -30,7 +30,7 @@ from linid.physics.field.winding import (
     sine_force_constant,
     theta_force_constant,
 )
-from linid.physics.motors import fundamental_force_constant
+from linid.physics.motors.theta import fundamental_force_constant
 from linid.physics.theta import Theta0
 
 PITCH, PEAK, SIGMA_X = 0.01415, 0.44, 0.012

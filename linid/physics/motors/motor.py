@@ -1,0 +1,159 @@
+"""What a motor is: its inputs, its parameters and compiled terms of its thrust, all in one file.
+
+Every term is a function decorated with `term` (linid.physics.term). A motor has one of two kinds:
+
+* A field that repeats with the pole pitch, on which three phase currents act linearly (31, 39). Phase j pushes with
+  force_constant * shape(z + (j - 2) * winding_displacement) * i_j, z = electrical_wavenumber * y + commutation_offset.
+  `amplitudes(out, *shape)` fills out (MAX_HARMONICS,) with the amplitudes of the sines of turns * n * z, n = 1, 3, 5
+  ..., that the shape is the sum of, and returns how many there are, or 0 where they are too many; `constant(z,
+  *shape)` is then asked for the shape itself. Such a motor can be driven by phase voltages too: its back-EMF has the
+  same shape.
+* Any other one: `thrust(y, i_1, i_2, i_3, *parameters)` in N, y in m, the inputs in A; with one input i_2 = i_3 = 0.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from linid.errors import ConfigError
+from linid.physics.parameter import Parameter
+
+MAX_HARMONICS = 12
+_POINTS = 256  # of a period, for more harmonics than MAX_HARMONICS
+# The first parameters of every motor with three phases, in this order; those of its field's shape follow.
+PHASE_PARAMETERS = ("force_constant", "electrical_wavenumber", "winding_displacement", "commutation_offset")
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A quantity that follows from a motor's parameters.
+
+    unit: SI of a linear axis; quantity(*values): of the parameters named in `of`, SI.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    quantity: Callable[..., Any]
+    of: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Motor:
+    """One motor model.
+
+    name: as in `--model`; inputs: how many it has: 0 (friction alone), 1 or 3 (phase currents); parameters: in table
+    order, `PHASE_PARAMETERS` first where there are three phases; turns: electrical radians per radian of its own angles
+    (displacement and commutation offset), and so of its wavenumber; shape: the parameters after those, with the values
+    that a search begins with; harmonic(force_constant, *shape) -> amplitude of the thrust's first harmonic per phase
+    current, N/A (None: the force constant itself); derived: what follows from its parameters.
+    amplitudes, constant, thrust: compiled terms, see above.
+    """
+
+    name: str
+    inputs: int
+    parameters: tuple[Parameter, ...] = ()
+    turns: float = 1.0
+    shape: tuple[tuple[str, float], ...] = ()
+    harmonic: Callable[..., Any] | None = None
+    derived: tuple[Derived, ...] = ()
+    amplitudes: Any = None
+    constant: Any = None
+    thrust: Any = None
+
+    @property
+    def phases(self) -> bool:
+        """Whether three phase currents drive it."""
+        return self.inputs == 3
+
+    @property
+    def periodic(self) -> bool:
+        """Whether its field repeats with the pole pitch and its thrust is linear in the currents."""
+        return self.amplitudes is not None
+
+    def fundamental(self, constant: Any, values: Mapping[str, Any]) -> Any:
+        """Thrust per input of the first harmonic, N/A: the force constant itself where the field has no shape.
+
+        constant: force constant (float or (C,)); values: at least those of the shape, each like it.
+        """
+        return constant if self.harmonic is None else self.harmonic(constant, *(values[name] for name, _ in self.shape))
+
+    def spectrum(self, values: Mapping[str, float]) -> dict[int, float]:
+        """Amplitudes of the odd harmonics of a periodic field by order, per unit of the force constant.
+
+        values: at least those of the shape, SI.
+        """
+        shape = [values[name] for name, _ in self.shape]
+        out = np.zeros(MAX_HARMONICS)
+        count = int(self.amplitudes(out, *shape))
+        if count > 0:
+            return {2 * k + 1: float(out[k]) for k in range(count)}
+        # By the trapezoidal rule, which is exact for a sum of fewer harmonics than half the points.
+        angle = np.arange(_POINTS) * (2.0 * math.pi / _POINTS)
+        seen = np.array([self.constant(z / self.turns, *shape) for z in angle])
+        return {n: float(2.0 * np.mean(seen * np.sin(n * angle))) for n in range(1, _POINTS // 4, 2)}
+
+    def of_first_harmonic(self, sine: Mapping[str, float], known: Mapping[str, float]) -> dict[str, float]:
+        """First values of this motor's parameters, SI, from those of a sine; known: of its shape, where they are."""
+        out = dict(sine)
+        for name in PHASE_PARAMETERS[1:]:
+            out[name] = sine[name] / self.turns
+        shape = {name: known.get(name, usual) for name, usual in self.shape}
+        out["force_constant"] = sine["force_constant"] / self.fundamental(1.0, shape)
+        return {**out, **shape}
+
+
+def check_motor(motor: Any, place: str) -> Motor:
+    """The motor itself if it is well formed; raises ConfigError that names what is not."""
+    remedy = "Correct the motor's file (see linid/physics/motors/motor.py), or uninstall its package"
+    if not isinstance(motor, Motor):
+        raise ConfigError(place, f"found {type(motor).__name__}, a Motor is expected", remedy)
+    fault = _fault(motor)
+    if fault:
+        raise ConfigError(f"{place}, motor {motor.name!r}", fault, remedy)
+    return motor
+
+
+def _fault(motor: Motor) -> str:
+    """What is wrong with a motor, or nothing."""
+    names = tuple(parameter.name for parameter in motor.parameters)
+    shape = tuple(name for name, _ in motor.shape)
+    if not motor.name.isidentifier():
+        return "its name is not an identifier"
+    if motor.inputs not in (0, 1, 3):
+        return f"it has {motor.inputs} inputs, expected 0, 1 or 3"
+    if len(set(names)) < len(names):
+        return "two of its parameters have the same name"
+    if motor.phases and names != (*PHASE_PARAMETERS, *shape):
+        return "its parameters are not " + ", ".join((*PHASE_PARAMETERS, "and then those of `shape`"))
+    if motor.inputs == 1 and names[:1] != PHASE_PARAMETERS[:1]:
+        return f"its first parameter is not {PHASE_PARAMETERS[0]}"
+    if motor.inputs and (motor.amplitudes is None) == (motor.thrust is None):
+        return "it needs either `amplitudes` or `thrust`"
+    if motor.periodic and not motor.phases:
+        return "it has `amplitudes`, but not three inputs"
+    if motor.constant is not None and not motor.periodic:
+        return "it has `constant`, but no `amplitudes`"
+    for parameter in motor.parameters:
+        if not parameter.lower <= parameter.default <= parameter.upper:
+            return f"the default of {parameter.name!r} is outside its bounds"
+    for derived in motor.derived:
+        if set(derived.of) - set(names):
+            return f"`{derived.name}` follows from {', '.join(derived.of)}, of which some are no parameters of it"
+    for term, expected in (
+        ("amplitudes", ("out", *shape)),
+        ("constant", ("z", *shape)),
+        ("thrust", ("y", "i_1", "i_2", "i_3", *names)),
+    ):
+        function = getattr(motor, term)
+        if function is not None and not hasattr(function, "py_func"):
+            return f"its term `{term}` is not compiled (decorate it with @term)"
+        if function is not None and len(inspect.signature(function.py_func).parameters) != len(expected):
+            return f"its term `{term}` does not take the {len(expected)} arguments {', '.join(expected)}"
+    return ""
