@@ -25,6 +25,7 @@ ORDER = (
     ("plot",),
     ("workflow",),
     ("cli",),
+    ("__main__",),
 )
 STAND = {"arrays", "errors", "former_names", "statistics", "config", "recording", "physics"}
 USES_STAND = {"challenge", "workflow", "cli"}

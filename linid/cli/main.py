@@ -12,6 +12,7 @@ from linid.cli.errors import Group
 from linid.cli.field import field
 from linid.cli.options import (
     FILES,
+    MotorName,
     debug_option,
     fit_options,
     json_option,
@@ -105,7 +106,7 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
 
 @cli.command("fit-motor", short_help="Identify the motor, and friction with it.")
 @FILES
-@click.option("--model", required=True, type=click.Choice(["sine", "theta", "force"]), help="Motor model.")
+@click.option("--model", required=True, type=MotorName(), help="Motor model.")
 @click.option(
     "--friction",
     type=click.Path(path_type=Path),
@@ -235,9 +236,7 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
 @cli.command(short_help="Find the effect that a simulation lacks.")
 @FILES
 @click.option(
-    "--model",
-    type=click.Choice(["sine", "theta", "force", "friction"]),
-    help="Base model [sine with phase currents, force with one input].",
+    "--model", type=MotorName("friction"), help="Base model [sine with phase currents, force with one input]."
 )
 @model_options
 @settings_options

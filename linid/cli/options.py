@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
     from linid.workflow.run.reporter import Reporter
@@ -16,6 +17,32 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 FILES = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FILE...")
+
+
+class MotorName(click.ParamType):  # type: ignore[type-arg,unused-ignore]
+    """A motor by name; others: names besides. What packages bring is looked for only when it is asked for."""
+
+    name = "motor"
+
+    def __init__(self, *others: str) -> None:
+        self._others = others
+
+    def _choice(self) -> click.Choice[str]:
+        from linid.physics.motors.names import driven_motors
+
+        return click.Choice([*driven_motors(), *self._others])
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str | None:
+        """The names, as the help shows them."""
+        return self._choice().get_metavar(param, ctx)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name itself; raises BadParameter for one that nobody has."""
+        return self._choice().convert(value, param, ctx)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Names that begin so."""
+        return self._choice().shell_complete(ctx, param, incomplete)
 
 
 def _remember(ctx: click.Context, parameter: click.Parameter, value: Any) -> Any:

@@ -66,11 +66,11 @@ def fit_base_model(
         assumptions.append(f"friction starts from {len(wheels)} free wheels")
     elif kind != "friction":
         assumptions.append("no free wheels: friction comes from the driven recordings")
-    if kind == "force" and "force_constant" not in held and all(r.input_unit in _FORCES for r in driven):
+    if model.single and "force_constant" not in held and all(r.input_unit in _FORCES for r in driven):
         held["force_constant"] = 1.0
         assumptions.append(f"the input is a force as it stands ({driven[0].input_unit}): the moving mass is identified")
     masses = {r.added_mass for r in fitted}
-    if "mass" not in held and len(masses) < 2 and not (kind == "force" and "force_constant" in held):
+    if "mass" not in held and len(masses) < 2 and not (model.single and "force_constant" in held):
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
@@ -113,7 +113,7 @@ def _starts(model: Model, fitted: Sequence[Recording], held: dict[str, float]) -
     first, _ = first_values(model, fitted, held, None)
     starts = [first]
     driven = [r for r in fitted if r.kind != "free_wheel"]
-    if model.kind == "force" and driven:
+    if model.single and driven:
         constant, mass = held.get("force_constant"), held.get("mass")
         starts = [{**first, **force_guess(driven, constant, mass, waves=waves)} for waves in (False, True)]
     return [_with_friction({**start, **held}, model, fitted) for start in starts]

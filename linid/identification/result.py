@@ -77,9 +77,9 @@ class Profile:
 class FitResult:
     """The MODEL (`parameters.json`): parameters, uncertainty, identifiability and convergence.
 
-    correlation: (p, p) matrix of the parameters named in `fitted`; pairs: parameters that the data
-    cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from the
-    parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known;
+    correlation, covariance: (p, p) matrices of the parameters named in `fitted`, the latter in their SI units; pairs:
+    parameters that the data cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from
+    the parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known;
     profiles: profile likelihoods that were asked for; winding: star or separate where the windings were identified.
     """
 
@@ -111,7 +111,7 @@ class FitResult:
     winding: str = ""
 
     def value(self, name: str) -> float:
-        """The value of parameter `name` in SI units; KeyError if the model has none."""
+        """The value of parameter `name` in SI units; raises KeyError if the model has none."""
         for estimate in self.estimates:
             if estimate.name == name:
                 return estimate.value

@@ -19,9 +19,12 @@ Progress = Callable[[str, int, int], None]
 
 def residual_recordings(recordings: Sequence[Recording], result: FitResult) -> tuple[Recording, ...]:
     """The recordings whose gap the model can be asked for: a friction model knows no motor."""
-    if result.model == "friction":
+    from linid.physics.motors.registry import MOTORS
+
+    motor = MOTORS[result.model]
+    if not motor.inputs:
         return tuple(r for r in recordings if r.kind == "free_wheel")
-    if result.model == "force":
+    if not motor.phases:
         return tuple(r for r in recordings if r.kind == "free_wheel" or r.drive_input is not None)
     return tuple(r for r in recordings if r.kind == "free_wheel" or r.phase_currents is not None)
 

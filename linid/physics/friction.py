@@ -37,7 +37,7 @@ def stribeck(v: float, coulomb: float, static: float, stribeck_velocity: float, 
 def stribeck_fall(
     v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float
 ) -> tuple[float, float]:
-    """Steady friction level g(v) and v dg/dv, both in N. Arguments as in `stribeck`."""
+    """Steady friction level g(v) and v dg/dv, both in N (eq. 42). Arguments as in `stribeck`."""
     ratio = abs(v) / stribeck_velocity
     power = ratio * ratio if exponent == 2.0 else ratio**exponent
     if power > _DECAYED:
@@ -163,7 +163,11 @@ def lugre_step(
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def glide_weights(sigma_2: float, mass: float, h: float) -> tuple[float, float, float]:
-    """phi_1, phi_2, phi_3 of the decay by viscous friction over h seconds, for `gliding_step`."""
+    """phi_1, phi_2, phi_3 (Hochbruck & Ostermann 2010) of the decay by viscous friction, for `gliding_step`;
+    dimensionless.
+
+    sigma_2: N s/m; mass: kg; h: s.
+    """
     return _phi(-sigma_2 * h / mass)
 
 
@@ -175,7 +179,7 @@ def gliding_step(
 
     This is LuGre friction far above the Stribeck velocity, once the bristle has come to rest against the sliding
     surface. force: at the start in N without the viscous part, growing by `rise` in N until the end; weights: of the
-    step, by `glide_weights`. Returns v in m/s and the displacement in m after h seconds.
+    step, by `glide_weights`. Returns v in m/s and the displacement in m after h seconds (eq. 40 with w' = 0).
     """
     first, second, third = weights
     v_rate = (force - sigma_2 * v) / mass

@@ -76,7 +76,7 @@ class Model:
             raise UsageError(
                 f"{self.kind} model",
                 f"cannot be driven by voltages of {self.winding!r} windings",
-                "Take the sine or theta model with star or separate windings.",
+                "Take a model with phases, such as sine, with star or separate windings.",
             )
         object.__setattr__(self, "mask", active_mask(self.effects))
 
@@ -94,6 +94,11 @@ class Model:
     def phases(self) -> bool:
         """Whether three phase currents drive the motor."""
         return self.driven_by.phases
+
+    @property
+    def single(self) -> bool:
+        """Whether one logged current or command drives the motor."""
+        return self.driven_by.inputs == 1
 
     @property
     def turns(self) -> float:

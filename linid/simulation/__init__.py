@@ -1,0 +1,1 @@
+"""The compiled simulation, and slow twins of it that check it."""

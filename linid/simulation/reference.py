@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from linid.arrays import Array
 from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import EFFECTS
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 
 _SHORT = 1e-7  # s, of the advance from which a hidden state's rate is taken
@@ -31,11 +32,17 @@ def _theta0(z: float, q: float, z_L: float) -> float:
 
 
 def motor_force(kind: str, values: dict[str, float], y: float, currents: Array) -> float:
-    """Motor force in N at position y (m) and phase currents (3,) A, from eqs. 31 and 39."""
+    """Motor force in N at position y (m), from eqs. 31 and 39; of motors that are not linid's own by their terms.
+
+    values: SI by name of parameter; currents: (3,) inputs in A.
+    """
+    motor = MOTORS[kind]
     if kind == "force":
         return values["force_constant"] * float(currents[0])
     if kind == "friction":
         return 0.0
+    if motor.thrust is not None:
+        return float(motor.thrust.py_func(y, *map(float, currents), *(values[p.name] for p in motor.parameters)))
     density, displacement, shift = (
         values["electrical_wavenumber"],
         values["winding_displacement"],
@@ -44,7 +51,10 @@ def motor_force(kind: str, values: dict[str, float], y: float, currents: Array) 
     total = 0.0
     for j in (1, 2, 3):
         angle = density * y + displacement * (j - 2) + shift
-        shape = math.sin(angle) if kind == "sine" else _theta0(angle, values["nome"], values["winding_length"])
+        if kind == "theta":
+            shape = _theta0(angle, values["nome"], values["winding_length"])
+        else:
+            shape = sum(a * math.sin(motor.turns * n * angle) for n, a in motor.spectrum(values).items())
         total += shape * float(currents[j - 1])
     return values["force_constant"] * total
 
@@ -112,7 +122,8 @@ class _Terms:
 
 @dataclass(frozen=True)
 class Friction:
-    """The LuGre model's parameters, SI."""
+    """The LuGre model's parameters. coulomb, static: N; stribeck: m/s; exponent: dimensionless; sigma_0: N/m; sigma_1,
+    sigma_2: N s/m."""
 
     coulomb: float
     static: float
@@ -124,7 +135,7 @@ class Friction:
 
     @classmethod
     def of(cls, values: dict[str, float]) -> Friction:
-        """From canonical parameter names."""
+        """From values by canonical parameter name, SI."""
         return cls(
             values["coulomb_force"],
             values["static_force"],
@@ -228,8 +239,8 @@ def simulate_reference(
 ) -> tuple[Array, Array]:
     """Position reading (n,) m and velocity (n,) m/s by scipy.integrate.solve_ivp; eqs. 40-45 as corrected.
 
-    values: canonical parameter name -> SI value; start: y, v, w; effects: names of those that act. Raises
-    RuntimeError when scipy gives up.
+    values: canonical parameter name -> SI value; start: y in m, v in m/s, w in m; effects: names of those that act;
+    rtol: relative tolerance, dimensionless; max_step: s. Raises RuntimeError when scipy gives up.
     """
     t, run = recording.t, _run_of(kind, values, recording, effects)
     first = np.concatenate([start, run.terms.initial(run.arguments(float(t[0]), start[0], start[1]))])

@@ -29,7 +29,10 @@ _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), 
 
 
 class Segments(NamedTuple):
-    """S stretches of recordings to be simulated: recording index, first sample, number of samples (S,)."""
+    """S stretches of recordings to be simulated.
+
+    recording: (S,) indices; first: (S,) first samples; count: (S,) numbers of samples.
+    """
 
     recording: Integers
     first: Integers
@@ -51,8 +54,8 @@ def whole_recordings(inputs: Inputs) -> Segments:
 class AlongMotion:
     """What the model says along a measured motion, for C candidates.
 
-    acceleration: (C, samples) m/s^2; bristle: (C, samples) deflection in m; states: (C, samples, 2 per active effect
-    with hidden states); reading_error: (C, samples) reading minus position in m, or None where no effect has one.
+    acceleration: (C, samples) m/s^2; bristle: (C, samples) deflection in m; states: (C, samples, hidden) hidden states
+    of the active effects; reading_error: (C, samples) reading minus position in m, or None where no effect has one.
     """
 
     acceleration: Array
@@ -63,7 +66,8 @@ class AlongMotion:
     def starts(self, samples: Integers, y: Array, v: Array, dts: Array) -> Array:
         """Start states (C, S, 3 + states) of predictions from measured samples (S,), for `Simulator.run`.
 
-        y, v: (all samples,) measured motion, freed of the reading error; dts: (S,) sampling period in s.
+        y, v: (samples,) measured motion of all recordings in m and m/s; dts: (S,) sampling period in s. The starts are
+        freed of the reading error.
         """
         out = np.empty((self.bristle.shape[0], samples.size, 3 + self.states.shape[2]))
         out[:, :, 0], out[:, :, 1] = y[samples], v[samples]
@@ -173,9 +177,10 @@ class Simulator:
     ) -> AlongMotion:
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
-        y, v, standstill: (samples of all recordings,); start_w: (C, R) deflection at each recording's start, m;
-        acceleration: whether it is wanted (empty without); wanted: (samples of all recordings,) where the rest is,
-        which without acceleration saves the way between (default: everywhere).
+        params: (C, VECTOR_SIZE) SI; y, v: (samples,) measured motion of all recordings in m and m/s; standstill:
+        (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; acceleration: whether
+        it is wanted (empty without); wanted: (samples,) where the rest is, which without acceleration saves the way
+        between (default: everywhere).
         """
         kernel, inputs, candidates, kept = self._kernel(), self.inputs, self._candidates(params), self._kept
         shape = (params.shape[0], y.size)
@@ -196,8 +201,10 @@ class Simulator:
         return AlongMotion(found.a, found.w, found.states, found.reading if reads else None)
 
     def readings(self, params: Array, y: Array, v: Array) -> Array:
-        """Reading errors (C, samples) in m at positions y (m) and speeds v (m/s), for errors that hang on nothing
-        else: much faster than `along`."""
+        """Reading errors (C, samples) in m that hang on nothing but position and speed: much faster than `along`.
+
+        params: (C, VECTOR_SIZE) SI; y: (samples,) positions in m; v: (samples,) speeds in m/s.
+        """
         kernel = self._kernel()
         out = np.empty((params.shape[0], y.size))
         params = np.ascontiguousarray(params)

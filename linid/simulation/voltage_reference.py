@@ -72,7 +72,8 @@ def simulate_voltage_reference(
 ) -> DrivenByVoltage:
     """Motion and currents of a sine or theta motor under a recording's phase voltages; eqs. 5, 31, 39, 40 to 45.
 
-    winding: star (the neutral floats, L stands for L - M) or separate; values: SI by canonical name; start: y, v, w.
+    winding: star (the neutral floats, L stands for L - M) or separate; values: SI by canonical name; start: y
+    in m, v in m/s, w in m; start_currents: A; rtol: relative tolerance, dimensionless; max_step: s.
     Raises RuntimeError when scipy gives up.
     """
     assert recording.phase_voltages is not None

@@ -51,6 +51,16 @@ class PlantParameters(NamedTuple):
     current_lag: float
 
 
+class Given(NamedTuple):
+    """What is asked of the axis at each of n loops: current (n,) A, y_reference (n,) m, v_reference (n,) m/s, and push
+    (n,) N from outside."""
+
+    current: Array
+    y_reference: Array
+    v_reference: Array
+    push: Array
+
+
 class DriveParameters(NamedTuple):
     """Numbers of the sampled loops, SI."""
 
@@ -161,20 +171,10 @@ def simulate(
     parameters = plant_parameters(description, added_mass)
     v0 = command.v0
     w0 = math.copysign(stribeck(v0, parameters) / parameters.sigma_0, v0) if v0 else 0.0
-    logged, low, high = _integrate(
-        parameters,
-        drive_parameters(description),
-        command.control,
-        command.current,
-        command.y_reference,
-        command.v_reference,
-        command.push,
-        start_position,
-        v0,
-        w0,
-        substeps or description.substeps,
-        description.loops_per_sample,
-    )
+    given = Given(command.current, command.y_reference, command.v_reference, command.push)
+    steps = (substeps or description.substeps, description.loops_per_sample)
+    drive, start = drive_parameters(description), (start_position, v0, w0)
+    logged, low, high = _integrate(parameters, drive, command.control, given, start, *steps)
     y, v, w, q_current, work, loss, rate = logged.T.copy()
     t: Array = np.arange(len(y), dtype=np.float64) * np.float64(description.measurement.sample_period_s)
     return PlantRun(t, y, v, w, q_current, rate, phase_currents(parameters, y, q_current), work, loss, (low, high))
@@ -274,18 +274,14 @@ def _integrate(
     p: PlantParameters,
     d: DriveParameters,
     control: int,
-    current: Array,
-    y_reference: Array,
-    v_reference: Array,
-    push: Array,
-    y0: float,
-    v0: float,
-    w0: float,
+    given: Given,
+    start: tuple[float, float, float],
     substeps: int,
     loops_per_sample: int,
 ) -> tuple[Array, float, float]:
     """Kernel: the sampled loops and the steps between them; (n, 7) state and rate of the q-current, extremes of y."""
-    loops = current.shape[0]
+    loops = given.push.shape[0]
+    y0, v0, w0 = start
     logged = np.empty((loops // loops_per_sample, 7))
     state = (y0, v0, w0, 0.0, 0.0, 0.0)
     low, high, integral, i_reference = y0, y0, 0.0, 0.0
@@ -293,15 +289,16 @@ def _integrate(
     for loop in range(loops):
         i_before = i_reference
         if control == 1:
-            i_reference = min(max(current[loop], -d.limit), d.limit)
+            i_reference = min(max(given.current[loop], -d.limit), d.limit)
         elif control == 2:
-            i_reference, integral = _control(state[0], state[1], y_reference[loop], v_reference[loop], integral, d)
+            wanted = (given.y_reference[loop], given.v_reference[loop])
+            i_reference, integral = _control(state[0], state[1], wanted[0], wanted[1], integral, d)
         if loop % loops_per_sample == 0:
             row = loop // loops_per_sample
             for column in range(6):
                 logged[row, column] = state[column]
             logged[row, 6] = ((i_before + i_reference) / 2 - state[3]) / p.current_lag
         for _ in range(substeps):
-            state = _step(state, h, i_reference, push[loop], p)
+            state = _step(state, h, i_reference, given.push[loop], p)
             low, high = min(low, state[0]), max(high, state[0])
     return logged, low, high

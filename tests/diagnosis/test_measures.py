@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from linid.diagnosis.gap import RecordingGap
 from linid.diagnosis.measures import measure_gaps
+from linid.diagnosis.refined_models import jumps_in
 from linid.errors import UsageError
 from linid.identification.objectives.acceleration import Acceleration, bump
 from linid.identification.settings import HORIZON
 from linid.physics.model import Model
+from linid.recording import read_campaign
 from linid.recording.recording import Recording
 
 from .machine import MASS, K, Noise, current, drift, recording, result
@@ -165,3 +168,9 @@ def test_a_free_wheel_is_measured_with_its_start_speed_refined() -> None:
     gap = gap_of(Recording("push", t, y, kind="free_wheel"))
     assert gap.free_run_floor == pytest.approx(1e-6 / np.std(y), rel=0.15)
     assert gap.free_run == pytest.approx(gap.free_run_floor, rel=0.15)
+
+
+def test_only_square_currents_jump_within_a_sampling_interval() -> None:
+    """The stand's other inputs are sines, ramps and those of a position loop; free wheels have none."""
+    stand = read_campaign(Path(__file__).parents[2] / "data" / "stand" / "campaign.yaml")
+    assert [r.name for r in stand.recordings if jumps_in(r)] == ["square_current_1", "square_current_2"]

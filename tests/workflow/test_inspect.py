@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from linid.cli.main import cli
 from linid.recording import read_campaign
+from linid.recording.checks import HEADER, checks_legend
 
 STAND = Path(__file__).parents[2] / "data" / "stand"
 
@@ -91,3 +92,18 @@ def test_what_was_cut_is_said_by_every_command_and_kept_with_the_run(recordings:
     record = json.loads((out / "run.json").read_text(encoding="utf-8"))
     read = next(one for one in record["inputs"] if one["file"].endswith("freewheel_2.csv"))
     assert read["read"]["cut"] > 100 and read["read"]["gaps"] == 1 and any("longest" in note for note in read["notes"])
+
+
+def test_the_legend_explains_the_columns_that_are_shown_and_no_others(recordings: Path) -> None:
+    """A free wheel has no input that it might follow, a move has no input at its limit."""
+    code, output = run(recordings / "freewheel_1.csv")
+    table, legend = output[output.index("Recording") :].split("Step, noise:")
+    assert code == 0 and "Floor %" in table and "Floor: acceleration" in legend
+    for column in ("Follows", "Late", "At limit", "Field"):
+        assert column not in table and column not in legend
+    code, output = run(recordings / "moves_1.csv")
+    words = " ".join(output[output.index("Recording") :].split())
+    for column in ("Follows: share", "Step, noise: of", "Field: electrical"):
+        assert column in words
+    assert "At limit" not in words
+    assert checks_legend() == checks_legend(HEADER) and "At limit: of the time." in checks_legend()

@@ -41,7 +41,7 @@ def first_values(
     if free and start is None:
         values.update(guess.free_wheel_guess(free, mass))
         mass = values["mass"]
-    if driven and model.kind == "force":
+    if driven and model.single:
         values = {**guess.force_guess(driven, known.get("force_constant"), mass), **values}
     elif driven and model.phases:
         given = known.get("electrical_wavenumber")
@@ -85,7 +85,7 @@ def mass_known(recordings: Sequence[Recording], known: dict[str, float], model: 
     """Whether the mass is given, and whether it can be found from the data. known: SI values that are given."""
     masses = {r.added_mass for r in recordings}
     free = {r.added_mass for r in recordings if r.kind == "free_wheel"}
-    by_force = model.kind == "force" and "force_constant" in known
+    by_force = model.single and "force_constant" in known
     return "mass" in known, len(free) > 1 or by_force or (len(masses) > 1 and model.kind != "friction")
 
 

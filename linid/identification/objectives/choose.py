@@ -115,11 +115,11 @@ def check_recordings(recordings: Sequence[Recording], model: Model) -> None:
                     f"the {model.kind} model needs three phase currents, the recording has none",
                     "Map them with channels: current_u, current_v, current_w, or use --model force",
                 )
-    if model.kind == "force":
+    if model.single:
         for recording in driven:
             if recording.drive_input is None:
                 raise DataError(
                     recording.name,
-                    "the force model needs a q-current or command, the recording has none",
+                    f"the {model.kind} model needs a q-current or command, the recording has none",
                     "Map it with channels: current_q or command, or use --model sine",
                 )

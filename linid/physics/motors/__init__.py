@@ -1,0 +1,1 @@
+"""Motors: what drives the axis, each in one file."""

@@ -9,6 +9,7 @@ from linid.physics.term import term
 
 @term
 def thrust(y, i_1, i_2, i_3, force_constant):
+    """Force in N in proportion to the input, as (44) for currents that turn with the field."""
     return force_constant * i_1
 
 

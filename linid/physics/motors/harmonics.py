@@ -59,11 +59,12 @@ def phase_force(
     table: Array,
     harmonics: int,
 ) -> float:
-    """Thrust in N of three phase currents (A) at position y (m): sum over odd harmonics by angle addition.
+    """Thrust in N of three phase currents at position y (m): sum over odd harmonics by angle addition
+    (eqs. 44, 45).
 
-    wavenumber: rad/m and phase: rad, of the first harmonic's angle; table: (3, MAX_HARMONICS) amplitude in N/A, cos and
-    sin of the phase step per harmonic, of which there are `harmonics`. One sine and one cosine serve every phase and
-    harmonic, so theta costs hardly more than sine.
+    current_u, current_v, current_w: A; wavenumber: rad/m and phase: rad, of the first harmonic's angle; table: (3,
+    MAX_HARMONICS) amplitude in N/A, cos and sin of the phase step per harmonic, of which there are `harmonics`. One
+    sine and one cosine serve every phase and harmonic, so theta costs hardly more than sine.
     """
     sine, cosine = sine_cosine(wavenumber * y + phase)
     outer_sum = current_u + current_w
@@ -94,7 +95,8 @@ def phase_forces(
 ) -> None:
     """Thrusts in N at many positions y (n,) in m under phase currents, each (n,) in A: what `phase_force` gives.
 
-    wavenumber, phase, table, harmonics: as there; out: (n,) is filled.
+    wavenumber: rad/m and phase: rad, of the first harmonic's angle; table: (3, MAX_HARMONICS), the amplitudes in
+    N/A, and harmonics as there; out: (n,) N is filled.
     """
     sine, cosine, sine_2, cosine_2 = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     for begin in range(0, y.size, _BLOCK):  # loops of few arrays each: only such become vector instructions
@@ -122,7 +124,8 @@ def phase_forces(
 def phase_constants(
     y: float, wavenumber: float, phase: float, table: Array, harmonics: int
 ) -> tuple[float, float, float]:
-    """Thrust per phase current in N/A of the three windings at position y (m); in V s/m their back-EMF per speed.
+    """Thrust per phase current in N/A of the three windings at position y (m); in V s/m their back-EMF per speed
+    (eqs. 31, 39).
 
     wavenumber, phase, table, harmonics: as in `phase_force`.
     """

@@ -52,8 +52,8 @@ class Motor:
     order, `PHASE_PARAMETERS` first where there are three phases; turns: electrical radians per radian of its own angles
     (displacement and commutation offset), and so of its wavenumber; shape: the parameters after those, with the values
     that a search begins with; harmonic(force_constant, *shape) -> amplitude of the thrust's first harmonic per phase
-    current, N/A (None: the force constant itself); derived: what follows from its parameters.
-    amplitudes, constant, thrust: compiled terms, see above.
+    current, N/A, all of them floats or (C,) (None: the force constant itself); derived: what follows from its
+    parameters. amplitudes, constant, thrust: compiled terms, see above.
     """
 
     name: str
@@ -85,7 +85,7 @@ class Motor:
         return constant if self.harmonic is None else self.harmonic(constant, *(values[name] for name, _ in self.shape))
 
     def spectrum(self, values: Mapping[str, float]) -> dict[int, float]:
-        """Amplitudes of the odd harmonics of a periodic field by order, per unit of the force constant.
+        """Amplitudes of the odd harmonics of a periodic field by order, per unit of the force constant (as of eq. 37).
 
         values: at least those of the shape, SI.
         """
@@ -100,7 +100,10 @@ class Motor:
         return {n: float(2.0 * np.mean(seen * np.sin(n * angle))) for n in range(1, _POINTS // 4, 2)}
 
     def of_first_harmonic(self, sine: Mapping[str, float], known: Mapping[str, float]) -> dict[str, float]:
-        """First values of this motor's parameters, SI, from those of a sine; known: of its shape, where they are."""
+        """First values of this motor's parameters, SI, from those of a sine of the same first harmonic (eq. 37).
+
+        sine: SI by name; known: SI values of its shape, where they are.
+        """
         out = dict(sine)
         for name in PHASE_PARAMETERS[1:]:
             out[name] = sine[name] / self.turns

@@ -13,6 +13,7 @@ _TURN = 2.0 * math.pi
 
 @term
 def amplitudes(out):
+    """One harmonic of amplitude 1, dimensionless (31)."""
     out[0] = 1.0
     return 1
 

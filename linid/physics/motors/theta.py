@@ -27,6 +27,7 @@ def fundamental_force_constant(force_constant: _Values, winding_length: _Values,
 
 @term
 def amplitudes(out, winding_length, nome):
+    """Fourier coefficients of Theta0 (37), dimensionless; 0 of them where there would be too many."""
     if nome > GAUSSIAN_NOME:  # more harmonics than there is room for: the sum of Gaussians takes over
         return 0
     return harmonic_coefficients(winding_length, nome, out)
@@ -34,6 +35,7 @@ def amplitudes(out, winding_length, nome):
 
 @term
 def constant(z, winding_length, nome):
+    """Theta0 (37) at z, dimensionless."""
     return big_theta_0(z, winding_length, nome)
 
 

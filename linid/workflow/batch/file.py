@@ -8,15 +8,27 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
 from linid.interface.settings import Settings, make_settings
+from linid.physics.motors.names import driven_motors
 from linid.workflow.run.settings import resolve_channels
 
-MotorModel = Literal["sine", "theta", "force"]
-BaseModelKind = Literal["sine", "theta", "force", "friction"]
+
+def _motor_name(name: str) -> str:
+    if name not in driven_motors():
+        raise ValueError(f"there is no motor {name!r}; known: {', '.join(driven_motors())}")
+    return name
+
+
+def _base_name(name: str) -> str:
+    return name if name == "friction" else _motor_name(name)
+
+
+MotorModel = Annotated[str, AfterValidator(_motor_name)]
+BaseModelKind = Annotated[str, AfterValidator(_base_name)]
 Files = Annotated[tuple[str, ...], Field(min_length=1)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 

@@ -34,6 +34,7 @@ def fit_motor(
     from linid import api
     from linid.identification.model_file import model_to_text
     from linid.interface.stages import stages_of
+    from linid.physics.motors.registry import MOTORS
 
     settings = request.settings
     start = None if friction is None else api.load(friction)
@@ -45,7 +46,7 @@ def fit_motor(
             f"is of a {start.result.axis} axis, the recordings of a {campaign.axis} one",
             "Use the axis's own friction result.",
         )
-    if winding and model == "force":
+    if winding and not MOTORS[model].periodic:
         raise UsageError("--input voltage", "needs a model of the phases", "Take --model sine or theta.")
     stages = stages_of(campaign, settings, model, None if start is None else start.result, winding)
     if request.dry_run:
