@@ -83,5 +83,9 @@ def _measured(
         "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
         "force": Change(first.force, second.force, second.force_floor),
     }
-    jumps = recording.kind != "free_wheel" and bool(np.any(input_jumps(recording)))
-    return RecordingChange(recording.name, recording.kind, recording.split, changes, jumps), trace, later
+    return RecordingChange(recording.name, recording.kind, recording.split, changes, jumps_in(recording)), trace, later
+
+
+def jumps_in(recording: Recording) -> bool:
+    """Whether an input of a driven recording jumps within a sampling interval: its samples do not tell when."""
+    return recording.kind != "free_wheel" and bool(np.any(input_jumps(recording)))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -31,10 +32,26 @@ HEADER = (
     "Floor %",
     "Field",
 )
-CHECKS_LEGEND = """\
-Follows: share of the acceleration's power in the band that follows the input; in brackets where it proves nothing.
-Late: acceleration after input. At limit: of the time. Step, noise: of the position, SI. Floor: acceleration that the
-position's noise feigns in 15 ms. Field: electrical angle per position, 1/m or pole pairs."""
+_MEANINGS = (
+    (
+        ("Follows", "Band Hz"),
+        "Follows: share of the acceleration's power in the band that follows the input; in brackets where it proves "
+        "nothing.",
+    ),
+    (("Late ms",), "Late: acceleration after input."),
+    (("At limit %",), "At limit: of the time."),
+    (("Step", "Noise"), "Step, noise: of the position, SI."),
+    (("Floor %",), "Floor: acceleration that the position's noise feigns in 15 ms."),
+    (("Field",), "Field: electrical angle per position, 1/m or pole pairs."),
+)
+
+
+def checks_legend(shown: Collection[str] = HEADER) -> str:
+    """What the shown columns of `checks_table` mean, of columns that explain themselves nothing."""
+    return "\n".join(textwrap.wrap(" ".join(text for titles, text in _MEANINGS if set(titles) & set(shown)), 116))
+
+
+CHECKS_LEGEND = checks_legend()
 
 
 def checks_of(

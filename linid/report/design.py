@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 def design_tables(
     made: MotorDesign | None, own: float | None, compared: Sequence[Comparison], modelled: bool
 ) -> tuple[Any, ...]:
+    """Tables and sentences on a motor by its dimensions, on the cost of a sine at a k of one's own, and on the
+    identified motor beside it.
+    """
     from linid.physics.field.sine_scope import PAPER_FIT, limit_k, sine_cost
 
     tables: list[Any] = []

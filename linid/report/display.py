@@ -45,7 +45,7 @@ def display_unit(quantity: Quantity, axis: str, magnitude: float) -> Display:
 
 
 def peak(*arrays: Array) -> float:
-    """Largest finite magnitude in the arrays, 0 if there is none."""
+    """Largest finite magnitude in the arrays (any shape), 0 if there is none."""
     largest = 0.0
     for array in arrays:
         finite = np.abs(array[np.isfinite(array)])
@@ -54,7 +54,7 @@ def peak(*arrays: Array) -> float:
 
 
 def rms(values: Array) -> float:
-    """Root mean square; nan if any value is not finite."""
+    """Root mean square of the values, any shape; nan if any value is not finite."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size and np.isfinite(values).all() else float("nan")
 
 
@@ -70,7 +70,8 @@ def envelope(t: Array, y: Array, bins: int = 1000) -> tuple[Array, Array]:
     """Decimate a line for drawing without losing a peak.
 
     t, y: (n,); of each of `bins` stretches the smallest, the largest and the first non-finite sample stay, and the
-    first and last sample of all. Returned unchanged when n <= 2 bins. Gaps (nan) stay gaps.
+    first and last sample of all. Returns the samples that stay, (k,) each; unchanged when n <= 2 bins. Gaps (nan) stay
+    gaps.
     """
     n = len(t)
     if n <= 2 * bins:

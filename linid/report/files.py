@@ -94,7 +94,7 @@ def glob_escaped(name: str) -> str:
 
 @contextlib.contextmanager
 def nothing_partial(path: Path) -> Iterator[None]:
-    """What the operating system says against writing `path`, as an OSError that names it."""
+    """Raises what the operating system says against writing `path` as an OSError that names it."""
     try:
         yield
     except OSError as error:

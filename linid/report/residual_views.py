@@ -82,7 +82,8 @@ def folded(traces: Sequence[ResidualTrace], which: Which, field_wavenumber: floa
 
 
 def amplitude_spectrum(traces: Sequence[ResidualTrace], which: Which) -> tuple[Array, Array]:
-    """Frequency in Hz and amplitude in N of the residual, all recordings together; empty if all are too short.
+    """Frequency (f,) in Hz and amplitude (f,) in N of the residual, all recordings together; empty if all are too
+    short.
 
     Welch's method (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 1967) with Hann windows of one length for all
     recordings, powers averaged by duration; scaled so that a sine of 1 N shows as 1 N.

@@ -30,7 +30,9 @@ _SPECIAL = {
     "≈": r"$\approx$",
 }
 _NAMES = {"lambda": "lamda", "Lambda": "lamda"}  # as Unicode spells it
-_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_SUPERSCRIPT = str.maketrans("0123456789-+()kpn", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺⁽⁾ᵏᵖⁿ")
+_POWER = re.compile(r"\^(-?\d+|[kpn]\b|\([-+\dkpn]+\))")
+_PRIME = re.compile(r"(?<![\w'])([A-Za-z])'(?![\w'])")
 
 
 def symbol_math(symbol: str) -> str:
@@ -50,7 +52,7 @@ def symbol_parts(symbol: str) -> tuple[str, str]:
         return symbol, ""
     base, digits, subscripts, primes = match.groups()
     subs = ([digits] if digits else []) + subscripts.split("_")[1:]
-    return _unicode(base) + primes, ",".join(_unicode(part) for part in subs)
+    return _unicode(base) + primes.replace("'", "′"), ",".join(_unicode(part) for part in subs)
 
 
 def symbol_label(symbol: str) -> str:
@@ -67,7 +69,12 @@ def unit_math(unit: str) -> str:
 
 def unit_label(unit: str) -> str:
     """A unit for axis labels: `N s^2/m^2` -> `N s²/m²`."""
-    return re.sub(r"\^(-?\d+)", lambda m: m.group(1).translate(_SUPERSCRIPT), unit)
+    return _POWER.sub(lambda m: m.group(1).translate(_SUPERSCRIPT), unit)
+
+
+def typeset(text: str) -> str:
+    """Running text with the signs of print: `m/s^2`, `2 +- 1`, `z'` -> `m/s²`, `2 ± 1`, `z′`."""
+    return _PRIME.sub(r"\1′", unit_label(text).replace("+-", "±"))
 
 
 def latex_escape(text: str) -> str:

@@ -258,4 +258,5 @@ def _exact(number: float) -> str:
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
+    """Write a table as CSV; returns where. Raises OSError where that cannot be written."""
     return write_atomic(Path(path), csv_text(header, rows).encode("utf-8"))

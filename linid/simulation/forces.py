@@ -86,19 +86,19 @@ def total_delay(terms, axis):
     return 0.0
 
 
-@compiled
+@inlined
 def thrust_factor(terms, axis, t, y, v, currents):
     """Factor on the motor force."""
     return terms.thrust(1.0, axis.on, t, y, v, currents, axis.p)
 
 
-@compiled
+@inlined
 def friction_factor(terms, axis, t, y, v, currents):
     """Factor on the whole bristle force."""
     return terms.friction(1.0, axis.on, t, y, v, currents, axis.p)
 
 
-@compiled
+@inlined
 def level_factor(terms, axis, t, y, v, currents):
     """Factor on sliding and breakaway friction."""
     return terms.level(1.0, axis.on, t, y, v, currents, axis.p)
@@ -124,13 +124,13 @@ def start_states(terms, axis, t, y, v, currents):
     keep_states(axis.p)
 
 
-@compiled
+@inlined
 def advance_states(terms, axis, h, t, y, v, a, currents):
     """Hidden states h seconds after the start of the step; t, y, v, currents: of its middle, a: mean acceleration."""
     terms.advance(axis.on, h, t, y, v, a, currents, axis.p)
 
 
-@compiled
+@inlined
 def with_effects(terms, axis, t, y, v, currents, motor_force):
     """All forces on the mass but friction, in N, given that of the motor alone."""
     if axis.powered and axis.on & terms.acts.thrust:
@@ -154,7 +154,7 @@ def field_position(terms, axis, t, y, v, currents):
     return y
 
 
-@compiled
+@inlined
 def pushed_force(terms, axis, t, y, v, currents):
     """`external_force` where effects change it."""
     motor_force = 0.0

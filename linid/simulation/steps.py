@@ -110,7 +110,7 @@ def bristle_now(terms, axis, bristles, t, y, v, currents):
     return 1.0, bristles.sigma_0, bristles.sigma_1
 
 
-@compiled
+@inlined
 def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
     """The middle of a followed step that begins at t seconds, halved until the bristle's rate swings little within it.
 

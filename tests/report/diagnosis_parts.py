@@ -95,8 +95,8 @@ def shares(all_traces: tuple[ResidualTrace, ...], field: float | None) -> tuple[
         ("recording", "recording", "1", [np.full(len(t.t), i + 1.0) for i, t in enumerate(all_traces)]),
     ]
     if field is not None:
-        angle = [np.mod(t.y, 2 * np.pi / field) for t in all_traces]
-        columns.append(("pole_phase", "position within two pole pitches", "m", angle))
+        angle = [np.mod(field * t.y, 2 * np.pi) for t in all_traces]
+        columns.append(("pole_phase", "position within two pole pitches", "rad", angle))
     return tuple(share(all_traces, *column) for column in columns)
 
 

@@ -151,7 +151,7 @@ def at_floor() -> Diagnosis:
     """No gap: nothing is missing."""
     made = traces(nothing)
     verdict = Verdict(
-        "none", (), (), "The model is at the floor: what remains on the held-out recordings is measurement noise.", ""
+        "none", (), (), "The residual force of the held-out recordings is at the noise floor: no effect is missing.", ""
     )
     rows = recordings(made)
     nothing_left = Budget(0.058, 0.058, 0.057, 0.03, 0.03, 0.0, NAN, NAN, NAN, NAN, NAN, (), NAN, ())

@@ -23,7 +23,8 @@ from linid.report.diagnosis.console import diagnosis_console
 from linid.report.diagnosis.content import percent
 from linid.report.diagnosis.files import diagnosis_data, write_diagnosis
 from linid.report.diagnosis.markdown import diagnosis_markdown
-from linid.report.diagnosis.words import in_axis_words
+from linid.report.diagnosis.words import in_axis_words, in_print
+from linid.report.figures.diagnosis_pairs import pairs_figure
 from linid.report.figures.diagnosis_traces import residual_trace_figure
 from linid.report.figures.diagnosis_waterfall import waterfall_figure
 from linid.report.style import ERROR, MEASURED
@@ -131,7 +132,7 @@ def test_markdown_tables_are_whole_and_nothing_is_left_out(name: str) -> None:
     for table in re.findall(r"(?:^\|.*\n)+", text, re.M):
         assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1
     assert "nan" not in text
-    diagnosis = in_axis_words(diagnosis)
+    diagnosis = in_print(diagnosis)
     verdict = diagnosis.verdict
     for part in (diagnosis.name, verdict.sentence, verdict.next_experiment, *diagnosis.warnings):
         assert part in text
@@ -165,7 +166,7 @@ def test_console_fits_80_columns(name: str) -> None:
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= 80
     words = " ".join(stream.getvalue().split())
-    verdict = in_axis_words(diagnosis).verdict
+    verdict = in_print(diagnosis).verdict
     for part in (diagnosis.name, verdict.sentence, verdict.next_experiment, *diagnosis.warnings):
         assert part in words
     assert "…" not in words  # nothing was cut
@@ -178,6 +179,23 @@ def test_figures_without_poles_and_without_change(tmp_path: Path) -> None:
     names = {p.name for p in write_diagnosis(few, tmp_path, formats=("svg",)) if p.suffix == ".svg"}
     assert "position_velocity.svg" in names and "pole_pair.svg" not in names
     assert not figures_of_none(few, tmp_path / "bare")
+
+
+def test_long_labels_of_pairs_stay_below_the_title() -> None:
+    made = partly()
+    long = ("input, with the sign of its push", "position within two pole pitches, of the field")
+    told = tuple(replace(pair, x_label=long[1], y_label=long[0]) for pair in made.pairs)
+    figure = pairs_figure(replace(made, pairs=told))
+    figure.draw_without_rendering()
+    assert figure._suptitle is not None
+    title = figure._suptitle.get_window_extent()
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    for axes in panels:
+        label = axes.yaxis.label.get_window_extent()
+        assert label.y1 < title.y0 and label.y0 > 0.0
+    for axes in panels:
+        if axes.get_xlabel():
+            assert axes.xaxis.label.get_window_extent().width < 0.5 * figure.bbox.width
 
 
 def test_residuals_share_one_pdf_of_a_page_each(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from linid.report.diagnosis.words import in_axis_words, parameters_in_use
 from linid.report.residual_views import pair_slopes
 
 from .diagnosis_parts import entry
-from .diagnosis_samples import COGGING, explained, partly
+from .diagnosis_samples import COGGING, at_floor, explained, partly
 from .samples import NAN, estimate
 
 INF = float("inf")
@@ -43,7 +43,7 @@ def test_a_percentage_lies_within_0_and_100(before: float, after: float, floor: 
 
 
 def test_what_cannot_be_said_is_told_with_its_reason() -> None:
-    base = explained()
+    base = replace(explained(), verdict=partly().verdict)
     assert measure_remarks(base, base.measures) == ()
     changes = {"free_run": Change(0.02, INF, 0.001), "ahead": Change(1e-5, 9e-6, 3e-5), "force": Change(1.0, 0.2, NAN)}
     said = measure_remarks(base, changes)
@@ -57,6 +57,32 @@ def test_what_cannot_be_said_is_told_with_its_reason() -> None:
     (one,) = measure_remarks(base, stuck)
     assert "first state" in one
     assert measure_remarks(replace(base, budget=replace(base.budget, closed=0.3)), stuck) == ()
+
+
+def test_a_measure_above_its_floor_names_its_recordings_where_the_verdict_sees_no_gap() -> None:
+    """The verdict is on the force: a prediction that stays above its own floor is told with what keeps it there."""
+    base = at_floor()
+    rows = [replace(one, split="held_out") for one in base.recordings]
+    quiet = {"ahead": Change(42e-6, 42e-6, 40e-6)}
+    rows = [replace(one, changes=quiet) for one in rows]
+    assert measure_remarks(replace(base, recordings=tuple(rows)), quiet) == ()  # within what is known of a floor
+    rows[2] = replace(rows[2], changes={"ahead": Change(4.7e-3, 4.7e-3, 974e-6)}, jumps=True)
+    above = {"ahead": Change(1.9e-3, 1.9e-3, 0.4e-3)}
+    made = replace(base, recordings=tuple(rows))
+    (one,) = measure_remarks(made, above)
+    assert one.startswith("0.1 s ahead, RMS: above its floor; the verdict is on the residual force. ")
+    assert "comes from moves_3 (4700 µm, floor 974 µm)." in one and "There the input jumps" in one
+    rows[4] = replace(rows[4], changes={"ahead": Change(4.1e-3, 4.1e-3, 40e-6)})
+    (one,) = measure_remarks(replace(base, recordings=tuple(rows)), above)
+    assert "In moves_3 the input jumps" in one
+    rows[2] = replace(rows[2], jumps=False)
+    (one,) = measure_remarks(replace(base, recordings=tuple(rows)), above)
+    assert "from moves_3 (4700 µm, floor 974 µm), moves_5 (4100 µm, floor 40 µm)." in one and "jumps" not in one
+    assert measure_remarks(replace(made, verdict=partly().verdict), above) == ()  # a gap is told of already
+    (one,) = measure_remarks(replace(base, recordings=()), {"force": Change(2.0, 2.0, 1.0)})
+    assert one == "Residual force, RMS: above its floor."
+    unclear = {"ahead": Change(INF, INF, 1.0), "free_run": Change(2.0, 2.0, INF), "force": Change(2.0, NAN, 1.0)}
+    assert not [text for text in measure_remarks(base, unclear) if "above its floor;" in text]
 
 
 def test_only_the_strongest_of_overlapping_pairs_is_shown() -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -141,6 +142,26 @@ def test_convergence_draws_history() -> None:
     assert "60 steps used" in text and "not comparable" in text.replace("\n", " ")
     with pytest.raises(DataError):
         convergence_figure(fit_result(history=()))
+
+
+@pytest.mark.parametrize("gain", [0.3, 0.03, 0.004])
+@pytest.mark.parametrize("size", [1e-9, 1.3e-7, 4.53e-4, 0.0132, 0.7, 812.0, 4.5e4, 7e8])
+def test_convergence_keeps_its_tick_labels_out_of_the_panel_beside(size: float, gain: float) -> None:
+    """Costs of stages that gain little, so that their labels differ only in the last digits."""
+    kind = type(fit_result().history[0])
+    history = tuple(
+        kind(stage, step, start + 30 * step, size * (1.0 + gain / (step + 1)), size * (1.0 + gain / (step + 0.9)))
+        for stage, start in (("genetic", 100), ("least_squares_of_a_part", 1250), ("least_squares", 1340))
+        for step in range(5)
+    )
+    figure = convergence_figure(fit_result(history=history))
+    figure.draw_without_rendering()
+    for left, right in pairwise(figure.axes):
+        labels = [label for label in right.get_yticklabels() if label.get_text()]
+        gap = min(one.get_window_extent().x0 for one in labels) - left.get_window_extent().x1
+        assert gap > figure.dpi / 25.4  # a millimetre
+        for one in labels:
+            assert float(one.get_text()) == pytest.approx(one.get_position()[1], rel=6e-4)
 
 
 def test_convergence_survives_bad_costs() -> None:

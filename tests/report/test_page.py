@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.report_data import Diagnosis
+from linid.recording.check_findings import Finding
 from linid.report.diagnosis.budget import budget_lines
-from linid.report.diagnosis.content import STATUS_WORDS
-from linid.report.diagnosis.words import in_axis_words
+from linid.report.diagnosis.content import STATUS_WORDS, coordinate_display
+from linid.report.diagnosis.words import in_print
 from linid.report.page.build import page_html
-from linid.report.page.pieces import wrapped
+from linid.report.page.pieces import log_axis, wrapped
+from linid.report.symbols import typeset
 
 from .diagnosis_parts import recordings, traces
 from .diagnosis_samples import SAMPLES, explained
@@ -162,7 +164,7 @@ def test_the_page_needs_no_network_and_is_reproducible() -> None:
 
 def test_the_page_says_what_the_diagnosis_says() -> None:
     for name, make in SAMPLES.items():
-        diagnosis, text = in_axis_words(make()), html.unescape(page_of(name)).replace("<wbr>", "")
+        diagnosis, text = in_print(make()), html.unescape(page_of(name)).replace("<wbr>", "")
         verdict = diagnosis.verdict
         for part in (diagnosis.name, verdict.sentence, verdict.next_experiment, *diagnosis.warnings):
             assert part in text
@@ -172,9 +174,24 @@ def test_the_page_says_what_the_diagnosis_says() -> None:
             for part in (line.label, line.share, line.interval, line.alone, line.missed, line.worsens, line.note):
                 assert part in text
             assert all(one in text for one in line.combinations)
-        assert all(finding.text in text for one in diagnosis.checks for finding in one.findings)
+        assert all(typeset(finding.text) in text for one in diagnosis.checks for finding in one.findings)
         assert ">nan<" not in text.lower()
     assert "0.828 ± 0.011" in page_of("explained")
+
+
+def test_texts_have_the_signs_of_print() -> None:
+    """No power, plus-minus or prime as it is typed, beside those of units and tables."""
+    partly = SAMPLES["partly"]()
+    late = Finding("moves_1", "shift", "note", "the acceleration comes 2 +- 0.3 ms after the input")
+    first = replace(partly.checks[0], findings=(late,))
+    verdict = replace(partly.verdict, next_experiment="Record moves: a tenth of it shows there with 0.1 m/s^2 RMS.")
+    made = replace(partly, checks=(first, *partly.checks[1:]), verdict=verdict)
+    text = page_html(made)
+    body = html.unescape(text[text.index("<main>") : text.index("</main>")])
+    for right in ("0.73 m/s² is known", "2 ± 0.3 ms", "0.1 m/s² RMS", "z′ = (v - |v| z)/L"):
+        assert right in body
+    for typed in ("^", "+-", "z'"):
+        assert typed not in body
 
 
 def test_the_first_screen_names_axis_status_and_answers() -> None:
@@ -221,6 +238,32 @@ def test_pairs_are_maps_or_lines() -> None:
     drawn = plots[0]["data"][0]
     assert len(drawn["z"]) == pair.mean.shape[0] and len(drawn["x"]) == pair.mean.shape[1] + 1
     assert "(N/A)" in plots[1]["layout"]["yaxis"]["title"]["text"]
+
+
+def test_an_angle_of_a_linear_axis_is_drawn_in_rad() -> None:
+    """Where in the field a linear axis is goes from 0 to 2 pi rad, and no length does."""
+    plots = [one["layout"]["xaxis"] for one in figures_of(page_of("partly")) if one["id"].startswith("curve-")]
+    titles = [axis["title"]["text"] for axis in plots]
+    assert "position within two pole pitches (rad)" in titles and "position (mm)" in titles
+    at_rest = coordinate_display(np.array([0.1, 6.2]), "rad")
+    assert (at_rest.factor, at_rest.unit) == (1.0, "rad")
+    assert coordinate_display(np.array([-0.02, 0.05]), "rad/s").unit == "mrad/s"
+    assert coordinate_display(np.array([0.1, 0.7]), "m").unit == "mm"
+
+
+def test_maps_say_what_their_colours_are() -> None:
+    maps = [one["data"][0] for one in figures_of(page_of("partly")) if one["data"][0]["type"] == "heatmap"]
+    assert len(maps) == 3 and {one["colorbar"]["title"]["text"] for one in maps} == {"mean residual (N)"}
+
+
+@pytest.mark.parametrize("decades", [1, 2, 3, 5, 8, 12, 20])
+def test_a_logarithmic_axis_has_few_level_labels(decades: int) -> None:
+    axis = log_axis([1e-5, 1e-5 * 10.0**decades])
+    assert 2 <= len(axis["tickvals"]) <= 7 and axis["tickangle"] == 0
+    assert [float(text) for text in axis["ticktext"]] == pytest.approx(axis["tickvals"])
+    low, high = axis["range"]
+    shown = np.log10(axis["tickvals"])
+    assert np.sum((shown >= low) & (shown <= high)) >= 2
 
 
 def test_no_name_becomes_markup() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from linid.report.diagnosis.budget import budget_lines, closed_words, rest_words, where_words
-from linid.report.diagnosis.content import STATUS_WORDS, before_words, changed, held_out, scale_words
+from linid.report.diagnosis.content import STATUS_WORDS, before_words, changed, findings, held_out, scale_words
 from linid.report.diagnosis.measures import measure_lines, measure_remarks
-from linid.report.diagnosis.words import in_axis_words
+from linid.report.diagnosis.words import in_print
 from linid.report.tables import console_table
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def diagnosis_console(diagnosis: Diagnosis) -> Group:
     from rich.console import Group
     from rich.text import Text
 
-    diagnosis = in_axis_words(diagnosis)
+    diagnosis = in_print(diagnosis)
     verdict = diagnosis.verdict
     status = (STATUS_WORDS[verdict.status], f"bold {_COLOURS[verdict.status]}")
     parts: list[Text | Table] = [Text.assemble((diagnosis.name, "bold"), ": ", status, ". ", verdict.sentence)]
@@ -48,9 +48,7 @@ def diagnosis_console(diagnosis: Diagnosis) -> Group:
 
 
 def _data_warnings(diagnosis: Diagnosis) -> list[str]:
-    from linid.recording.checks import joined_findings
-
-    return [f"{who}: {text}." for level, who, text in joined_findings(diagnosis.checks) if level == "warning"]
+    return [f"{who}: {text}." for level, who, text in findings(diagnosis) if level == "warning"]
 
 
 def _budget(diagnosis: Diagnosis) -> Table:

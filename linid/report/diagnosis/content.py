@@ -10,6 +10,7 @@ import numpy as np
 from linid.physics.wording import fitting_words
 from linid.report.display import Display, display_unit
 from linid.report.numbers import format_number
+from linid.report.symbols import typeset
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis, PairShare, RecordingChange, Share, Tried
@@ -148,14 +149,17 @@ def scale_words(diagnosis: Diagnosis) -> str:
     )
 
 
-def coordinate_display(values: np.ndarray, unit: str, axis: str) -> Display:
-    """The unit for a coordinate: SI lengths and speeds in what reads well, all else as it comes."""
+def coordinate_display(values: np.ndarray, unit: str) -> Display:
+    """The unit for a coordinate's values (n,): lengths, angles and speeds, in SI, in what reads well; all else as it
+    comes. A linear axis has angles too: where in the field it is.
+    """
     finite = np.abs(values[np.isfinite(values)])
     largest = float(np.max(finite)) if finite.size else 0.0
+    kind = "rotary" if unit.startswith("rad") else "linear"
     if unit in ("m", "rad"):
-        return display_unit("position", axis, largest)
+        return display_unit("position", kind, largest)
     if unit in ("m/s", "rad/s"):
-        return display_unit("velocity", axis, largest)
+        return display_unit("velocity", kind, largest)
     return Display(1.0, "" if unit == "1" else unit)
 
 
@@ -201,6 +205,13 @@ def effect_meanings(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
     """(name, one sentence of physics) of the effects in the verdict, as far as the library knows them."""
     from linid.physics.effects.registry import EFFECTS
 
-    known = {effect.name: effect.physics for effect in EFFECTS}
+    known = {effect.name: typeset(effect.physics) for effect in EFFECTS}
     names = dict.fromkeys((*diagnosis.verdict.effects, *diagnosis.verdict.equivalent))
     return tuple((name, fitting_words(known[name], diagnosis.axis, diagnosis.model)) for name in names if name in known)
+
+
+def findings(diagnosis: Diagnosis) -> tuple[tuple[str, str, str], ...]:
+    """What the data themselves show: `note` or `warning`, the recordings, what is found."""
+    from linid.recording.checks import joined_findings
+
+    return tuple((level, who, typeset(text)) for level, who, text in joined_findings(diagnosis.checks))

@@ -22,6 +22,7 @@ from linid.report.diagnosis.content import (
     by_share,
     changed,
     effect_meanings,
+    findings,
     force_word,
     held_out,
     p_words,
@@ -32,7 +33,7 @@ from linid.report.diagnosis.content import (
     tried_rows,
 )
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
-from linid.report.diagnosis.words import in_axis_words
+from linid.report.diagnosis.words import in_print
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> str:
     """The diagnosis as Markdown; pictures: paths of figures relative to the file."""
-    diagnosis = in_axis_words(diagnosis)
+    diagnosis = in_print(diagnosis)
     verdict = diagnosis.verdict
     parts = [
         f"# Diagnosis of {_safe(diagnosis.name)}",
@@ -116,14 +117,11 @@ def _how_far(diagnosis: Diagnosis) -> list[str]:
 
 
 def _checks(diagnosis: Diagnosis) -> list[str]:
-    from linid.recording.checks import CHECKS_LEGEND, checks_table, joined_findings
+    from linid.recording.checks import CHECKS_LEGEND, checks_table
 
     if not diagnosis.checks:
         return []
-    found = [
-        f"- {level.capitalize()}, {_safe(who)}: {_safe(text)}."
-        for level, who, text in joined_findings(diagnosis.checks)
-    ]
+    found = [f"- {level.capitalize()}, {_safe(who)}: {_safe(text)}." for level, who, text in findings(diagnosis)]
     return [
         "## Data checks",
         "\n".join(found) or "Nothing to object to.",

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from linid.report.diagnosis.content import force_display, force_word, number, percent, scaled_display
+from linid.report.diagnosis.content import force_display, force_word, held_out, number, percent, scaled_display
 from linid.report.display import Display
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 AT_FLOOR, WORSE = "at the floor", "worse"
 _SAME = 1e-3  # relative change of a measure that is none
 _TOO_HIGH = 0.7  # of the floor: what the base model misses lies below it by more than a floor is known
+_ABOVE = 0.3  # excess in floors from where a measure is above its own, as a force is for the verdict
+_MOST_OF_IT = 0.9  # of a measure's excess: by the recordings that are named
 _STUCK = 0.2  # of its excess closed, below which a free run has not followed the force
 
 
@@ -123,6 +125,7 @@ def measure_remarks(diagnosis: Diagnosis, changes: Mapping[str, Change]) -> tupl
     )
     said = [f"{'; '.join(labels[name] for name in names)}: {reason}" for names, reason in reasons if names]
     free, closed = changes.get("free_run"), diagnosis.budget.closed
+    above = [name for name, change in known.items() if _excess(change) > _ABOVE * change.floor**2]
     if free is not None and closed > 0.5 and math.isfinite(free.before) and math.isfinite(free.after):
         excess = free.before**2 - free.floor**2
         stuck = excess > 0 and free.before**2 - free.after**2 < _STUCK * excess
@@ -131,4 +134,34 @@ def measure_remarks(diagnosis: Diagnosis, changes: Mapping[str, Change]) -> tupl
                 f"{labels['free_run']}: it hardly follows the {force_word(diagnosis.axis)}, because it adds up every "
                 "small error from a first state that is only partly measured (speed, friction's deflection)."
             )
+            above = [name for name in above if name != "free_run"]
+    if diagnosis.verdict.status in ("none", "explained"):
+        said += [f"{labels[name]}: {_above_floor(diagnosis, name)}" for name in above]
     return tuple(said)
+
+
+def _excess(change: Change) -> float:
+    """What is left of a measure above its floor, squared; 0 where that cannot be said."""
+    excess = change.after**2 - change.floor**2
+    return max(excess, 0.0) if math.isfinite(excess) else 0.0
+
+
+def _above_floor(diagnosis: Diagnosis, measure: str) -> str:
+    """Which recordings keep a measure above its floor, where the verdict, which is on the force, sees no gap."""
+    display, named, told = measure_display(diagnosis, measure), [], 0.0
+    found = [(_excess(one.changes[measure]), one) for one in held_out(diagnosis) if measure in one.changes]
+    whole = sum(excess for excess, _ in found)
+    for excess, one in sorted(found, key=lambda pair: -pair[0]):
+        if told < _MOST_OF_IT * whole:
+            change, told = one.changes[measure], told + excess
+            after, floor = number(change.after * display.factor), number(change.floor * display.factor)
+            named.append((one, f"{one.recording} ({after} {display.unit}, floor {floor} {display.unit})"))
+    text = "above its floor"
+    if measure != "force":
+        text += f"; the verdict is on the residual {force_word(diagnosis.axis)}"
+    text += f". Nearly all of it comes from {', '.join(words for _, words in named)}." if named else "."
+    jumping = [one.recording for one, _ in named if one.jumps and measure != "force"]
+    if jumping:
+        where = "There" if len(jumping) == len(named) else f"In {', '.join(jumping)}"
+        text += f" {where} the input jumps between two samples: when exactly, nobody knows, and the floor lacks that."
+    return text

@@ -7,21 +7,29 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from linid.physics.wording import fitting_words, scaled_unit
+from linid.report.symbols import typeset
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from linid.diagnosis.report_data import Diagnosis, Entry, PairShare
     from linid.identification.result import Estimate
 
 
-def in_axis_words(diagnosis: Diagnosis) -> Diagnosis:
+def in_print(diagnosis: Diagnosis) -> Diagnosis:
+    """The same diagnosis as people read it: `in_axis_words`, its texts with the signs of print."""
+    return in_axis_words(diagnosis, typeset)
+
+
+def in_axis_words(diagnosis: Diagnosis, sign: Callable[[str], str] = str) -> Diagnosis:
     """The same diagnosis with all texts and parameter units as they fit its axis; twice changes nothing more.
 
     Parts of an effect that do not act (of 50 disturbances all but a few) are left out. A measure of an entry without
-    a floor gets that of the whole diagnosis: both are over the held-out recordings.
+    a floor gets that of the whole diagnosis: both are over the held-out recordings. sign: how texts are written.
     """
 
     def say(text: str) -> str:
-        return fitting_words(text, diagnosis.axis, diagnosis.model)
+        return sign(fitting_words(text, diagnosis.axis, diagnosis.model))
 
     def all_of(texts: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(map(say, texts))

@@ -49,14 +49,19 @@ def legend_beside(axes: Any) -> None:
 
 
 def draw_pair(axes: Any, t: Array, measured: Array, simulated: Array, factor: float) -> None:
-    """Measured (blue, wide) below simulated (black, thin), decimated to envelopes, limits ruled by the measured."""
+    """Measured (blue, wide) below simulated (black, thin), decimated to envelopes, limits ruled by the measured.
+
+    t: (n,) s; measured, simulated: (n,) SI, shown times factor.
+    """
     axes.plot(*envelope(t, measured * factor), color=MEASURED, linewidth=2.4, label="measured", zorder=2)
     axes.plot(*envelope(t, simulated * factor), color=MODEL, linewidth=0.7, label="model", zorder=3)
     limit_to_measured(axes, measured * factor, simulated * factor)
 
 
 def draw_error(axes: Any, t: Array, measured: Array, simulated: Array, factor: float, **line: Any) -> None:
-    """Simulated minus measured; a runaway error is cut at the measured span."""
+    """Simulated minus measured; a runaway error is cut at the measured span. t, measured, simulated: (n,) as in
+    `draw_pair`.
+    """
     error = (simulated - measured) * factor
     axes.axhline(0.0, color=MUTED, linewidth=0.5, zorder=1)
     axes.plot(*envelope(t, error), **{"color": ERROR, "linewidth": 0.8, "zorder": 3, **line})
@@ -66,7 +71,7 @@ def draw_error(axes: Any, t: Array, measured: Array, simulated: Array, factor: f
 
 
 def limit_to_measured(axes: Any, measured: Array, simulated: Array) -> None:
-    """Keep the measured line legible when the simulation runs far away."""
+    """Keep the measured line (n,) legible when the simulated one (n,) runs far away; both in the unit shown."""
     low, high = float(np.min(measured)), float(np.max(measured))
     if high - low <= _STILL * max(1.0, abs(high)) and peak(simulated - high) <= _STILL * max(1.0, abs(high)):
         axes.set_ylim(low - 1.0, high + 1.0)  # else rounding noise would fill the panel

@@ -23,6 +23,8 @@ _MARKER_LIMIT = 40
 _DECADE = 10.0  # highest to lowest cost: more is drawn logarithmically
 _FLAT = 1e-3  # of the highest cost: within less, rounding would fill the panel
 _TITLE_COLUMNS = 12
+_GAP_MM = 18.0  # between panels: room for nine characters of a tick label
+_SMALL = 1e-3  # cost below which a power of ten is shorter than zeros
 _NARROWEST = 0.22  # of the widest panel: room for a title and two ticks
 
 
@@ -43,7 +45,7 @@ def convergence_figure(result: FitResult) -> Figure:
         lines_above = max(textwrap.fill(stage, _TITLE_COLUMNS).count("\n") for stage, _ in stages)
         small_print = caption(figure, _remark(result, len(stages)))
         margins = (17.0, 3.0, 10.5 + small_print, 11.0 + 3.5 * lines_above)
-        cells = grid(figure, 1, len(stages), margins=margins, gaps=(15.0, 0.0), widths=widths)
+        cells = grid(figure, 1, len(stages), margins=margins, gaps=(_GAP_MM, 0.0), widths=widths)
         panels: Any = cells.subplots(squeeze=False)[0]
         for axes, (stage, lines) in zip(panels, stages, strict=True):
             _panel(axes, lines)
@@ -71,11 +73,19 @@ def _panel(axes: Any, lines: Sequence[Generation]) -> None:
         axes.yaxis.set_minor_formatter(NullFormatter())
     else:
         axes.yaxis.set_major_locator(MaxNLocator(4))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: format_number(value, 4)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _tick(value)))
     if len(lines) == 1 or (shown.size and np.ptp(shown) < _FLAT * shown.max()):
         axes.margins(x=0.4)
         if shown.size:
             axes.set_ylim(0.98 * shown.min(), 1.02 * shown.max())
+
+
+def _tick(cost: float) -> str:
+    """A cost (1) in at most nine characters: `0.0132`, `4.55e-4`."""
+    if not 0.0 < cost < _SMALL:
+        return format_number(cost, 4)
+    mantissa, exponent = f"{cost:.3e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"
 
 
 def _remark(result: FitResult, stages: int) -> str:

@@ -62,7 +62,9 @@ def currents_figure(
 
 
 def liveliest(t: Array, currents: Array, samples: int = _ZOOM_SAMPLES) -> tuple[float, float]:
-    """The stretch of `samples` samples in which the inputs change most, as (start, end) in s."""
+    """The stretch of `samples` samples in which the inputs change most, as (start, end) in s. t: (n,) s;
+    currents: (3, n) A, or (1, n) of one input.
+    """
     if len(t) <= samples:
         return float(t[0]), float(t[-1])
     change = np.abs(np.diff(currents, axis=1)).sum(axis=0)

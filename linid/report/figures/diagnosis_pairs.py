@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,9 @@ PAIRS_MEANING = (
     "Share of the residual's variance that only both coordinates together explain, beyond any sum of the two alone. "
     "Map: mean in each cell; line: slope in the one coordinate for each value of the other."
 )
+
+
+_LABEL_COLUMNS = (34, 24)  # characters of a label along a panel's width and height
 
 
 def axis_title(label: str, unit: str) -> str:
@@ -69,15 +73,16 @@ def pairs_figure(diagnosis: Diagnosis) -> Figure:
 
 
 def _draw(figure: Figure, axes: Any, diagnosis: Diagnosis, pair: PairShare) -> None:
-    force, x = force_display(diagnosis), coordinate_display(pair.x_edges, pair.x_unit, diagnosis.axis)
+    force, x = force_display(diagnosis), coordinate_display(pair.x_edges, pair.x_unit)
     axes.set_title(pair_title(pair), fontweight="normal")
-    axes.set_xlabel(axis_title(pair.x_label, x.unit))
+    along, up = _LABEL_COLUMNS
+    axes.set_xlabel(textwrap.fill(axis_title(pair.x_label, x.unit), along))
     if pair.form == "proportional":
         axes.axhline(0.0, color=MUTED, linewidth=0.5)
         axes.plot(centres(pair.x_edges) * x.factor, pair_slopes(pair) * force.factor, color=MEASURED)
-        axes.set_ylabel(f"slope in {pair.y_label} ({slope_unit(force.unit, pair)})")
+        axes.set_ylabel(textwrap.fill(f"slope in {pair.y_label} ({slope_unit(force.unit, pair)})", up))
         return
-    y = coordinate_display(pair.y_edges, pair.y_unit, diagnosis.axis)
+    y = coordinate_display(pair.y_edges, pair.y_unit)
     axes.grid(False)
     axes.set_facecolor("#E4E4E4")
     limit = map_limit(pair) * force.factor
@@ -90,5 +95,5 @@ def _draw(figure: Figure, axes: Any, diagnosis: Diagnosis, pair: PairShare) -> N
         vmax=limit,
         rasterized=True,
     )
-    axes.set_ylabel(axis_title(pair.y_label, y.unit))
+    axes.set_ylabel(textwrap.fill(axis_title(pair.y_label, y.unit), up))
     figure.colorbar(mesh, ax=axes, label=f"mean residual ({force.unit})", extend="both", shrink=0.9)

@@ -174,7 +174,7 @@ def curves_figure(diagnosis: Diagnosis) -> Figure:
 
 
 def _curve(axes: Any, diagnosis: Diagnosis, share: Share) -> None:
-    display, force = coordinate_display(share.x, share.unit, diagnosis.axis), force_display(diagnosis)
+    display, force = coordinate_display(share.x, share.unit), force_display(diagnosis)
     x, mean, spread = share.x * display.factor, share.mean * force.factor, 2 * share.spread * force.factor
     axes.axhline(0.0, color=MUTED, linewidth=0.5)
     if len(x) >= FEWEST_OF_CURVE:

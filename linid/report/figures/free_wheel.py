@@ -29,12 +29,16 @@ _LEGEND_LINES = 3  # more would take the curves' room
 
 
 def free_wheel_displacement_figure(traces: Sequence[Trace]) -> Figure:
-    """Displacement since release, in the direction of travel: points measured, line model, error below."""
+    """Displacement since release, in the direction of travel: points measured, line model, error below. Raises
+    DataError where there is none.
+    """
     return _figure(traces, "position", "Free wheels: displacement in the direction of travel", "displacement")
 
 
 def free_wheel_velocity_figure(traces: Sequence[Trace]) -> Figure:
-    """Velocity in the direction of travel: points differentiated position, line model, error below."""
+    """Velocity in the direction of travel: points differentiated position, line model, error below. Raises DataError
+    where there is none.
+    """
     return _figure(traces, "velocity", "Free wheels: velocity in the direction of travel", "velocity")
 
 

@@ -24,7 +24,9 @@ _LETTER_MM = 1.6  # a wide letter of the tick labels
 
 
 def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
-    """Per recording a bar from the floor (tick) to the measure (dot), logarithmic; held-out recordings filled."""
+    """Per recording a bar from the floor (tick) to the measure (dot), logarithmic; held-out recordings filled. Raises
+    DataError where there is none.
+    """
     if not gaps:
         raise DataError("gap figure", "there is no recording to draw", "Give the gap of at least one recording.")
     ahead, force = gap_units(axis)

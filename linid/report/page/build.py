@@ -23,6 +23,7 @@ from linid.report.diagnosis.content import (
     before_words,
     changed,
     effect_meanings,
+    findings,
     force_word,
     held_out,
     pairs_left_out,
@@ -30,7 +31,7 @@ from linid.report.diagnosis.content import (
     tried_rows,
 )
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
-from linid.report.diagnosis.words import in_axis_words
+from linid.report.diagnosis.words import in_print
 from linid.report.figures.diagnosis_pairs import PAIRS_MEANING
 from linid.report.figures.diagnosis_where import map_words
 from linid.report.page.pieces import Plot
@@ -47,7 +48,7 @@ def page_html(diagnosis: Diagnosis) -> str:
     import jinja2
     from plotly.offline import get_plotlyjs
 
-    diagnosis = in_axis_words(diagnosis)
+    diagnosis = in_print(diagnosis)
     folder = files("linid.report.page")
     texts = {name: (folder / name).read_text(encoding="utf-8") for name in ("page.html.j2", "page.css", "page.js")}
     environment = jinja2.Environment(
@@ -89,7 +90,7 @@ def _plots(diagnosis: Diagnosis) -> dict[str, list[Plot]]:
 
 def _words(diagnosis: Diagnosis) -> dict[str, Any]:
     """All texts and tables of the page."""
-    from linid.recording.checks import CHECKS_LEGEND, checks_table, joined_findings
+    from linid.recording.checks import CHECKS_LEGEND, checks_table
 
     measures, meanings = measure_lines(diagnosis, diagnosis.measures), measure_meanings(diagnosis.axis)
     return {
@@ -119,7 +120,7 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "map_words": map_words(diagnosis),
         "checks": checks_table(diagnosis.checks),
         "checks_legend": CHECKS_LEGEND,
-        "findings": joined_findings(diagnosis.checks),
+        "findings": findings(diagnosis),
         "terms": [(m.label, meanings[m.measure]) for m in measures],
         "warnings": diagnosis.warnings,
         "assumptions": (*diagnosis.assumptions, *diagnosis.combinations),

@@ -15,6 +15,7 @@ from linid.report.display import log_limits
 
 DIVERGING = [[0.0, "#053061"], [0.25, "#4393C3"], [0.5, "#F7F7F7"], [0.75, "#D6604D"], [1.0, "#67001F"]]
 _DIGITS = 5
+_MOST_DECADES = 5  # labels of a logarithmic axis that a third of the page has room for
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Plot:
 
 
 def short(values: Sequence[float] | Array, digits: int = _DIGITS) -> list[float | None]:
-    """Numbers with the digits that a screen can show; None where there is none."""
+    """Values (n,) with the digits that a screen can show; None where there is none."""
     return [float(f"{x:.{digits}g}") if math.isfinite(x) else None for x in np.asarray(values, dtype=float).tolist()]
 
 
@@ -39,7 +40,7 @@ def wrapped(name: str, columns: int = 20) -> str:
 
 
 def line(x: Array, y: Array, name: str, colour: str, width: float = 1.6) -> dict[str, Any]:
-    """A line; gaps (nan) stay gaps."""
+    """A line through x (n,), y (n,) in the units of its axes; gaps (nan) stay gaps."""
     return {
         "type": "scatter",
         "mode": "lines",
@@ -52,7 +53,7 @@ def line(x: Array, y: Array, name: str, colour: str, width: float = 1.6) -> dict
 
 
 def band(x: Array, low: Array, high: Array, colour: str, name: str = "") -> dict[str, Any]:
-    """A shaded band between two lines."""
+    """A shaded band over x (n,) between two lines, low (n,) and high (n,), in the units of its axes."""
     good = np.isfinite(low) & np.isfinite(high)
     x, low, high = x[good], low[good], high[good]
     return {
@@ -98,6 +99,11 @@ def base_layout(x: str, y: str, height: int) -> dict[str, Any]:
     }
 
 
+def colour_bar(unit: str) -> dict[str, Any]:
+    """The bar beside a map of the mean residual in the unit."""
+    return {"thickness": 10, "title": {"text": f"mean residual ({unit})", "side": "right"}, "outlinewidth": 0}
+
+
 def small_title(text: str) -> dict[str, Any]:
     """A title above one panel."""
     return {"text": text, "x": 0, "xref": "paper", "y": 0.98, "yanchor": "top", "font": {"size": 13}}
@@ -109,11 +115,19 @@ def _transparent(colour: str) -> str:
 
 
 def log_axis(values: list[float]) -> dict[str, Any]:
-    """A logarithmic axis with ticks at 1, 2, 5 or at decades."""
+    """A logarithmic axis with level labels at 1, 2, 5, at decades or, of many, at every second, third ... of them."""
     low, high = map(math.log10, log_limits(values))
     factors = (1, 2, 5) if high - low < 1 else (1, 3) if high - low < 2 else (1,)
-    ticks = [factor * 10.0**decade for decade in range(math.floor(low), math.ceil(high)) for factor in factors]
-    return {"type": "log", "range": [low, high], "tickvals": short(ticks), "ticktext": [f"{tick:g}" for tick in ticks]}
+    step = math.ceil((high - low) / _MOST_DECADES)
+    decades = [k for k in range(math.floor(low), math.ceil(high)) if k % step == 0]
+    ticks = [factor * 10.0**decade for decade in decades for factor in factors]
+    return {
+        "type": "log",
+        "range": [low, high],
+        "tickvals": short(ticks),
+        "ticktext": [f"{tick:g}" for tick in ticks],
+        "tickangle": 0,
+    }
 
 
 def percent_ticks(values: list[float]) -> list[int]:

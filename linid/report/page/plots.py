@@ -25,6 +25,7 @@ from linid.report.page.pieces import (
     Plot,
     band,
     base_layout,
+    colour_bar,
     line,
     percent_ticks,
     short,
@@ -90,7 +91,7 @@ def map_plots(diagnosis: Diagnosis) -> list[Plot]:
             "zmax": limit,
             "colorscale": DIVERGING,
             "hoverongaps": False,
-            "colorbar": {"thickness": 10, "title": {"text": force.unit, "side": "right"}, "outlinewidth": 0},
+            "colorbar": colour_bar(force.unit),
             "hovertemplate": f"%{{x:.4g}} {position.unit}, %{{y:.3g}} {velocity.unit}<br>"
             f"%{{z:.3g}} {force.unit}<extra></extra>",
         }
@@ -189,7 +190,7 @@ def trace_plot(diagnosis: Diagnosis, trace: ResidualTrace) -> Plot:
 
 
 def _curve(diagnosis: Diagnosis, share: Share, place: int) -> Plot:
-    display, force = coordinate_display(share.x, share.unit, diagnosis.axis), force_display(diagnosis)
+    display, force = coordinate_display(share.x, share.unit), force_display(diagnosis)
     x, mean, spread = share.x * display.factor, share.mean * force.factor, 2 * share.spread * force.factor
     if len(x) >= FEWEST_OF_CURVE:
         data = [band(x, mean - spread, mean + spread, MEASURED), line(x, mean, share.label, MEASURED)]

@@ -22,13 +22,25 @@ from linid.report.diagnosis.content import (
 from linid.report.diagnosis.measures import measure_display, measure_labels
 from linid.report.figures.diagnosis_pairs import axis_title, map_limit, pair_title, slope_unit
 from linid.report.figures.diagnosis_waterfall import colour, limits
-from linid.report.page.pieces import DIVERGING, Plot, base_layout, dots, line, log_axis, short, small_title, wrapped
+from linid.report.page.pieces import (
+    DIVERGING,
+    Plot,
+    base_layout,
+    colour_bar,
+    dots,
+    line,
+    log_axis,
+    short,
+    small_title,
+    wrapped,
+)
 from linid.report.residual_views import centres, pair_slopes
 from linid.report.style import ERROR, MEASURED, MUTED
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis, PairShare
 
+_TITLE_COLUMNS = 32  # of an upright axis title
 _ENDS = ("before", "after", "floor", "low", "high")
 
 
@@ -167,12 +179,12 @@ def measure_plots(diagnosis: Diagnosis) -> list[Plot]:
 
 
 def _pair(diagnosis: Diagnosis, pair: PairShare, place: int) -> Plot:
-    force, x = force_display(diagnosis), coordinate_display(pair.x_edges, pair.x_unit, diagnosis.axis)
+    force, x = force_display(diagnosis), coordinate_display(pair.x_edges, pair.x_unit)
     if pair.form == "proportional":
         data = line(centres(pair.x_edges) * x.factor, pair_slopes(pair) * force.factor, pair.y_label, MEASURED)
-        y_title = f"slope in {pair.y_label}<br>({slope_unit(force.unit, pair)})"
+        y_title = f"slope in {pair.y_label} ({slope_unit(force.unit, pair)})"
     else:
-        y = coordinate_display(pair.y_edges, pair.y_unit, diagnosis.axis)
+        y = coordinate_display(pair.y_edges, pair.y_unit)
         limit, y_title = map_limit(pair) * force.factor, axis_title(pair.y_label, y.unit)
         data = {
             "type": "heatmap",
@@ -183,10 +195,10 @@ def _pair(diagnosis: Diagnosis, pair: PairShare, place: int) -> Plot:
             "zmax": limit,
             "colorscale": DIVERGING,
             "hoverongaps": False,
-            "colorbar": {"thickness": 10, "title": {"text": force.unit, "side": "right"}, "outlinewidth": 0},
+            "colorbar": colour_bar(force.unit),
             "hovertemplate": f"%{{x:.4g}} {x.unit}, %{{y:.3g}} {y.unit}<br>%{{z:.3g}} {force.unit}<extra></extra>",
         }
-    layout = base_layout(axis_title(pair.x_label, x.unit), y_title, 330)
+    layout = base_layout(axis_title(pair.x_label, x.unit), wrapped(y_title, _TITLE_COLUMNS), 330)
     layout |= {"showlegend": False, "title": small_title(pair_title(pair))}
     layout["margin"] |= {"t": 34}
     if pair.form == "table":

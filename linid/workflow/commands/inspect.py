@@ -36,7 +36,8 @@ def inspect_path(
 
     plot: PNG of what was understood; campaign: where the proposed campaign goes (None: it is only shown).
 
-    Exit code 4 when the file cannot be fitted as it is. Raises DataError when no table of numbers can be read.
+    Exit code 4 when the file cannot be fitted as it is. Raises DataError when no table of numbers can be read,
+    UsageError for options that do not suit and files that are in the way.
     """
     from linid.recording import (
         ChannelMapping,
@@ -161,7 +162,8 @@ def _checks_summary(checks: Sequence[RecordingChecks]) -> dict[str, Any]:
 
 def _checks(checks: Sequence[RecordingChecks]) -> tuple[Any, ...]:
     """What is printed of the checks: a table, a line on how to read it, and the findings."""
-    from linid.recording import CHECKS_LEGEND, checks_table, joined_findings
+    from linid.recording.checks import checks_legend, checks_table, joined_findings
+    from linid.report.symbols import typeset
 
     if not checks:
         return ()
@@ -173,8 +175,8 @@ def _checks(checks: Sequence[RecordingChecks]) -> tuple[Any, ...]:
         table.add_column(header[k], overflow="fold", justify="left" if first else "right", min_width=17 if first else 5)
     for row in rows:
         table.add_row(*(row[k] for k in told))
-    said = [f"{level.upper()} {where}: {text}." for level, where, text in joined_findings(checks)]
-    return (table, CHECKS_LEGEND, *(said or ["Nothing to object to."]))
+    said = [f"{level.upper()} {where}: {typeset(text)}." for level, where, text in joined_findings(checks)]
+    return (table, checks_legend([header[k] for k in told]), *(said or ["Nothing to object to."]))
 
 
 def _plain(value: Any) -> Any:
