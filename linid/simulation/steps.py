@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from linid.physics.friction import gliding_step, lugre_step, stribeck, stribeck_fall
-from linid.simulation.binding import compiled, inlined
+from linid.simulation.binding import inlined
 from linid.simulation.course import FINEST, AxisState, inputs_then
 from linid.simulation.forces import (
     advance_states,
