@@ -70,12 +70,12 @@ def fit(
 ) -> Fit:
     """Identify a model on the recordings of a campaign that are to be fitted.
 
-    model: friction (free wheels), force, sine (paper, 31 and 44) or theta (39 and 45); start: an earlier fit for first
-    values (None: the free wheels of the campaign are fitted first); winding: star or separate to identify a motor's
-    windings too, from phase voltages; jobs: threads, which never change a result; progress(stage, done, total, best
-    cost): called as the search goes on; observer: does the stages of the fit in place of `progress`, to keep their
-    states and results (see `FitObserver`); settings: as in `--config` (`effects`, `known` and `bounds` in SI by
-    parameter name, `seed`, `objective`, `method`, `profiles` ...).
+    model: friction (free wheels), force, sine (paper, 31 and 44), theta (39 and 45) or a motor of another package;
+    start: an earlier fit for first values (None: the free wheels of the campaign are fitted first); winding: star or
+    separate to identify a motor's windings too, from phase voltages; jobs: threads, which never change a result;
+    progress(stage, done, total, best cost): called as the search goes on; observer: does the stages of the fit in
+    place of `progress`, to keep their states and results (see `FitObserver`); settings: as in `--config` (`effects`,
+    `known` and `bounds` in SI by parameter name, `seed`, `objective`, `method`, `profiles` ...).
     Returns a Fit. Raises UsageError, ConfigError or DataError.
     """
     kind = _model_kind(model, winding)
@@ -92,9 +92,9 @@ def _model_kind(model: str, winding: str) -> ModelKind:
         raise UsageError("model", f"there is no model {model!r}", f"Choose one of {', '.join(MOTORS)}.")
     if winding not in WINDING_CODES:
         raise UsageError("winding", f"there is no connection {winding!r}", "Choose star or separate.")
-    if winding and not MOTORS[model].phases:
+    if winding and not MOTORS[model].periodic:
         raise UsageError("winding", "needs a model of the phases", "Take the model sine or theta.")
-    return model  # type: ignore[return-value]
+    return model
 
 
 class _Alone:
@@ -186,7 +186,7 @@ def diagnose(
     from linid.diagnosis.diagnose import diagnose as find_effects
     from linid.diagnosis.means import Means
 
-    kind: ModelKind = base_kind(campaign.recordings) if model is None else model  # type: ignore[assignment]
+    kind = base_kind(campaign.recordings) if model is None else model
     with one_thread():
         found = find_effects(
             campaign.name,

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from linid.arrays import Array
-from linid.recording.recording import Axis, Campaign, Kind, Reading, Recording, Split, in_order
+from linid.recording.recording import Axis, Kind, Reading, RecordedCampaign, Recording, Split, in_order
 
 if TYPE_CHECKING:
     from linid.recording.campaign import is_campaign, read_campaign
@@ -54,7 +54,6 @@ __all__ = [
     "CHECKS_LEGEND",
     "Array",
     "Axis",
-    "Campaign",
     "ChannelMapping",
     "ChannelSpec",
     "CoastDown",
@@ -62,6 +61,7 @@ __all__ = [
     "Inspection",
     "Kind",
     "Reading",
+    "RecordedCampaign",
     "Recording",
     "RecordingChecks",
     "Split",

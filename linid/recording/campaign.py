@@ -16,7 +16,7 @@ from linid.former_names import with_present_keys
 from linid.recording.mapping import ChannelMapping
 from linid.recording.names import plain
 from linid.recording.read import read_recording
-from linid.recording.recording import Axis, Campaign, Kind, Recording, Split, in_order
+from linid.recording.recording import Axis, Kind, RecordedCampaign, Recording, Split, in_order
 
 Comment = str | list[str] | None
 
@@ -61,7 +61,7 @@ def is_campaign(path: str | Path) -> bool:
     return Path(path).suffix.lower() in (".yaml", ".yml")
 
 
-def read_campaign(path: str | Path) -> Campaign:
+def read_campaign(path: str | Path) -> RecordedCampaign:
     """Read a campaign and all its recordings (files are relative to the YAML file).
 
     Raises ConfigError for the YAML itself and for missing or repeated files, DataError for a bad recording.
@@ -77,7 +77,7 @@ def read_campaign(path: str | Path) -> Campaign:
         replace(_read(entry, config, folder, name, source, index), repeat_of=first)
         for index, (entry, name, first) in enumerate(zip(config.recordings, names, repeats, strict=True))
     )
-    return Campaign(
+    return RecordedCampaign(
         plain(config.name or source.path.parent.resolve().name) or "campaign",
         config.axis,
         in_order(recordings),

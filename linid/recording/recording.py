@@ -131,7 +131,7 @@ def in_order(recordings: Iterable[Recording]) -> tuple[Recording, ...]:
 
 
 @dataclass(frozen=True)
-class Campaign:
+class RecordedCampaign:
     """Recordings of one axis with what is known about it (`known`: parameter name -> SI value)."""
 
     name: str

@@ -11,7 +11,7 @@ from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import Scheme, course_of, task_of
+from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
     advance_states,
     axis_of,
@@ -39,7 +39,7 @@ PIECES = 8
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
 
 
-class Motion(NamedTuple):
+class MeasuredMotion(NamedTuple):
     """A measured motion: y (n,) in m and v (n,) in m/s, smoothed; standstill: (n,) true where the axis rests, and its
     bristle balances the other forces; wanted: (n,) where the bristle is, or empty for everywhere."""
 
@@ -49,7 +49,7 @@ class Motion(NamedTuple):
     wanted: Any
 
 
-class Found(NamedTuple):
+class AlongTraces(NamedTuple):
     """Where results land, (candidates, samples) of all tasks, (samples,) of one.
 
     a: m/s^2, mean of the acceleration over both neighbouring intervals with triangular weights, as second differences
@@ -254,15 +254,15 @@ def between(terms, axis, course, motion, k, currents, before):
 
 
 @allocating
-def along_one(terms, candidates, task, motion, w, kept, found):
+def along_one(terms, candidates, stretch, motion, w, kept, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
     w: start deflection in m, nan if not given; kept: places of the hidden states that are wanted.
     """
-    axis = axis_of(terms, candidates, task)
-    bristles = bristles_of(terms, axis, task.added_mass)
-    course = course_of(terms, axis, task, Scheme(True, task.params[0:0], 1, 0.0), task.params[0:0])
-    acts, on, dt, count, y, v = terms.acts, axis.on, task.dt, task.count, motion.y, motion.v
+    axis = axis_of(terms, candidates, stretch)
+    bristles = bristles_of(terms, axis, stretch.added_mass)
+    course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0), stretch.params[0:0])
+    acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     sigma_0, sigma_1, sigma_2, mass = bristles.sigma_0, bristles.sigma_1, bristles.sigma_2, bristles.mass
     resistance = Resistance(1.0, 1.0, 0.0)
     last = before_last = mean = late = force = 0.0
@@ -282,7 +282,7 @@ def along_one(terms, candidates, task, motion, w, kept, found):
             if back > k:
                 k = back
                 w = math.copysign(bristles.coulomb / sigma_0, v[k])
-        t = task.t_start + k * dt
+        t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, k, count)
         if k == 0:
             w = begun(terms, axis, bristles, course, motion, currents, w)
@@ -334,11 +334,11 @@ def along_tasks_with(terms: Bundle) -> Any:
             along_one(
                 terms,
                 candidates,
-                task_of(candidates, inputs, candidate, r, 0, b - a),
-                Motion(motion.y[a:b], motion.v[a:b], motion.standstill[a:b], wanted),
+                stretch_of(candidates, inputs, candidate, r, 0, b - a),
+                MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
-                Found(
+                AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],
                     found.states[candidate, a:b] if found.states.size > 0 else found.states[0, 0:0],

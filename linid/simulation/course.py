@@ -1,4 +1,4 @@
-"""What the kernels take and pass on: candidates, tasks and how to go through them, as named tuples."""
+"""What the kernels take and pass on: candidates, stretches of recordings, the way through them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Traces(NamedTuple):
     currents: Any
 
 
-class Task(NamedTuple):
+class Stretch(NamedTuple):
     """One candidate over one stretch of a recording: `count` samples from sample `first`.
 
     params: (VECTOR_SIZE,) SI; coefficients: (n - 1, 4, 4) splines of the inputs and of the measured position; t_start,
@@ -110,9 +110,9 @@ class AxisState(NamedTuple):
 
 
 @allocating  # as it hands on arrays
-def task_of(candidates, inputs, candidate, r, first, count):
-    """The task of a candidate over `count` samples of recording r from sample `first`."""
-    return Task(
+def stretch_of(candidates, inputs, candidate, r, first, count):
+    """A candidate over `count` samples of recording r from sample `first`."""
+    return Stretch(
         candidates.params[candidate],
         inputs.powered[r],
         inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]],
@@ -127,17 +127,17 @@ def task_of(candidates, inputs, candidate, r, first, count):
 
 
 @allocating
-def course_of(terms, axis, task, scheme, forces):
-    """The way through the task's recording."""
+def course_of(terms, axis, stretch, scheme, forces):
+    """The way through the recording."""
     return Course(
-        task.t_start,
-        task.dt,
+        stretch.t_start,
+        stretch.dt,
         scheme.substeps,
-        task.dt / (scheme.substeps << FINEST),
+        stretch.dt / (scheme.substeps << FINEST),
         total_delay(terms, axis),
         scheme.guided,
         scheme.tolerance,
-        task.coefficients,
+        stretch.coefficients,
         forces,
     )
 
@@ -151,8 +151,8 @@ def inputs_then(terms, axis, course, n, x, back):
 
 
 @inlined
-def first_inputs(terms, axis, course, task):
+def first_inputs(terms, axis, course, stretch):
     """The three inputs at the first sample; none where there is no interval to act in."""
-    if axis.powered and task.count > 1:
-        return inputs_then(terms, axis, course, task.first, 0.0, 0.0)
+    if axis.powered and stretch.count > 1:
+        return inputs_then(terms, axis, course, stretch.first, 0.0, 0.0)
     return 0.0, 0.0, 0.0

@@ -57,15 +57,15 @@ def work_vector(params, record, elapsed):
 
 
 @allocating
-def axis_of(terms, candidates, task):
-    """The axis of one task; its parameters are copied where effects need room for their states."""
+def axis_of(terms, candidates, stretch):
+    """The axis of one candidate; its parameters are copied where effects need room for their states."""
     on = candidates.on & terms.chosen | terms.always
-    p = task.params
+    p = stretch.params
     if on & terms.acts.any:
-        p = work_vector(task.params, task.record, task.elapsed)
+        p = work_vector(stretch.params, stretch.record, stretch.elapsed)
     table = np.zeros((3, MAX_HARMONICS))
     harmonics, wavenumber, phase = terms.motor.prepare(candidates.motor, p, table)
-    return Axis(on, task.powered, candidates.motor, harmonics, wavenumber, phase, p, table)
+    return Axis(on, stretch.powered, candidates.motor, harmonics, wavenumber, phase, p, table)
 
 
 @inlined

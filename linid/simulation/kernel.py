@@ -14,7 +14,7 @@ from linid.physics.friction import glide_weights
 from linid.physics.model import STATE_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, task_of
+from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
 from linid.simulation.forces import (
     axis_of,
     bristles_of,
@@ -112,28 +112,28 @@ def after(done, middle):
 
 
 @allocating
-def simulate_one(terms, candidates, task, start, kept, scheme, forces, out):
-    """Simulate one task; returns the number of internal steps.
+def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
+    """Simulate one stretch; returns the number of internal steps.
 
     start: y, v, w and, if given, the hidden states number `kept`; forces: the motor's at the ends and middles of all
     base steps of the recording, or empty; out: y (count,) in m, v (count,) in m/s or empty if not wanted. A diverged
     run is nan from there on.
     """
     y_out, v_out = out
-    axis = axis_of(terms, candidates, task)
-    bristles = bristles_of(terms, axis, task.added_mass)
-    course = course_of(terms, axis, task, scheme, forces)
+    axis = axis_of(terms, candidates, stretch)
+    bristles = bristles_of(terms, axis, stretch.added_mass)
+    course = course_of(terms, axis, stretch, scheme, forces)
     whole = scheme.substeps << FINEST
     borders = borders_of(terms, axis, bristles)
-    t_first = task.t_start + task.first * task.dt
-    currents = first_inputs(terms, axis, course, task)
+    t_first = stretch.t_start + stretch.first * stretch.dt
+    currents = first_inputs(terms, axis, course, stretch)
     motion = started(terms, axis, bristles, t_first, start, kept, currents)
     followed = False  # the bristle, where fast sliding turned out to end
     glide, glide_h = (1.0, 0.5, 1.0 / 6.0), 0.0  # how fast sliding decays over a step of that length
     write_sample(terms, axis, 0, t_first, motion, y_out, v_out)
     steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
-    for k in range(task.count - 1):
-        n = task.first + k
+    for k in range(stretch.count - 1):
+        n = stretch.first + k
         done = 0
         if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
             done = whole
@@ -161,17 +161,17 @@ def simulate_one(terms, candidates, task, start, kept, scheme, forces, out):
         if diverged(motion):
             no_samples(k + 1, y_out, v_out)
             return steps
-        write_sample(terms, axis, k + 1, task.t_start + n * task.dt + task.dt, motion, y_out, v_out)
+        write_sample(terms, axis, k + 1, stretch.t_start + n * stretch.dt + stretch.dt, motion, y_out, v_out)
     return steps
 
 
 @allocating
-def fill(terms, candidates, candidate, inputs, r, scheme, stretch, filled):
+def fill(terms, candidates, candidate, inputs, r, scheme, points, filled):
     """Have the motor's forces for a stretch of recording r: overlapping stretches share what is known already.
 
-    stretch: from and to which of the recording's points.
+    points: from and to which of the recording's points.
     """
-    start, stop = stretch
+    start, stop = points
     pieces = 2 * scheme.substeps
     owner = candidate * inputs.powered.size + r
     known_from, known_to = filled.start, filled.stop
@@ -211,15 +211,15 @@ def simulate_tasks_with(terms: Bundle) -> Any:
             r, first, count = segments.recording[s], segments.first[s], segments.count[s]
             forces = filled.forces[0:0]
             if longest > 0 and inputs.powered[r]:
-                stretch = (pieces * first, pieces * (first + count - 1) + 1)
-                filled = fill(terms, candidates, candidate, inputs, r, scheme, stretch, filled)
+                points = (pieces * first, pieces * (first + count - 1) + 1)
+                filled = fill(terms, candidates, candidate, inputs, r, scheme, points, filled)
                 forces = filled.forces
-            task = task_of(candidates, inputs, candidate, r, first, count)
+            stretch = stretch_of(candidates, inputs, candidate, r, first, count)
             a = out.offsets[s]
             b = a + count
             traces = (out.y[candidate, a:b], out.v[candidate, a:b] if out.v.size > 0 else out.v[0, 0:0])
             start = starts.values[candidate, s]
-            steps += simulate_one(terms, candidates, task, start, starts.kept, scheme, forces, traces)
+            steps += simulate_one(terms, candidates, stretch, start, starts.kept, scheme, forces, traces)
         return steps
 
     return simulate_tasks

@@ -18,7 +18,7 @@ from linid.physics.friction import lugre_step
 from linid.physics.model import WINDING_START
 from linid.simulation.binding import allocating, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, inputs_then, task_of
+from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, inputs_then, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, emf_constants, pushed_force
 from linid.simulation.kernel import after, diverged, no_samples, started, write_sample
 from linid.simulation.steps import impulse, predicted, reach_of, resisting, settled, to_the_end, to_the_middle
@@ -271,20 +271,20 @@ def _write_currents(k, currents, i_out):
 
 
 @allocating
-def simulate_one(terms, candidates, task, start, i_start, kept, scheme, out):
-    """Simulate one task; returns the number of internal steps.
+def simulate_one(terms, candidates, stretch, start, i_start, kept, scheme, out):
+    """Simulate one stretch; returns the number of internal steps.
 
     i_start: (3,) A, nan where not given; out: y and v as in `kernel.simulate_one`, and currents (3, count) in A or
     empty if not wanted; the rest as there.
     """
     y_out, v_out, i_out = out
-    axis = axis_of(terms, candidates, task)
-    bristles = bristles_of(terms, axis, task.added_mass)
-    course = course_of(terms, axis, task, scheme, y_out[0:0])
+    axis = axis_of(terms, candidates, stretch)
+    bristles = bristles_of(terms, axis, stretch.added_mass)
+    course = course_of(terms, axis, stretch, scheme, y_out[0:0])
     windings = windings_of(candidates, axis)
     whole = scheme.substeps << FINEST
-    t = task.t_start + task.first * task.dt
-    voltages = first_inputs(terms, axis, course, task)
+    t = stretch.t_start + stretch.first * stretch.dt
+    voltages = first_inputs(terms, axis, course, stretch)
     constants = emf_constants(terms, axis, t, start[0], start[1], voltages)
     flow = first_flow(windings, axis, voltages, constants, start[1], i_start)
     currents = phases(flow.current[0], flow.current[1], flow.current[2])
@@ -292,8 +292,8 @@ def simulate_one(terms, candidates, task, start, i_start, kept, scheme, out):
     steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
     write_sample(terms, axis, 0, t, motion, y_out, v_out)
     _write_currents(0, motion.currents, i_out)
-    for k in range(task.count - 1):
-        n = task.first + k
+    for k in range(stretch.count - 1):
+        n = stretch.first + k
         done = 0
         while done < whole:
             place = Place(n, done, halvings)
@@ -302,10 +302,10 @@ def simulate_one(terms, candidates, task, start, i_start, kept, scheme, out):
             steps += 1
         if diverged(motion):
             no_samples(k + 1, y_out, v_out)
-            for rest in range(k + 1, task.count):
+            for rest in range(k + 1, stretch.count):
                 _write_currents(rest, (np.nan, np.nan, np.nan), i_out)
             return steps
-        write_sample(terms, axis, k + 1, task.t_start + n * task.dt + task.dt, motion, y_out, v_out)
+        write_sample(terms, axis, k + 1, stretch.t_start + n * stretch.dt + stretch.dt, motion, y_out, v_out)
         _write_currents(k + 1, motion.currents, i_out)
     return steps
 
@@ -320,16 +320,17 @@ def simulate_tasks_with(terms: Bundle) -> Any:
         for number in range(begin, end):
             candidate = number // count_of_segments
             s = number % count_of_segments
-            task = task_of(candidates, inputs, candidate, segments.recording[s], segments.first[s], segments.count[s])
+            r, first, count = segments.recording[s], segments.first[s], segments.count[s]
+            stretch = stretch_of(candidates, inputs, candidate, r, first, count)
             a = out.offsets[s]
-            b = a + task.count
+            b = a + count
             traces = (
                 out.y[candidate, a:b],
                 out.v[candidate, a:b] if out.v.size > 0 else out.v[0, 0:0],
                 out.currents[candidate, :, a:b] if out.currents.size > 0 else out.currents[0],
             )
             start, i_start = starts.values[candidate, s], starts.currents[candidate, s]
-            steps += simulate_one(terms, candidates, task, start, i_start, starts.kept, scheme, traces)
+            steps += simulate_one(terms, candidates, stretch, start, i_start, starts.kept, scheme, traces)
         return steps
 
     return simulate_tasks

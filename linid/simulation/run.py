@@ -15,7 +15,7 @@ from linid.arrays import Array, Integers
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.model import Model
-from linid.simulation.along import Found, Motion
+from linid.simulation.along import AlongTraces, MeasuredMotion
 from linid.simulation.compiled import Kernel, load_kernel
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
@@ -185,13 +185,13 @@ class Simulator:
         kernel, inputs, candidates, kept = self._kernel(), self.inputs, self._candidates(params), self._kept
         shape = (params.shape[0], y.size)
         reads = any(find_effect(name).sensor is not None for name in self.model.effects)
-        found = Found(
+        found = AlongTraces(
             np.empty(shape) if acceleration else np.empty((1, 0)),
             np.empty(shape) if wanted is None else np.full(shape, np.nan),
             np.empty((*shape, kept.size) if kept.size else (1, 0, 0)),
             np.empty(shape) if reads else np.empty((1, 0)),
         )
-        motion = Motion(y, v, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted)
+        motion = MeasuredMotion(y, v, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted)
 
         def work(piece: tuple[int, int]) -> int:
             kernel.along_tasks(candidates, inputs, motion, start_w, kept, *piece, found)

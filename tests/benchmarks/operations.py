@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from linid.physics import friction
-from linid.simulation.course import Candidates, Scheme, Task
+from linid.simulation.course import Candidates, Scheme, Stretch
 from linid.simulation.kernel import simulate_one
 from linid.simulation.terms import terms_of
 from tests.plain import Plain
@@ -124,10 +124,10 @@ def simulate(kernel: Callable[..., int], segment: dict[str, Any], y_out: Any) ->
     """Run one segment of `tests.benchmarks.kernel.Case.separate`; returns the internal steps. y_out: (count,) m."""
     candidates = Candidates(segment["params"], segment["motor"], 0, 0)
     first = (segment["params"], segment["powered"], segment["coefficients"], segment["zero"], segment["dt"])
-    task = Task(*first, 0, len(y_out), segment["added_mass"], 0.0, 0.0)
+    stretch = Stretch(*first, 0, len(y_out), segment["added_mass"], 0.0, 0.0)
     scheme = Scheme(False, np.empty((4, 0)), segment["substeps"], segment["tolerance"])
     kept, forces, out = np.empty(0, dtype=np.int64), np.empty(0), (y_out, np.empty(0))
-    return int(kernel(candidates, task, segment["start"], kept, scheme, forces, out))
+    return int(kernel(candidates, stretch, segment["start"], kept, scheme, forces, out))
 
 
 def count(segments: list[dict[str, Any]], cost: dict[str, float]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import STATE_PLACES, STATE_SIZE, STATE_START, Model
 from linid.recording.recording import Recording
 from linid.simulation import along, forces, kernel, splines_at, steps
-from linid.simulation.course import FINEST, AxisState, Candidates, Course, Place, Scheme, Task
+from linid.simulation.course import FINEST, AxisState, Candidates, Course, Place, Scheme, Stretch
 from linid.simulation.forces import Axis, Bristles
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import REVERSAL_TOLERANCE, Simulator, whole_recordings
@@ -147,8 +147,8 @@ def test_compiled_and_plain_simulations_are_the_same(effects: tuple[str, ...]) -
     plain = Plain()
     candidates = Candidates(model.vector(values)[None], model.motor, model.mask, 0)
     first = (model.vector(values), True, inputs.coefficients, 0.0, inputs.dts[0], 0, t.size, 0.0)
-    task = Task(*first, inputs.records[0], inputs.elapsed[0])
+    stretch = Stretch(*first, inputs.records[0], inputs.elapsed[0])
     kept, scheme = np.array(model.states, dtype=int), Scheme(False, np.empty((4, 0)), 2, REVERSAL_TOLERANCE / 4.0)
     out = (y, np.zeros(0))
-    plain.of(kernel.simulate_one)(plain.of(terms_of()), candidates, task, start, kept, scheme, np.zeros(0), out)
+    plain.of(kernel.simulate_one)(plain.of(terms_of()), candidates, stretch, start, kept, scheme, np.zeros(0), out)
     assert np.max(np.abs(y - compiled)) < 1e-12 * np.max(np.abs(y))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from linid.arrays import Array
 from linid.challenge.kernel.friction import walked
-from linid.challenge.kernel.inputs import Motion, Plant
+from linid.challenge.kernel.inputs import Plant, PlantState
 from linid.challenge.kernel.layout import (
     CABLE,
     CABLE_FORCE,
@@ -40,7 +40,7 @@ class Coupling(NamedTuple):
 
 
 @inlined
-def extra_force(s: Motion, hidden: Array, t: float, p: Plant) -> float:
+def extra_force(s: PlantState, hidden: Array, t: float, p: Plant) -> float:
     """Forces in N that neither motor nor guideway friction cause; hidden: (HIDDEN,) states, t: s."""
     y, v = s.y, s.v
     n, force, pole = p.number, 0.0, 2.0 * p.density * y

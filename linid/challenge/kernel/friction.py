@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from linid.arrays import Array
-from linid.challenge.kernel.inputs import Motion, Plant
+from linid.challenge.kernel.inputs import Plant, PlantState
 from linid.challenge.kernel.layout import (
     ACCELERATION_FRICTION,
     ASYMMETRY,
@@ -115,7 +115,7 @@ def slip(slips: Array, travel: float, g: float, p: Plant) -> None:
 
 @inlined
 def resistance(
-    s: Motion, travel: float, g: float, viscous: float, slips: Array, p: Plant
+    s: PlantState, travel: float, g: float, viscous: float, slips: Array, p: Plant
 ) -> tuple[float, float, float]:
     """Friction force in N, rate of the bristle in m/s and lost power in W; travel in m since the deflections slips
     (ELEMENTS,) in m, g: sliding force in N, viscous: friction in N s/m.

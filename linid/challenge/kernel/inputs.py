@@ -67,7 +67,7 @@ class Orders(NamedTuple):
     path: Array
 
 
-class Motion(NamedTuple):
+class PlantState(NamedTuple):
     """Where the axis stands: y in m, v in m/s, bristle w in m, q-current in A, and the bristle of the base model in m;
     work done on the axis and loss by friction in J."""
 

@@ -14,7 +14,7 @@ from numba import njit
 
 from linid.arrays import Array
 from linid.challenge.kernel.friction import plain_sliding, sliding, slip, steady_bristle
-from linid.challenge.kernel.inputs import Memory, Motion, Orders, Plant
+from linid.challenge.kernel.inputs import Memory, Orders, Plant, PlantState
 from linid.challenge.kernel.layout import (
     ACCELERATION,
     BASE_ACCELERATION,
@@ -50,7 +50,7 @@ Integrate = Callable[[Plant, "DriveParameters", Orders, float, float, int, int],
 
 
 @compiled
-def _start(y0: float, v0: float, memory: Memory, p: Plant) -> Motion:
+def _start(y0: float, v0: float, memory: Memory, p: Plant) -> PlantState:
     """The motion at the start, hidden states and elements with it; a moving axis has its bristles at their steady
     deflection."""
     w = base_w = 0.0
@@ -64,11 +64,11 @@ def _start(y0: float, v0: float, memory: Memory, p: Plant) -> Motion:
         if p.law == MAXWELL:
             slip(memory.slips, side, w * p.sigma_0 * side, p)
             slip(memory.base_slips, side, base_w * p.sigma_0 * side, p)
-    return Motion(y0, v0, w, 0.0, base_w, 0.0, 0.0)
+    return PlantState(y0, v0, w, 0.0, base_w, 0.0, 0.0)
 
 
 @inlined
-def _read(s: Motion, slack: float, p: Plant) -> tuple[float, float]:
+def _read(s: PlantState, slack: float, p: Plant) -> tuple[float, float]:
     """Position in m and velocity in m/s that the drive reads; slack: -1 to 1, of the encoder's play."""
     y, v = s.y, s.v
     if p.on & 1 << ENCODER:
@@ -81,7 +81,7 @@ def _read(s: Motion, slack: float, p: Plant) -> tuple[float, float]:
 
 @inlined
 def _controlled(
-    s: Motion, slack: float, told: Orders, loop: int, integral: float, d: DriveParameters, p: Plant
+    s: PlantState, slack: float, told: Orders, loop: int, integral: float, d: DriveParameters, p: Plant
 ) -> tuple[float, float]:
     """q-current reference and new integral in A; the integral stops while the current is limited."""
     y_read, v_read = _read(s, slack, p)
@@ -93,7 +93,7 @@ def _controlled(
 
 
 @inlined
-def _note(row: Array, s: Motion, push: float, memory: Memory, p: Plant) -> None:
+def _note(row: Array, s: PlantState, push: float, memory: Memory, p: Plant) -> None:
     """Log what is known before a step is made."""
     row[Y], row[V], row[W], row[IQ], row[WORK], row[LOSS], row[BASE_W] = s.y, s.v, s.w, s.i_q, s.work, s.loss, s.base_w
     for k in range(HIDDEN):

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from linid.arrays import Array
-from linid.challenge.kernel.inputs import Motion, Plant
+from linid.challenge.kernel.inputs import Plant, PlantState
 from linid.challenge.kernel.layout import (
     DELAY,
     ENCODER,
@@ -98,7 +98,7 @@ def with_offsets(force: float, y: float, p: Plant) -> float:
 
 
 @inlined
-def motor_factor(s: Motion, hidden: Array, p: Plant) -> float:
+def motor_factor(s: PlantState, hidden: Array, p: Plant) -> float:
     """What is left of the thrust per ampere, a factor; hidden: (HIDDEN,) states."""
     n, factor = p.number, 1.0
     if p.on & 1 << SATURATION:
@@ -117,7 +117,7 @@ def motor_factor(s: Motion, hidden: Array, p: Plant) -> float:
 
 
 @inlined
-def motor_force(s: Motion, field: Field, hidden: Array, p: Plant) -> float:
+def motor_force(s: PlantState, field: Field, hidden: Array, p: Plant) -> float:
     """Thrust in N with the axis a step or less away from field.y0; hidden: (HIDDEN,) states."""
     thrust = 0.0
     if field.late or s.i_q != 0.0:

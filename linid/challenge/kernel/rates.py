@@ -8,7 +8,7 @@ from typing import NamedTuple
 from linid.arrays import Array
 from linid.challenge.kernel.forces import Coupling, coupling_of, extra_force
 from linid.challenge.kernel.friction import drifted, plain_bristle_rate, plain_sliding, resistance, sliding, slipped
-from linid.challenge.kernel.inputs import Memory, Motion, Plant
+from linid.challenge.kernel.inputs import Memory, Plant, PlantState
 from linid.challenge.kernel.layout import (
     ACCELERATION_FRICTION,
     CABLE,
@@ -57,7 +57,7 @@ class Rates(NamedTuple):
 
 
 @inlined
-def rates(s: Motion, now: Moment, field: Field, memory: Memory, p: Plant) -> Rates:
+def rates(s: PlantState, now: Moment, field: Field, memory: Memory, p: Plant) -> Rates:
     """Rates of the states at memory.stage; those of the hidden states go into memory.rate."""
     hidden = memory.stage
     thrust = motor_force(s, field, hidden, p)
@@ -83,7 +83,7 @@ def rates(s: Motion, now: Moment, field: Field, memory: Memory, p: Plant) -> Rat
 
 
 @inlined
-def _hidden_rates(s: Motion, moved: float, coupling: Coupling, memory: Memory, p: Plant) -> None:
+def _hidden_rates(s: PlantState, moved: float, coupling: Coupling, memory: Memory, p: Plant) -> None:
     """Rates of the hidden states of a forcer with the acceleration `moved` in m/s^2, into memory.rate."""
     n, hidden, out = p.number, memory.stage, memory.rate
     if p.on & 1 << THERMAL:
@@ -102,7 +102,7 @@ def _hidden_rates(s: Motion, moved: float, coupling: Coupling, memory: Memory, p
 
 
 @compiled
-def base_acceleration(s: Motion, push: float, slips: Array, p: Plant) -> float:
+def base_acceleration(s: PlantState, push: float, slips: Array, p: Plant) -> float:
     """Acceleration in m/s^2 that the model without effects gives along this motion under the logged currents; slips:
     (ELEMENTS,) its deflections of Maxwell's elements in m, push in N."""
     v, w = s.v, s.base_w

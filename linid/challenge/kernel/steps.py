@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from linid.arrays import Array
 from linid.challenge.kernel.friction import plain_sliding, sliding, slip
-from linid.challenge.kernel.inputs import Memory, Motion, Plant
+from linid.challenge.kernel.inputs import Memory, Plant, PlantState
 from linid.challenge.kernel.layout import DWELT, FELT, FRICTION_ROWS, HIDDEN, PLAY, SLACK, STATE_ROWS
 from linid.challenge.kernel.motor import Field, Lag, delayed
 from linid.challenge.kernel.rates import Moment, rates
@@ -42,37 +42,37 @@ class Forces(NamedTuple):
 
 
 @inlined
-def placed(s: Motion, y: float, v: float, i_q: float) -> Motion:
+def placed(s: PlantState, y: float, v: float, i_q: float) -> PlantState:
     """The same elsewhere: y in m, v in m/s, q-current in A."""
-    return Motion(y, v, s.w, i_q, s.base_w, s.work, s.loss)
+    return PlantState(y, v, s.w, i_q, s.base_w, s.work, s.loss)
 
 
 @inlined
-def led_motion(s: Motion, row: Array) -> Motion:
+def led_motion(s: PlantState, row: Array) -> PlantState:
     """The same at a row (4,) of a path."""
-    there: Motion = placed(s, row[0], row[1], row[3])
+    there: PlantState = placed(s, row[0], row[1], row[3])
     return there
 
 
 @inlined
-def _halfway(at: Motion, s: Motion, h: float, lead: Lead) -> Motion:
+def _halfway(at: PlantState, s: PlantState, h: float, lead: Lead) -> PlantState:
     """`at` moved to the middle of a step of h seconds from s along a path."""
     now, ahead = lead.path[lead.now], lead.path[lead.ahead]
     y = 0.5 * (s.y + ahead[0]) + 0.125 * h * (s.v - ahead[1])
     v = 0.5 * (s.v + ahead[1]) + 0.125 * h * (now[2] - ahead[2])
-    middle: Motion = placed(at, y, v, 0.5 * (s.i_q + ahead[3]))
+    middle: PlantState = placed(at, y, v, 0.5 * (s.i_q + ahead[3]))
     return middle
 
 
 @inlined
-def runge_kutta(s: Motion, step: Step, lead: Lead, lag: Lag, memory: Memory, p: Plant) -> tuple[Motion, Forces]:
+def runge_kutta(s: PlantState, step: Step, lead: Lead, lag: Lag, memory: Memory, p: Plant) -> tuple[PlantState, Forces]:
     """Kernel: the motion one step later, memory.hidden with it; elements that slip and delays wait for its end.
 
     The right-hand side is called in a loop over the stages, so that it is compiled once.
     """
     angle = p.density * s.y + p.shift
     sine, cosine = math.sin(angle), math.cos(angle)
-    h, at, total = step.h, s, Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    h, at, total = step.h, s, PlantState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     acceleration, thrust, first_thrust, leading, a, b = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if p.on & STATE_ROWS:
         for k in range(HIDDEN):
@@ -96,7 +96,7 @@ def runge_kutta(s: Motion, step: Step, lead: Lead, lag: Lag, memory: Memory, p: 
         if stage == 0:
             first_thrust, acceleration = r.thrust, r.acceleration
         i_rate = (step.i_reference - at.i_q) * (1.0 / p.current_lag)
-        slope = Motion(at.v, r.acceleration, r.w, i_rate, r.base_w, r.work, r.loss)
+        slope = PlantState(at.v, r.acceleration, r.w, i_rate, r.base_w, r.work, r.loss)
         total = moved(total, slope, weight)
         there = moved(s, slope, ahead)
         at = placed(there, at.y, at.v, at.i_q) if lead.led else there
@@ -115,9 +115,9 @@ def runge_kutta(s: Motion, step: Step, lead: Lead, lag: Lag, memory: Memory, p: 
 
 
 @inlined
-def moved(s: Motion, slope: Motion, h: float) -> Motion:
+def moved(s: PlantState, slope: PlantState, h: float) -> PlantState:
     """The motion h seconds on along its rates."""
-    return Motion(
+    return PlantState(
         s.y + h * slope.y,
         s.v + h * slope.v,
         s.w + h * slope.w,
@@ -138,7 +138,7 @@ def take_up_play(travel: float, hidden: Array, p: Plant) -> None:
 
 
 @inlined
-def slip_elements(s: Motion, travel: float, t: float, thrust: float, memory: Memory, p: Plant) -> None:
+def slip_elements(s: PlantState, travel: float, t: float, thrust: float, memory: Memory, p: Plant) -> None:
     """Move Maxwell's elements, and those of the base model, by `travel` m to the motion s; t in s, thrust in N."""
     g = plain_sliding(s.v, p)
     slip(memory.base_slips, travel, g, p)

@@ -15,7 +15,7 @@ from linid.workflow.run.run_folder import write_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from linid.recording import Axis, Campaign, ChannelMapping, Inspection, Recording, RecordingChecks
+    from linid.recording import Axis, ChannelMapping, Inspection, RecordedCampaign, Recording, RecordingChecks
 
 COMMAND = "inspect"
 _OWN_TEXTS = (b"# Starter mapping for ", b"# Campaign proposed by `linid inspect")
@@ -238,7 +238,7 @@ def _inputs(r: Recording) -> str:
     return ", ".join(name for name, x in named.items() if x is not None) or "-"
 
 
-def _campaign(campaign: Campaign) -> Outcome:
+def _campaign(campaign: RecordedCampaign) -> Outcome:
     from linid.recording import checks_of
 
     checks = checks_of(campaign.recordings)
