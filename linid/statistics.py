@@ -7,7 +7,6 @@ import numpy as np
 from linid.arrays import Array
 
 NORMAL_97_5 = 1.959964  # normal quantile of 97.5 %: half-width of parameters' 95 % intervals, in deviations
-NORMAL_95 = 1.96  # the same, rounded as usual: standard deviations on either side of a normal mean that hold 95 %
 MEDIAN_ABSOLUTE = 0.6745  # median of the absolute values of a standard normal: a spread that outliers do not touch
 CHI_SQUARED_95 = 3.841459  # 95 % quantile with one degree of freedom
 TINY = 1e-300  # keeps a divisor from zero where what it divides is zero, too

@@ -6,7 +6,7 @@ import math
 
 from linid.identification.result import FitResult
 from linid.physics.effects.registry import find_effect
-from linid.statistics import NORMAL_95
+from linid.statistics import NORMAL_97_5
 
 _WIDE = 0.5  # of a value: a 95 % interval that is wider each way says little of the parameter itself
 _NARROWER = 0.5  # of the wider parameter's relative deviation: what a combination must be to be worth a line
@@ -40,7 +40,7 @@ def effect_combinations(result: FitResult, effect: str) -> tuple[str, ...]:
     lines = []
     for name in own & set(result.fitted):
         alone = _relative(result, {name: 1})
-        if not alone > _WIDE / NORMAL_95:
+        if not alone > _WIDE / NORMAL_97_5:
             continue
         best: tuple[float, str, int] | None = None
         for other in result.fitted:
@@ -80,5 +80,5 @@ def _shown(value: float, relative: float) -> str:
     """A value with its 95 % interval."""
     if not math.isfinite(relative):
         return f"{value:.3g} (interval unknown)"
-    half = NORMAL_95 * relative * abs(value)
+    half = NORMAL_97_5 * relative * abs(value)
     return f"{value:.4g} [{value - half:.4g}, {value + half:.4g}]"

@@ -26,7 +26,7 @@ from linid.diagnosis.judge import Judge
 from linid.diagnosis.unknowns import Coordinate
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.statistics import NORMAL_95
+from linid.statistics import NORMAL_97_5
 
 _RESAMPLES = 1000
 # Of a share, by which a form that is not the library's may put it wrong for each share that stays unexplained.
@@ -98,7 +98,7 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
         part = min(max(size, 0.0), 1.0)
         form = _FORM * max(unexplained[0], 0.0) * math.sqrt(part)
         weighing = _WEIGHING * math.sqrt(part * (1.0 - part))
-        value, low, high = interval(parts[name], math.hypot(form, weighing, NORMAL_95 * extras[name] / float(gap[0])))
+        value, low, high = interval(parts[name], math.hypot(form, weighing, NORMAL_97_5 * extras[name] / float(gap[0])))
         others = tuple(other for other in effects if other != name)
         first = float((nothing - ledger.power((name,))).sum()) / float(gap[0])
         last = float((ledger.power(others) - everything).sum()) / float(gap[0])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 from typing import Literal
 
-from linid.statistics import NORMAL_95
+from linid.statistics import NORMAL_97_5
 
 Kind = Literal["uncertain", "exact", "magnitude", "bound", "unknown"]
 
@@ -149,7 +149,7 @@ def _end(end: float, value: float, place: int) -> Decimal | None:
         return None
     if math.isinf(end):
         return Decimal("inf") if end > 0 else Decimal("-inf")
-    side = abs(value - end) / NORMAL_95  # a wide side supports fewer digits than the value
+    side = abs(value - end) / NORMAL_97_5  # a wide side supports fewer digits than the value
     if 0 < side < math.inf:
         place = max(place, supported_place(side))
     return _at_place(end, place, keep_one=True)

@@ -80,8 +80,8 @@ def mark(name: str) -> Parameter:
         (replace(FORCE, acts="few"), "acts in 'few'"),
         (replace(FORCE, acts="one"), "do not go together"),
         (replace(PAYLOAD, acts="all"), "do not go together"),
-        (replace(PAYLOAD, mark="payload_mass"), "no structural parameter"),
-        (replace(PAYLOAD, mark="other"), "no structural parameter"),
+        (replace(PAYLOAD, mark="payload_mass"), "not among its `preset`"),
+        (replace(PAYLOAD, mark="other"), "not among its `preset`"),
         (replace(FORCE, parts=2), "no mark of part 1"),
         (replace(PAYLOAD, parts=2), "no mark of part 1"),
         (

@@ -10,12 +10,12 @@ from linid.identification.result import Estimate
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.wording import fitting_words
-from linid.statistics import NORMAL_95
+from linid.statistics import NORMAL_97_5
 
 # A 95 % interval wider than this factor in each direction says less than an order of magnitude.
-LOG_LIMIT = np.log(3.0) / NORMAL_95
+LOG_LIMIT = np.log(3.0) / NORMAL_97_5
 # Half-width of the 95 % interval of an unscaled parameter in parts of its search range.
-RANGE_LIMIT = 0.25 / NORMAL_95
+RANGE_LIMIT = 0.25 / NORMAL_97_5
 PAIR_LIMIT = 0.95
 LOOSE = 0.002  # standard deviation from which on a correlation is worth a note
 _FIELD = {"force_constant", "winding_displacement", "winding_length", "nome", "commutation_offset"}

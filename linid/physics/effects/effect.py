@@ -262,7 +262,7 @@ def _fault(effect: Effect) -> str:
     if effect.per_recording != bool(effect.mark):
         return "`mark` and `acts` do not go together: a mark says in which recordings, if not in all"
     if effect.mark and effect.mark not in effect.preset:
-        return f"`mark` names {effect.mark!r}, which is no structural parameter of it"
+        return f"`mark` names {effect.mark!r}, which is not among its `preset` ones"
     if effect.parts > 1 and not effect.mark.endswith("_1"):
         return "it has several parts, but no mark of part 1"
     first = [p.name.removesuffix("_1") for p in effect.part(1)]
