@@ -86,7 +86,7 @@ def test_a_checkout_measures_the_code_of_its_commit_and_leaves_nothing(tmp_path:
         return subprocess.run(command, cwd=repository, check=True, capture_output=True, text=True).stdout.strip()
 
     model = repository / "linid" / "physics" / "model.py"
-    model.write_text(model.read_text() + "\n\ndel motors.MOTORS['theta']\n")
+    model.write_text(model.read_text() + "\n\ndel MOTORS['theta']\n")
     git("commit", "--quiet", "--all", "--message", "broken")
     folder = tmp_path / "work"
     folder.mkdir()
