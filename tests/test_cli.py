@@ -86,7 +86,11 @@ def test_inspect_of_a_campaign_lists_its_recordings(tmp_path: Path) -> None:
 
 def test_inspect_prints_the_checks_and_their_findings(tmp_path: Path) -> None:
     result = linid("inspect", campaign(tmp_path))
-    assert "Step, noise: of the position" in result.output and "Follows" not in result.output and "Nothing to object to." in result.output
+    assert (
+        "Step, noise: of the position" in result.output
+        and "Follows" not in result.output
+        and "Nothing to object to." in result.output
+    )
     body = json.loads(linid("inspect", campaign(tmp_path), "--json").stdout)
     assert {"coherence", "delay", "resolution", "reading"} <= set(body["checks"]["recordings"][0])
     assert body["checks"]["findings"] == []
