@@ -289,6 +289,18 @@ OUTSIDE: dict[str, Entry] = {
     ),
 }
 ENTRIES = LISTED | OUTSIDE
+# What the force or reading error of an effect outside the library is a function of, beside the base's own thrust.
+ARGUMENTS = ("position", "velocity", "acceleration", "current", "time")
+DEPENDS_ON: dict[str, tuple[str, ...]] = {
+    "floor_vibration": ("time",),
+    "clock_beat": ("time", "velocity"),
+    "walking_friction": ("time", "velocity"),
+    "speed_derating": ("current", "velocity"),
+    "wandering_force": ("time",),
+    "acceleration_dependent_friction": ("acceleration", "velocity"),
+    "speed_dependent_cogging": ("position", "velocity"),
+    "reluctance_force": ("current", "position"),
+}
 
 
 def draw_effect(

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from typing import TypeVar
 
 from linid.challenge.files import KEYS_FILE, Key, key_of, write_hidden_campaign, write_keys
 from linid.challenge.make import Plan, make_campaign
 from linid.errors import UsageError
+
+Task = TypeVar("Task")
+Made = TypeVar("Made")
 
 
 def make_challenge(
@@ -36,18 +40,23 @@ def make_challenge(
         write_hidden_campaign(campaign, folder)
         return campaign.name, key_of(campaign)
 
-    keys: dict[str, Key] = {}
-    with ThreadPoolExecutor(jobs) as pool:
-        futures = [pool.submit(one, index) for index in range(count)]
-        try:
-            for done, future in enumerate(as_completed(futures), 1):
-                name, key = future.result()
-                keys[name] = key
-                if progress is not None:
-                    progress(done, count)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    keys = dict(in_threads(one, range(count), jobs, progress))
     ordered = dict(sorted(keys.items()))
     write_keys(ordered, keys_path, seed=plan.seed)
     return ordered
+
+
+def in_threads(
+    work: Callable[[Task], Made], tasks: Sequence[Task], jobs: int, progress: Callable[[int, int], None] | None = None
+) -> Iterator[Made]:
+    """work(task) of all tasks as they come, on `jobs` threads; progress: called with (done, total)."""
+    with ThreadPoolExecutor(jobs) as pool:
+        futures = [pool.submit(work, task) for task in tasks]
+        try:
+            for done, future in enumerate(as_completed(futures), 1):
+                yield future.result()
+                if progress is not None:
+                    progress(done, len(tasks))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

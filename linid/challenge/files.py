@@ -8,7 +8,7 @@ DIR/results/axis_0001/diagnosis.json        what a diagnosis said
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -87,10 +87,11 @@ def key_of(campaign: HiddenCampaign) -> Key:
     )
 
 
-def write_hidden_campaign(campaign: HiddenCampaign, folder: Path) -> None:
-    """Write a campaign's recordings below `folder`, and its fresh ones below folder/fresh."""
+def write_hidden_campaign(campaign: HiddenCampaign, folder: Path, *, fresh: bool = True) -> None:
+    """Write a campaign's recordings below `folder`, and (fresh) its fresh ones below folder/fresh."""
     _write(campaign, campaign.recordings, folder / campaign.name)
-    _write(campaign, campaign.fresh, folder / FRESH_FOLDER / campaign.name)
+    if fresh:
+        _write(campaign, campaign.fresh, folder / FRESH_FOLDER / campaign.name)
 
 
 def _write(campaign: HiddenCampaign, recordings: Sequence[Measured], folder: Path) -> None:
@@ -137,13 +138,14 @@ def _single(recording: Measured, axis: HiddenAxis) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_keys(keys: dict[str, Key], path: Path, *, seed: int) -> None:
-    """Seal the keys of all campaigns in one file."""
+def write_keys(keys: Mapping[str, Key], path: Path, *, seed: int, more: Mapping[str, Any] | None = None) -> None:
+    """Seal the keys of all campaigns in one file; more: what else it says, by name."""
     import yaml
 
     content = {
         "schema": _SCHEMA,
         "seed": seed,
+        **(more or {}),
         "strength_1": f"RMS of what the base model misses is {VISIBLE:.0%} of the RMS total force "
         "in the recordings in which the effect acts (definition: linid.challenge.strength)",
         "shares": "each effect's share of the held-out gap; they sum to 1 with what is unexplained "
@@ -156,17 +158,24 @@ def write_keys(keys: dict[str, Key], path: Path, *, seed: int) -> None:
 
 def read_keys(path: Path) -> dict[str, Key]:
     """The keys of all campaigns. Raises DataError when unreadable, ConfigError when it is no keys file."""
+    return read_keys_file(path)[0]
+
+
+def read_keys_file(path: Path) -> tuple[dict[str, Key], dict[str, Any]]:
+    """The keys of all campaigns and what else their file says, by name; raises as `read_keys` does: DataError when
+    unreadable, ConfigError when it is no keys file."""
     import yaml
 
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return {
+        keys = {
             str(name): Key(**{**entry, "effects": tuple(entry["effects"])})
-            for name, entry in content["campaigns"].items()
+            for name, entry in content.pop("campaigns").items()
         }
+        return keys, content
     except OSError as error:
         raise DataError(str(path), f"cannot be read ({error.strerror})", "Name the keys file by --keys.") from None
-    except (yaml.YAMLError, KeyError, TypeError, AttributeError):
+    except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError):
         raise ConfigError(str(path), "is not a keys file", "Name the file that `challenge make` wrote.") from None
 
 

@@ -40,7 +40,8 @@ class Plan:
 
     effects: names to hide (`all`: every listed one; empty: every one in crowds, else the first eighteen, so that older
     seeds' campaigns stay what they were); strength: (low, high), drawn log-uniformly; laws, axes, rates (Hz): of
-    each campaign one, drawn evenly; encoders: (finest, coarsest) resolution in m, drawn log-uniformly, None: 0.1 um.
+    each campaign one, drawn evenly; encoders: (finest, coarsest) resolution in m, drawn log-uniformly, None: 0.1 um;
+    crowd: least and most effects of a crowd.
     """
 
     seed: int
@@ -51,6 +52,7 @@ class Plan:
     axes: tuple[AxisKind, ...] = ("phase",)
     rates: tuple[float, ...] = (1000.0,)
     encoders: tuple[float, float] | None = None
+    crowd: tuple[int, int] = (_LEAST["crowd"], _MOST_AT_ONCE)
 
     def __post_init__(self) -> None:
         known = (*LISTED, *OUTSIDE, ALL)
@@ -125,7 +127,7 @@ def assignment(plan: Plan, index: int) -> tuple[Kind, tuple[str, ...], tuple[flo
     if kind in _LEAST:
         axis = _axis(plan, index)
         pool = tuple(name for name in plan.names(kind) if axis in ENTRIES[name].axes)
-        count = 2 if kind == "pair" else int(random.integers(_LEAST["crowd"], _MOST_AT_ONCE + 1))
+        count = 2 if kind == "pair" else int(random.integers(plan.crowd[0], plan.crowd[1] + 1))
         names = tuple(map(str, random.choice(pool, min(count, len(pool)), replace=False)))
     elif kind != "none":
         pool = plan.names(kind)

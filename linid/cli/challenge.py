@@ -1,4 +1,4 @@
-"""`linid challenge`: make, run, oracle, score."""
+"""`linid challenge`: make, run, oracle, score; export, answer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def challenge() -> None:
     """Prove the diagnosis on campaigns of an independent plant with withheld effects.
 
     `make` writes campaigns and, in a file of its own, the keys; `run` diagnoses the campaigns without opening the
-    keys; `oracle` opens them and fits the true effects, for comparison; `score` compares.
+    keys; `oracle` opens them and fits the true effects, for comparison; `score` compares. `export` writes a fixed suite
+    that others can enter, `answer` enters it with linid's own diagnoses, and `score` also scores such submissions.
 
     \b
     Example:
@@ -28,6 +29,9 @@ def challenge() -> None:
       linid challenge run proof
       linid challenge oracle proof
       linid challenge score proof
+      linid challenge export suite
+      linid challenge answer suite --out linid.json
+      linid challenge score linid.json --suite suite
     """
 
 
@@ -182,20 +186,79 @@ def oracle(folder: Path, json_output: bool, quiet: bool, verbose: bool, **option
 
 
 @challenge.command()
-@FOLDER
-@KEYS
+@click.argument("folder", type=click.Path(path_type=Path), metavar="DIR|SUBMISSION.json")
+@click.option(
+    "--keys", type=click.Path(path_type=Path), metavar="FILE", help="The keys [DIR/keys.yaml, or SUITE_keys.yaml]."
+)
+@click.option("--suite", type=click.Path(path_type=Path), metavar="SUITE", help="Suite that the submission answers.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
 @json_option
 @verbosity_options
 @debug_option
-def score(folder: Path, keys: Path | None, no_figures: bool, json_output: bool, quiet: bool, verbose: bool) -> None:
-    """Score the diagnoses of a challenge against its keys.
+def score(
+    folder: Path, keys: Path | None, suite: Path | None, no_figures: bool, json_output: bool, quiet: bool, verbose: bool
+) -> None:
+    """Score the diagnoses of a challenge, or a submission to a suite, against the keys.
+
+    A submission is a JSON file; its score is printed and nothing is written.
+
+    \b
+    Examples:
+      linid challenge score proof
+      linid challenge score submission.json --suite suite --keys suite_keys.yaml
+    """
+    from linid.workflow.commands import challenge as proof
+    from linid.workflow.commands import suite as entry
+
+    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
+    if suite is not None or folder.is_file():
+        outcome = entry.score_submission(folder, reporter, suite=suite, keys=keys)
+    else:
+        outcome = proof.score(folder, reporter, keys=keys, figures=not no_figures)
+    print_outcome(outcome, json_output)
+
+
+@challenge.command()
+@click.argument("folder", type=click.Path(path_type=Path), metavar="SUITE")
+@click.option("--size", type=click.IntRange(min=1), metavar="N", help="How many campaigns in all [60].")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of everything random [2026].")
+@click.option("--groups", callback=_names, metavar="A,B", help="Groups of campaigns [all].")
+@click.option("--keys", type=click.Path(path_type=Path), metavar="FILE", help="Where the keys go [SUITE_keys.yaml].")
+@click.option("--secret-seed", is_flag=True, help="Keep the seed with the keys: whoever knows it can make them again.")
+@JOBS
+@json_option
+@verbosity_options
+@debug_option
+def export(folder: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Write a fixed suite of campaigns that others can enter, and, beside it, the keys.
+
+    Groups: single, pairs, crowds (four effects), outside (causes outside the library), laws (other friction laws),
+    coarse (coarse encoders), none. The suite's README.md says what entrants hand in.
 
     \b
     Example:
-      linid challenge score proof
+      linid challenge export suite --keys sealed/suite_keys.yaml
     """
-    from linid.workflow.commands.challenge import score as work
+    from linid.workflow.commands.suite import export as work
 
-    reporter = make_reporter({"quiet": quiet, "verbose": verbose})
-    print_outcome(work(folder, reporter, keys=keys, figures=not no_figures), json_output)
+    print_outcome(work(folder, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
+
+
+@challenge.command()
+@click.argument("folder", type=click.Path(path_type=Path), metavar="SUITE")
+@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The submission (JSON).")
+@JOBS
+@click.option("--resume", is_flag=True, help="Keep the diagnoses that are there, do the rest.")
+@json_option
+@verbosity_options
+@debug_option
+def answer(folder: Path, out: Path, json_output: bool, quiet: bool, verbose: bool, **options: Any) -> None:
+    """Enter a suite with linid's own diagnoses: all campaigns, as one submission.
+
+    \b
+    Example:
+      linid challenge answer suite --out linid.json --jobs 2
+    """
+    from linid.workflow.commands.suite import answer as work
+
+    print_outcome(work(folder, out, make_reporter({"quiet": quiet, "verbose": verbose}), **options), json_output)
