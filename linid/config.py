@@ -184,6 +184,11 @@ def read_json(path: str | Path, remedy: str, *, finite: bool = True) -> Any:
     return parse_json(_read(Path(path), MOST_JSON_BYTES), str(path), remedy, finite=finite)
 
 
+def json_text(data: Any) -> str:
+    """Data as the text of a JSON file of this program, whose numbers are finite; raises ValueError for others."""
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
 def parse_json(text: str, place: str, remedy: str, *, finite: bool = True) -> Any:
     """The data of a JSON text; raises ConfigError for what is none, and (finite) for NaN and Infinity."""
 

@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from linid.challenge.catalogue import ARGUMENTS, LISTED
 from linid.challenge.hidden_axis import LAWS, Law
-from linid.config import read_json
+from linid.config import json_text, read_json
 from linid.errors import ConfigError
 
 EXPLAINED = "The suite's README.md explains the format."
@@ -183,11 +183,9 @@ def submission_schema(suite: str, campaigns: Sequence[str]) -> dict[str, Any]:
 
 def submission_text(suite: str, entrant: str, answers: Mapping[str, CampaignAnswer]) -> str:
     """A submission as JSON text, campaigns in order of their names."""
-    import json
-
     body = {
         "suite": suite,
         "entrant": entrant,
         "answers": {name: answers[name].model_dump(exclude_defaults=True) for name in sorted(answers)},
     }
-    return json.dumps(body, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(body)

@@ -10,7 +10,6 @@ SUITE_keys.yaml                         what is hidden, beside the suite
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,8 @@ from linid.challenge.files import CAMPAIGN_FILE
 from linid.challenge.submission import submission_schema
 from linid.challenge.suite import GROUPS, SUITE_VERSION, SuiteKeys, group_sizes, make_campaigns, write_suite_keys
 from linid.challenge.suite_texts import LICENSE, readme
-from linid.config import read_json
+from linid.config import json_text, read_json
+from linid.digests import file_digest
 from linid.errors import ConfigError, DataError, UsageError
 
 MANIFEST_FILE, SCHEMA_FILE = "suite.json", "submission.schema.json"
@@ -73,20 +73,23 @@ def export_suite(
         raise UsageError(str(keys_path), "lies in the suite, which entrants get", "Name a file elsewhere by --keys.")
     campaign_groups, keys = make_campaigns(sizes, seed, folder, jobs=jobs, progress=progress)
     campaigns = tuple(keys)
-    suite = f"{SUITE_VERSION}-{_digest_of(file_hashes(folder))[:8]}"
-    _write(folder / SCHEMA_FILE, _json(submission_schema(suite, campaigns)))
+    hashes = file_hashes(folder)
+    suite = f"{SUITE_VERSION}-{_digest_of(hashes)[:8]}"
+    _write(folder / SCHEMA_FILE, json_text(submission_schema(suite, campaigns)))
     _write(folder / README_FILE, readme(suite, sizes, None if secret_seed else seed))
     _write(folder / LICENSE_FILE, LICENSE)
     write_suite_keys(SuiteKeys(suite, campaign_groups, keys), keys_path, seed=seed)
-    manifest = Manifest(suite, None if secret_seed else seed, sizes, campaigns, file_hashes(folder), _sha256(keys_path))
-    _write(folder / MANIFEST_FILE, _json(_body(manifest)))
+    hashes |= {name: file_digest(folder / name) for name in (SCHEMA_FILE, README_FILE, LICENSE_FILE)}
+    files = dict(sorted(hashes.items()))
+    manifest = Manifest(suite, None if secret_seed else seed, sizes, campaigns, files, file_digest(keys_path))
+    _write(folder / MANIFEST_FILE, json_text(_body(manifest)))
     return manifest
 
 
 def file_hashes(folder: Path) -> dict[str, str]:
     """SHA-256 of every file below a folder, by its path in it."""
     found = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-    return {name: _sha256(folder / name) for name in found}
+    return {name: file_digest(folder / name) for name in found}
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -112,7 +115,7 @@ def check_files(folder: Path, manifest: Manifest) -> None:
         path = folder / name
         if not path.is_file():
             raise DataError(str(path), "of the suite is missing", "Fetch the suite again.")
-        if _sha256(path) != digest:
+        if file_digest(path) != digest:
             raise DataError(str(path), "is not what suite.json lists: its SHA-256 differs", "Fetch the suite again.")
     more = {path.parent.name for path in folder.glob(f"axis_*/{CAMPAIGN_FILE}")} - set(manifest.campaigns)
     if more:
@@ -123,7 +126,7 @@ def check_keys(path: Path, sealed: SuiteKeys, manifest: Manifest) -> None:
     """Raise ConfigError unless the keys, from the file `path`, are those that the suite was sealed with."""
     if sealed.suite != manifest.suite:
         raise ConfigError(str(path), f"holds the keys of {sealed.suite}, not of {manifest.suite}", "Take its own keys.")
-    if _sha256(path) != manifest.keys:
+    if file_digest(path) != manifest.keys:
         raise ConfigError(str(path), "was changed since the suite was made: its SHA-256 differs", "Take the original.")
 
 
@@ -144,16 +147,8 @@ def _body(manifest: Manifest) -> dict[str, Any]:
     }
 
 
-def _json(body: Mapping[str, Any]) -> str:
-    return json.dumps(body, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
 def _write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _digest_of(hashes: Mapping[str, str]) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linid.digests import file_digest
 from linid.errors import ConfigError, DataError, UsageError
 from linid.interface.campaign import Campaign, FoundCoastDown
 from linid.report.files import finite
@@ -78,8 +78,7 @@ def _notes(recordings: Sequence[Recording]) -> list[str]:
 def file_record(path: Path) -> dict[str, Any]:
     """Path and SHA-256 of an input file."""
     try:
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        digest = file_digest(path)
     except OSError:
         digest = ""
     return {"file": str(path), "sha256": digest}

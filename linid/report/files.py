@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from linid.digests import file_digest
 from linid.errors import UsageError
 
 LIST_FILE = ".linid_files"
@@ -68,7 +69,7 @@ class FileList:
             path = self.folder / name
             if not path.is_file() or path.is_symlink():
                 continue
-            if ANY not in digests and _digest(path) not in digests:
+            if ANY not in digests and file_digest(path) not in digests:
                 raise UsageError(
                     str(path), "has been changed since a run of linid wrote it", "Move it, or choose another --out."
                 )
@@ -80,11 +81,6 @@ class FileList:
         for name in self._known:
             path = self.folder / name
             yield from path.parent.glob(f".{glob_escaped(path.name)}.linid-*")
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def glob_escaped(name: str) -> str:

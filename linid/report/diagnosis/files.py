@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linid.config import json_text
 from linid.report.diagnosis.markdown import diagnosis_markdown
 from linid.report.diagnosis.words import in_axis_words
 from linid.report.files import finite, write_atomic
@@ -45,7 +45,7 @@ def write_diagnosis(
         )
     pictures = [path.relative_to(folder) for path in drawn if path.suffix == ".png"]
     texts = {
-        "diagnosis.json": json.dumps(diagnosis_data(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        "diagnosis.json": json_text(diagnosis_data(diagnosis)),
         "diagnosis.md": diagnosis_markdown(diagnosis, pictures),
         "report.html": page_html(diagnosis),
     }
