@@ -17,8 +17,8 @@ from statistics import median
 
 from linid.challenge.answers import FAILED, Answer, BudgetEntry, Stated
 from linid.challenge.budget import Ledger, ledger, score_budgets
-from linid.challenge.catalogue import DEPENDS_ON, OUTSIDE
 from linid.challenge.files import Key
+from linid.challenge.outside import DEPENDS_ON, OUTSIDE
 from linid.challenge.rates import Rate, rate
 from linid.challenge.submission import CampaignAnswer
 

@@ -19,8 +19,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from linid.challenge.catalogue import ARGUMENTS, LISTED
+from linid.challenge.catalogue import LISTED
 from linid.challenge.hidden_axis import LAWS, Law
+from linid.challenge.outside import ARGUMENTS
 from linid.config import read_json
 from linid.errors import ConfigError
 

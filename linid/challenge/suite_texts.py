@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from linid.challenge.catalogue import ARGUMENTS, LISTED
+from linid.challenge.catalogue import LISTED
+from linid.challenge.outside import ARGUMENTS
 from linid.challenge.suite import GROUPS
 from linid.physics.effects.registry import BUILT_IN
 

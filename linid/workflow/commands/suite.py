@@ -24,9 +24,9 @@ _ARGUMENT = {
     "position": "position",
     "pole_phase": "position",
     "velocity": "velocity",
-    "direction": "velocity",
+    "direction": "direction",
     "regime": "velocity",
-    "current": "current",
+    "current": "motor_force",
 }
 
 
