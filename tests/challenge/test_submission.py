@@ -65,7 +65,7 @@ def values(score: EntryScore, group: str) -> dict[str, float]:
     return {name: rate.value for name, rate in score.groups[group].rates.items() if rate.total}
 
 
-GOOD = {"answered", "points", "named", "told", "covered", "arguments", "law"}
+GOOD = {"answered", "points", "named", "told", "covered", "arguments", "arguments_exact", "arguments_main", "law"}
 BAD = {"wrong", "false_alarms", "astray", "arguments_wrong"}
 
 
