@@ -109,7 +109,7 @@ def oracle(
     ]
     with reporter:
         try:
-            for done, _ in enumerate(in_processes(_write_oracle, tasks, jobs), 1):
+            for done, _ in enumerate(in_processes(write_oracle, tasks, jobs), 1):
                 reporter.step("oracle", done, len(tasks))
         except KeyboardInterrupt:
             raise Interrupted(folder) from None
@@ -136,7 +136,8 @@ def true_term_closure(path: Path, effects: Sequence[str], plan: Mapping[str, Any
     return closure_of_term(campaign.recordings, base_kind(campaign.recordings), term, dict(campaign.known))
 
 
-def _write_oracle(path: Path, effects: Sequence[str], target: Path, plan: Mapping[str, Any] | None) -> None:
+def write_oracle(path: Path, effects: Sequence[str], target: Path, plan: Mapping[str, Any] | None) -> None:
+    """Write to `target` the closure that the true effects reach on a campaign file; plan: see `true_term_closure`."""
     stated = _stated_closure(target.parent, effects) if len(effects) == 1 else None
     if stated is None:
         stated = true_term_closure(path, effects, plan)

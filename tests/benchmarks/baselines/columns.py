@@ -1,0 +1,216 @@
+"""What a capable user has without linid: a base by least squares along the smoothed motion, and columns of candidates.
+
+Mass, Coulomb and viscous friction come from the free wheels with their known masses, pole pitch, phase and force
+constant from a scan on the driven recordings, all on the fitted ones. Rows that creep (bristles) are left out. A column
+is what a candidate of unit size would add to the force; nonlinear numbers of candidates get a small grid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from linid.api import read
+from linid.recording.recording import Recording
+
+Array = np.ndarray
+WINDOW, ORDER = 21, 3  # of the smoothing, in samples at 1 kHz
+EVERY = 12  # rows kept: the smoothing makes neighbours alike
+SLIDING = 0.03  # m/s: below it the bristles rule
+STEP = 0.15  # of the largest current, from one sample to the next
+PITCHES = (7e-3, 32e-3)  # m, between which the pole pitch is sought
+PHASES = 2 * np.pi / 3 * np.array([-1.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a campaign, (n,) each: recording, held-out or not, t in s, y in m, v, a in SI, currents (3, n) in A, known
+    mass in kg, travel since the last reversal in m, filtered square of the currents, started: running time in s."""
+
+    recording: Array
+    held_out: Array
+    driven: Array
+    t: Array
+    started: Array
+    y: Array
+    v: Array
+    a: Array
+    currents: Array
+    added: Array
+    travel: Array
+    heat: Array
+
+    def __len__(self) -> int:
+        return int(self.t.size)
+
+
+@dataclass(frozen=True)
+class Base:
+    """The base of a campaign: mass in kg, thrust and its quadrature (n,) in N, electrical angle (n,) in rad, columns of
+    the base (k, n), target (n,): what of mass times acceleration the first base leaves, N."""
+
+    mass: float
+    thrust: Array
+    quadrature: Array
+    angle: Array
+    columns: Array
+    target: Array
+
+
+def rows_of(path: Path) -> Rows:
+    """Rows of a campaign file."""
+    parts: dict[str, list[Array]] = {name: [] for name in Rows.__dataclass_fields__}
+    started = 0.0
+    for number, recording in enumerate(read(path).recordings):
+        for name, values in _one(recording, number, started).items():
+            parts[name].append(values)
+        started += float(recording.t[-1])
+    return Rows(**{name: np.concatenate(values, axis=-1) for name, values in parts.items()})
+
+
+def _one(recording: Recording, number: int, started: float) -> dict[str, Array]:
+    t, dt = recording.t, float(recording.t[1] - recording.t[0])
+
+    def smooth(x: Array, derivative: int = 0) -> Array:
+        return np.asarray(savgol_filter(x, WINDOW, ORDER, deriv=derivative, delta=dt, axis=-1))
+
+    currents = recording.phase_currents
+    raw = np.zeros((3, t.size)) if currents is None else currents
+    y, v, a = (smooth(recording.y, k) for k in range(3))
+    square = (raw**2).sum(axis=0)
+    heat = np.zeros(t.size)
+    for k in range(1, t.size):
+        heat[k] = heat[k - 1] + dt / 3.0 * (square[k - 1] - heat[k - 1])
+    turned = np.flatnonzero(np.diff(np.sign(v)) != 0) + 1
+    last = np.zeros(t.size, dtype=int)
+    last[turned] = turned
+    travel = np.abs(y - y[np.maximum.accumulate(last)])
+    # Nothing smooth follows a step of the current: rows that touch one are left out.
+    steps = np.abs(np.diff(raw, axis=1, prepend=raw[:, :1])).max(axis=0) > STEP * np.abs(raw).max() + 1e-9
+    touched = np.convolve(steps, np.ones(2 * WINDOW + 1), "same") > 0
+    touched = touched if touched.mean() < 0.6 else np.zeros_like(touched)
+    keep = np.arange(WINDOW, t.size - WINDOW, EVERY)
+    keep = keep[(np.abs(v[keep]) > SLIDING) & ~touched[keep]]
+    one = np.ones(keep.size)
+    return {
+        "recording": number * one,
+        "held_out": one * (recording.split == "held_out"),
+        "driven": one * (recording.kind != "free_wheel"),
+        "t": t[keep],
+        "started": started + t[keep],
+        "y": y[keep],
+        "v": v[keep],
+        "a": a[keep],
+        "currents": smooth(raw)[:, keep],
+        "added": one * (recording.added_mass or 0.0),
+        "travel": travel[keep],
+        "heat": heat[keep],
+    }
+
+
+def solve(design: Array, target: Array) -> tuple[Array, float]:
+    """Least squares of target (n,) on design (k, n): coefficients (k,), residual sum of squares."""
+    norms = np.linalg.norm(design, axis=1) + 1e-300
+    found = np.linalg.lstsq((design / norms[:, None]).T, target, rcond=1e-9)[0] / norms
+    return found, float(np.sum((target - found @ design) ** 2))
+
+
+def base_of(rows: Rows) -> Base:
+    """The base of a campaign by least squares on its fitted recordings."""
+    fit, side = rows.held_out == 0, np.sign(rows.v)
+    friction = np.stack([side, rows.v, side * np.exp(-np.abs(rows.v) / 0.05)])
+    wheels = fit & (rows.driven == 0)
+    # Free wheels: the known mass times acceleration is minus friction, minus the unknown mass times acceleration.
+    found, _ = solve(-np.stack([rows.a, side, rows.v])[:, wheels], rows.added[wheels] * rows.a[wheels])
+    mass = max(float(found[0]), 1e-2)
+    inertia = (mass + rows.added) * rows.a
+    driven = fit & (rows.driven == 1)
+    _, scanned = min(_scan(rows, driven, inertia, friction), key=lambda one: one[0])
+    wavenumber, turn = scanned
+    angle, waves = _waves(rows, wavenumber, turn)
+    design = np.vstack([waves, -friction])
+    found, _ = solve(design[:, fit], inertia[fit])
+    thrust = found[:2] @ waves
+    quadrature = found[0] * waves[1] - found[1] * waves[0]
+    columns = np.vstack([thrust, quadrature, friction])
+    return Base(mass, thrust, quadrature, angle + math.atan2(found[1], found[0]), columns, inertia - found @ design)
+
+
+def _waves(rows: Rows, wavenumber: float, turn: float) -> tuple[Array, Array]:
+    """Electrical angle (n,) and the two thrusts per N/A (2, n) of a field that turns one way."""
+    angle = wavenumber * rows.y
+    phases = angle + turn * PHASES[:, None]
+    return angle, np.stack([(np.sin(phases) * rows.currents).sum(0), (np.cos(phases) * rows.currents).sum(0)])
+
+
+def _scan(rows: Rows, chosen: Array, inertia: Array, friction: Array) -> Iterator[tuple[float, tuple[float, float]]]:
+    """Residuals over wavenumbers and senses of turning, then finer about the best."""
+    low, high = math.pi / PITCHES[1], math.pi / PITCHES[0]
+    step = 0.4 / float(np.ptp(rows.y[chosen]))
+    tried: list[tuple[float, tuple[float, float]]] = []
+    part = Rows(**{k: getattr(rows, k)[..., chosen] for k in Rows.__dataclass_fields__})
+
+    def price(wavenumber: float, turn: float) -> float:
+        _, waves = _waves(part, wavenumber, turn)
+        return solve(np.vstack([waves, -friction[:, chosen]]), inertia[chosen])[1]
+
+    for turn in (1.0, -1.0):
+        tried += [(price(k, turn), (float(k), turn)) for k in np.arange(low, high, step)]
+    best = min(tried)[1]
+    for width in (step, step / 8, step / 64):
+        tried += [(price(k, best[1]), (float(k), best[1])) for k in best[0] + width * np.linspace(-1, 1, 17)]
+        best = min(tried)[1]
+    yield from tried
+
+
+def candidates(rows: Rows, base: Base) -> dict[str, Array]:
+    """Columns (k, n) in N that stand for each effect of the list which sliding rows can show."""
+    side, v, y, t, f = np.sign(rows.v), rows.v, rows.y, rows.t, base.thrust
+    middle, reach = 0.5 * (y.min() + y.max()), 0.5 * float(np.ptp(y))
+    z, speed, push = (y - middle) / reach, np.abs(v), np.abs(f)
+    typical = float(np.median(speed))
+
+    def waves(*orders: int) -> list[Array]:
+        return [g(k * base.angle) for k in orders for g in (np.sin, np.cos)]
+
+    def each(mask: Callable[[Array], Array], factor: Array) -> list[Array]:
+        return [factor * mask(rows.recording == k) for k in np.unique(rows.recording)]
+
+    amps = np.sqrt((rows.currents**2).sum(0))
+    table = {
+        "cogging": waves(1, 2, 4),
+        "force_ripple": [f * w for w in waves(6)] + [base.quadrature * w for w in waves(6)],
+        "phase_gain_imbalance": [f * w for w in waves(2)] + [base.quadrature * w for w in waves(2)],
+        "current_offset": [w * (rows.driven == 1) for w in waves(1)],
+        "asymmetric_friction": [speed, np.exp(-speed / 0.05), np.ones_like(v)],
+        "constant_force": [np.ones_like(v)],
+        "cable_force": [z, z**3, np.exp(-rows.travel / 0.01) * side],
+        "position_dependent_friction": [side * np.exp(-0.5 * ((z - c) / 0.2) ** 2) for c in np.linspace(-1, 1, 9)],
+        "quadratic_drag": [v * speed],
+        "input_delay": [_rate(rows, f)],
+        "force_saturation": [f * amps],
+        "thermal_derating": [f * rows.heat],
+        "end_effect": [f * np.clip(z - 0.4, 0, None) ** 2, f * np.clip(-z - 0.4, 0, None) ** 2],
+        "flexible_load": [_rate(rows, rows.a), _rate(rows, _rate(rows, f))],
+        "friction_drift": [side * t, side * (1 - np.exp(-t / 1.5)), side * rows.started],
+        "payload_change": each(lambda m: m, rows.a),
+        "friction_level_change": each(lambda m: m, side),
+        "eddy_current_drag": [v * np.exp(-speed / c) for c in (0.15, 0.3, 0.6)],
+        "load_dependent_friction": [side * push],
+        "pole_pitch_error": [base.quadrature * g(math.pi * z) for g in (np.sin, np.cos)],
+        "dwell_stiction": [side * np.exp(-rows.travel / 1e-3) * (speed < typical)],
+    }
+    return {name: np.stack(group) for name, group in table.items()}
+
+
+def _rate(rows: Rows, x: Array) -> Array:
+    """Rate of change of a quantity (n,) within each recording; across gaps of the rows it is zero."""
+    step = np.diff(rows.t, prepend=rows.t[0])
+    change = np.diff(x, prepend=x[0])
+    near = (step > 0) & (step < 1.5 * EVERY * 1e-3) & (np.diff(rows.recording, prepend=0) == 0)
+    return np.where(near, change / np.where(near, step, 1.0), 0.0)
