@@ -8,11 +8,12 @@ is what a candidate of unit size would add to the force; nonlinear numbers of ca
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import minimum_filter1d
 from scipy.signal import savgol_filter
 
 from linid.api import read
@@ -23,14 +24,16 @@ WINDOW, ORDER = 21, 3  # of the smoothing, in samples at 1 kHz
 EVERY = 12  # rows kept: the smoothing makes neighbours alike
 SLIDING = 0.03  # m/s: below it the bristles rule
 STEP = 0.15  # of the largest current, from one sample to the next
+SPREAD = np.linspace(-1.0, 1.0, 17)
 PITCHES = (7e-3, 32e-3)  # m, between which the pole pitch is sought
 PHASES = 2 * np.pi / 3 * np.array([-1.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a campaign, (n,) each: recording, held-out or not, t in s, y in m, v, a in SI, currents (3, n) in A, known
-    mass in kg, travel since the last reversal in m, filtered square of the currents, started: running time in s."""
+    """Rows of a campaign, (n,) each: recording, held-out or not, t in s, y in m, v, a in SI, currents (3, n) in A,
+    added: known mass in kg, travel since the last reversal in m, heat: filtered square of the currents, started:
+    running time of the campaign in s."""
 
     recording: Array
     held_out: Array
@@ -92,10 +95,11 @@ def _one(recording: Recording, number: int, started: float) -> dict[str, Array]:
     travel = np.abs(y - y[np.maximum.accumulate(last)])
     # Nothing smooth follows a step of the current: rows that touch one are left out.
     steps = np.abs(np.diff(raw, axis=1, prepend=raw[:, :1])).max(axis=0) > STEP * np.abs(raw).max() + 1e-9
-    touched = np.convolve(steps, np.ones(2 * WINDOW + 1), "same") > 0
-    touched = touched if touched.mean() < 0.6 else np.zeros_like(touched)
+    touched = np.convolve(steps, np.ones(WINDOW + 4), "same") > 0
     keep = np.arange(WINDOW, t.size - WINDOW, EVERY)
-    keep = keep[(np.abs(v[keep]) > SLIDING) & ~touched[keep]]
+    # Where the window sees a reversal, friction has a step, and the bristles their way.
+    slowest = minimum_filter1d(np.abs(v), WINDOW + 4)
+    keep = keep[(slowest[keep] > SLIDING) & ~touched[keep]]
     one = np.ones(keep.size)
     return {
         "recording": number * one,
@@ -106,7 +110,8 @@ def _one(recording: Recording, number: int, started: float) -> dict[str, Array]:
         "y": y[keep],
         "v": v[keep],
         "a": a[keep],
-        "currents": smooth(raw)[:, keep],
+        # Not smoothed: at speed they turn faster than the window lets pass.
+        "currents": raw[:, keep],
         "added": one * (recording.added_mass or 0.0),
         "travel": travel[keep],
         "heat": heat[keep],
@@ -115,8 +120,11 @@ def _one(recording: Recording, number: int, started: float) -> dict[str, Array]:
 
 def solve(design: Array, target: Array) -> tuple[Array, float]:
     """Least squares of target (n,) on design (k, n): coefficients (k,), residual sum of squares."""
-    norms = np.linalg.norm(design, axis=1) + 1e-300
-    found = np.linalg.lstsq((design / norms[:, None]).T, target, rcond=1e-9)[0] / norms
+    norms = np.linalg.norm(design, axis=1)
+    used = norms > 1e-9 * norms.max()
+    found = np.zeros(design.shape[0])
+    scaled = design[used] / norms[used, None]
+    found[used] = np.linalg.lstsq(scaled.T, target, rcond=1e-6)[0] / norms[used]
     return found, float(np.sum((target - found @ design) ** 2))
 
 
@@ -142,7 +150,8 @@ def base_of(rows: Rows) -> Base:
 
 
 def _waves(rows: Rows, wavenumber: float, turn: float) -> tuple[Array, Array]:
-    """Electrical angle (n,) and the two thrusts per N/A (2, n) of a field that turns one way."""
+    """Electrical angle (n,) and the two thrusts per N/A (2, n) of a field; turn: its sense, and times 120 degrees the
+    phases' distance."""
     angle = wavenumber * rows.y
     phases = angle + turn * PHASES[:, None]
     return angle, np.stack([(np.sin(phases) * rows.currents).sum(0), (np.cos(phases) * rows.currents).sum(0)])
@@ -165,6 +174,9 @@ def _scan(rows: Rows, chosen: Array, inertia: Array, friction: Array) -> Iterato
     for width in (step, step / 8, step / 64):
         tried += [(price(k, best[1]), (float(k), best[1])) for k in best[0] + width * np.linspace(-1, 1, 17)]
         best = min(tried)[1]
+        # Windings need not be 120 degrees apart.
+        tried += [(price(best[0], s), (best[0], float(s))) for s in best[1] * (1 + 0.06 * width / step * SPREAD)]
+        best = min(tried)[1]
     yield from tried
 
 
@@ -177,9 +189,6 @@ def candidates(rows: Rows, base: Base) -> dict[str, Array]:
 
     def waves(*orders: int) -> list[Array]:
         return [g(k * base.angle) for k in orders for g in (np.sin, np.cos)]
-
-    def each(mask: Callable[[Array], Array], factor: Array) -> list[Array]:
-        return [factor * mask(rows.recording == k) for k in np.unique(rows.recording)]
 
     amps = np.sqrt((rows.currents**2).sum(0))
     table = {
@@ -198,8 +207,6 @@ def candidates(rows: Rows, base: Base) -> dict[str, Array]:
         "end_effect": [f * np.clip(z - 0.4, 0, None) ** 2, f * np.clip(-z - 0.4, 0, None) ** 2],
         "flexible_load": [_rate(rows, rows.a), _rate(rows, _rate(rows, f))],
         "friction_drift": [side * t, side * (1 - np.exp(-t / 1.5)), side * rows.started],
-        "payload_change": each(lambda m: m, rows.a),
-        "friction_level_change": each(lambda m: m, side),
         "eddy_current_drag": [v * np.exp(-speed / c) for c in (0.15, 0.3, 0.6)],
         "load_dependent_friction": [side * push],
         "pole_pitch_error": [base.quadrature * g(math.pi * z) for g in (np.sin, np.cos)],
@@ -209,8 +216,9 @@ def candidates(rows: Rows, base: Base) -> dict[str, Array]:
 
 
 def _rate(rows: Rows, x: Array) -> Array:
-    """Rate of change of a quantity (n,) within each recording; across gaps of the rows it is zero."""
-    step = np.diff(rows.t, prepend=rows.t[0])
-    change = np.diff(x, prepend=x[0])
-    near = (step > 0) & (step < 1.5 * EVERY * 1e-3) & (np.diff(rows.recording, prepend=0) == 0)
-    return np.where(near, change / np.where(near, step, 1.0), 0.0)
+    """Rate of change of a quantity (n,) about each row; beside gaps of the rows it is zero."""
+    wide = rows.t[2:] - rows.t[:-2]
+    same = (rows.recording[2:] == rows.recording[:-2]) & (wide > 0) & (wide < 2.5 * EVERY * 1e-3)
+    out = np.zeros_like(x)
+    out[1:-1] = np.where(same, (x[2:] - x[:-2]) / np.where(same, wide, 1.0), 0.0)
+    return out

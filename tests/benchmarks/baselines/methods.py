@@ -6,6 +6,7 @@ and have to help on the held-out ones, too. scikit-learn and PySINDy are importe
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -17,9 +18,11 @@ from tests.benchmarks.baselines.columns import Base, Rows, candidates, solve
 Array = np.ndarray
 MOST = 5  # effects that stepwise regression takes
 HELPS = 0.03  # of the held-out mean square that a step has to take away
-NAMED = 0.05  # of the gap, from which a share of the LASSO is called an effect
-TOLD = 0.15  # of the held-out variance that a Gaussian process or SINDy explains, from which a cause is told
-GP_ROWS = 350  # a Gaussian process costs their cube
+NAMED = 0.05  # of the gap, from which a share is called an effect
+MUCH = 0.8  # of what is left in a recording that a mass or a level of friction has to take away there
+FEW = {"payload_change": (2, 3), "friction_level_change": (3, 5)}  # recordings that may have it
+TOLD = 0.2  # of the held-out variance that has to be explained before anything is told
+GP_ROWS = 200  # a Gaussian process costs their cube
 RELEVANT = 2.0  # length scales below so many deviations of an argument make it relevant
 SEED = 1
 
@@ -51,27 +54,41 @@ class Problem:
 
 
 def stepwise(rows: Rows, base: Base) -> dict[str, Any]:
-    """Forward selection of groups by BIC, each step also judged by the held-out rows."""
+    """Forward selection of groups by BIC among those that also help on the held-out rows; then single recordings."""
     problem = Problem(rows, base)
-    table, chosen, left = problem.table(candidates(rows, base)), [], problem.target
-    count = int(problem.fit.sum())
+    table, chosen = problem.table(candidates(rows, base)), list[str]()
     while len(chosen) < MOST:
-
-        def bic(name: str) -> float:
-            rest = problem.left(np.vstack([table[one] for one in (*chosen, name)]))
-            terms = sum(table[one].shape[0] for one in (*chosen, name))
-            return count * float(np.log(np.mean(rest[problem.fit] ** 2))) + terms * float(np.log(count))
-
-        best = min((name for name in table if name not in chosen), key=bic)
-        rest = problem.left(np.vstack([table[one] for one in (*chosen, best)]))
-        before, after = (float(np.mean(x[problem.judge] ** 2)) for x in (left, rest))
-        terms = sum(table[one].shape[0] for one in chosen)
-        now = count * float(np.log(np.mean(left[problem.fit] ** 2))) + terms * float(np.log(count))
-        if bic(best) >= now or after > (1 - HELPS) * before:
+        now, before = _judged(problem, table, chosen)
+        tried = {name: _judged(problem, table, [*chosen, name]) for name in table if name not in chosen}
+        good = [name for name, one in tried.items() if one[0] < now and one[1] < (1 - HELPS) * before]
+        if not good:
             break
-        chosen.append(best)
-        left = rest
-    return _named(problem, {name: table[name] for name in chosen})
+        chosen.append(min(good, key=lambda name: tried[name][0]))
+    answer = _named(problem, {name: table[name] for name in chosen})
+    left = problem.left(np.vstack([table[name] for name in chosen])) if chosen else problem.target
+    return {**answer, "effects": [*answer["effects"], *_single(rows, left / problem.weight)]}
+
+
+def _single(rows: Rows, left: Array) -> list[str]:
+    """What a mass, or another level of friction, in a few recordings explains: it takes MUCH of what is left there,
+    in as many recordings as FEW allows."""
+    for name, column in (("payload_change", rows.a), ("friction_level_change", np.sign(rows.v))):
+        taken = 0
+        for number in np.unique(rows.recording):
+            one = rows.recording == number
+            found = float(column[one] @ left[one]) / float(column[one] @ column[one])
+            taken += float(np.mean((left - found * column)[one] ** 2)) < (1 - MUCH) * float(np.mean(left[one] ** 2))
+        if FEW[name][0] <= taken <= FEW[name][1]:
+            return [name]
+    return []
+
+
+def _judged(problem: Problem, table: dict[str, Array], names: list[str]) -> tuple[float, float]:
+    """BIC of some groups, and the mean square that they leave held out."""
+    left = problem.left(np.vstack([table[name] for name in names])) if names else problem.target
+    count, terms = int(problem.fit.sum()), sum(table[name].shape[0] for name in names)
+    held_out, fitted = (float(np.mean(left[chosen] ** 2)) for chosen in (problem.judge, problem.fit))
+    return count * math.log(fitted) + terms * math.log(count), held_out
 
 
 def _named(problem: Problem, groups: dict[str, Array]) -> dict[str, Any]:
@@ -85,7 +102,14 @@ def _named(problem: Problem, groups: dict[str, Array]) -> dict[str, Any]:
         part = found[start : start + group.shape[0]] @ group
         shares[name] = float(np.sum((part * problem.target)[problem.judge])) / whole
         start += group.shape[0]
-    order = sorted(shares, key=lambda name: -shares[name])
+    return _told(shares)
+
+
+def _told(shares: dict[str, float]) -> dict[str, Any]:
+    """An answer with the effects that have a share worth a name, where together they explain anything."""
+    if sum(shares.values()) < TOLD:
+        return {"effects": []}
+    order = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] >= NAMED]
     return {"effects": order, "shares": {name: {"share": shares[name]} for name in order}}
 
 
@@ -108,12 +132,12 @@ def lasso(rows: Rows, base: Base) -> dict[str, Any]:
         part = model.coef_[start : start + group.shape[0]] @ design[start : start + group.shape[0]]
         shares[name] = float(np.sum((part * problem.target)[problem.judge])) / whole
         start += group.shape[0]
-    order = [name for name in sorted(shares, key=lambda name: -shares[name]) if shares[name] >= NAMED]
-    return {"effects": order, "shares": {name: {"share": shares[name]} for name in order}}
+    return _told(shares)
 
 
 def process(rows: Rows, base: Base) -> dict[str, Any]:
-    """A Gaussian process with a length scale for each argument; it knows no names, so it tells `unknown` and arguments."""
+    """A Gaussian process with a length scale for each argument; it knows no names, so it tells `unknown` and
+    arguments."""
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
