@@ -14,17 +14,17 @@ from dataclasses import dataclass
 from linid.challenge.entries import BOTH, AxisSizes, Entry, Random, constant, even, log_even, nothing, phase
 from linid.challenge.kernel import layout
 
-ARGUMENTS = (
-    "position",
-    "velocity",
-    "direction",
-    "motor_force",
-    "acceleration",
-    "time",
-    "campaign_time",
-    "travel",
-    "rest_time",
-)
+ARGUMENTS = {
+    "position": "place on the track, also within a pole pitch or another period",
+    "velocity": "speed and its sign",
+    "direction": "sign of the velocity alone",
+    "motor_force": "thrust or current",
+    "acceleration": "acceleration",
+    "time": "time since the recording began",
+    "campaign_time": "running time of all recordings, one after the other in the order of campaign.yaml",
+    "travel": "distance since the last reversal (before one: since the start)",
+    "rest_time": "how long the axis rested before the last breakaway",
+}
 LAG = 1.5e-3  # s, in which a body feels an acceleration: as fast as no sample shows
 
 

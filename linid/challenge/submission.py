@@ -46,7 +46,7 @@ def _listed(name: str) -> str:
 
 
 def _argument(name: str) -> str:
-    return _known(name, ARGUMENTS, "argument")
+    return _known(name, tuple(ARGUMENTS), "argument")
 
 
 def _once(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -62,9 +62,9 @@ def closure_of_term(
 ) -> float | None:
     """Share of the held-out excess that a known term closes, linear in its amplitude, with the base fitted beside it.
 
-    term: acceleration in m/s^2 at the samples of each recording; the base moves along its slopes. At rest the bristles
-    balance a force: there the term may have an amplitude of its own. Least squares on the fitted rows, each stretch of
-    50 ms in units of what is left in it. None where there is no excess, or no row to judge by.
+    term: (n,) acceleration in m/s^2 at the samples of each recording; the base moves along its slopes. At rest the
+    bristles balance a force: there the term may have an amplitude of its own. Least squares on the fitted rows, each
+    stretch of 50 ms in units of what is left in it. None where there is no excess, or no row to judge by.
     """
     recordings = numbered(recordings)
     base = fit_base_model(recordings, kind, known, Means(jobs, seed=seed), [])

@@ -8,7 +8,6 @@ is what a candidate of unit size would add to the force; nonlinear numbers of ca
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -138,8 +137,13 @@ def base_of(rows: Rows) -> Base:
     mass = max(float(found[0]), 1e-2)
     inertia = (mass + rows.added) * rows.a
     driven = fit & (rows.driven == 1)
-    _, scanned = min(_scan(rows, driven, inertia, friction), key=lambda one: one[0])
-    wavenumber, turn = scanned
+    wavenumber, _ = _pitch(rows, driven)
+
+    def price(turn: float) -> float:
+        return solve(np.vstack([_waves(rows, wavenumber, turn)[1], -friction])[:, driven], inertia[driven])[1]
+
+    # Windings need not be 120 degrees apart.
+    turn = min((sense * (1 + 0.06 * part) for sense in (1, -1) for part in SPREAD), key=price)
     angle, waves = _waves(rows, wavenumber, turn)
     design = np.vstack([waves, -friction])
     found, _ = solve(design[:, fit], inertia[fit])
@@ -157,27 +161,26 @@ def _waves(rows: Rows, wavenumber: float, turn: float) -> tuple[Array, Array]:
     return angle, np.stack([(np.sin(phases) * rows.currents).sum(0), (np.cos(phases) * rows.currents).sum(0)])
 
 
-def _scan(rows: Rows, chosen: Array, inertia: Array, friction: Array) -> Iterator[tuple[float, tuple[float, float]]]:
-    """Residuals over wavenumbers and senses of turning, then finer about the best."""
+def _pitch(rows: Rows, chosen: Array) -> tuple[float, float]:
+    """Wavenumber of the field in rad/m and the sense in which the phases follow each other.
+
+    The drive commutates by its encoder, so the currents' vector turns with the position: the wavenumber at which it
+    stands still once that turn is taken off. Thrust alone hardly tells, as its cosine is flat about the optimum.
+    """
     low, high = math.pi / PITCHES[1], math.pi / PITCHES[0]
-    step = 0.4 / float(np.ptp(rows.y[chosen]))
-    tried: list[tuple[float, tuple[float, float]]] = []
-    part = Rows(**{k: getattr(rows, k)[..., chosen] for k in Rows.__dataclass_fields__})
-
-    def price(wavenumber: float, turn: float) -> float:
-        _, waves = _waves(part, wavenumber, turn)
-        return solve(np.vstack([waves, -friction[:, chosen]]), inertia[chosen])[1]
-
-    for turn in (1.0, -1.0):
-        tried += [(price(k, turn), (float(k), turn)) for k in np.arange(low, high, step)]
-    best = min(tried)[1]
-    for width in (step, step / 8, step / 64):
-        tried += [(price(k, best[1]), (float(k), best[1])) for k in best[0] + width * np.linspace(-1, 1, 17)]
-        best = min(tried)[1]
-        # Windings need not be 120 degrees apart.
-        tried += [(price(best[0], s), (best[0], float(s))) for s in best[1] * (1 + 0.06 * width / step * SPREAD)]
-        best = min(tried)[1]
-    yield from tried
+    y, step = rows.y[chosen], 0.3 / float(np.ptp(rows.y[chosen]))
+    best = (0.0, low, 1.0)
+    for sense in (1.0, -1.0):
+        # Squared: a push and a pull have opposite vectors.
+        vector = ((np.exp(-1j * sense * PHASES)[:, None] * rows.currents[:, chosen]).sum(axis=0)) ** 2
+        grid = np.arange(low, high, step)
+        for width in (0.0, step, step / 8, step / 64):
+            grid = grid if width == 0.0 else best[1] + width * np.linspace(-1, 1, 17)
+            for k in grid if width == 0.0 or best[2] == sense else ():
+                # A sine of the angle has vectors that turn forward or back; either sense is tried.
+                coherence = max(abs(np.sum(vector * np.exp(turn * 2j * k * y))) for turn in (1, -1))
+                best = max(best, (float(coherence), float(k), sense))
+    return best[1], best[2]
 
 
 def candidates(rows: Rows, base: Base) -> dict[str, Array]:
