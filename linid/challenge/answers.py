@@ -41,13 +41,22 @@ class BudgetEntry:
 
 
 @dataclass(frozen=True)
+class Proposal:
+    """A term proposed for what no listed effect explains: what it depends on, and the share of the excess that it
+    closes (None: not stated)."""
+
+    arguments: tuple[str, ...]
+    closed: float | None = None
+
+
+@dataclass(frozen=True)
 class Answer:
     """What a diagnosis said of one campaign.
 
     entries: of its budget, the largest share first; unexplained: the share that it leaves; closure: share of the gap
     closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of what the
     others leave; covered, fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for
-    them; excess: held-out excess of the base over the floor, in floors.
+    them; excess: held-out excess of the base over the floor, in floors; proposal: None where no term is proposed.
     """
 
     status: str
@@ -59,6 +68,7 @@ class Answer:
     covered: int = 0
     fresh: int = 0
     excess: float | None = None
+    proposal: Proposal | None = None
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -82,6 +92,7 @@ def read_answer(folder: Path) -> Answer:
         left = budget.get("unexplained") or {}
         unexplained = Stated(_finite(left.get("share")), _finite(left.get("low")), _finite(left.get("high")))
         closure, excess = _finite(budget.get("closed")), _finite(budget.get("gap"))
+        proposal = _proposal(body.get("proposal"))
     except (KeyError, TypeError, AttributeError, IndexError):
         raise _bad(folder / DIAGNOSIS_FILE, "does not follow the schema of a diagnosis") from None
     if status not in STATUSES:
@@ -99,6 +110,7 @@ def read_answer(folder: Path) -> Answer:
         sum(gap["low"] <= gap["value"] <= gap["high"] for gap in gaps),
         len(gaps),
         excess,
+        proposal,
     )
 
 
@@ -125,6 +137,13 @@ def _entries(verdict: Mapping[str, Any], budget: Mapping[str, Any]) -> tuple[Bud
         for entry in budget["entries"]
     ]
     return tuple(sorted(found, key=lambda entry: -(entry.stated.share or 0.0)))
+
+
+def _proposal(body: Mapping[str, Any] | None) -> Proposal | None:
+    """The diagnosis' proposal; older diagnoses know none."""
+    if not body:
+        return None
+    return Proposal(tuple(map(str, body["arguments"])), _finite(body.get("closed")))
 
 
 def _json(path: Path) -> dict[str, Any]:

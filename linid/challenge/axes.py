@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linid.challenge.catalogue import AxisSizes
+from linid.challenge.entries import AxisSizes
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
 from linid.physics.described import Friction
 from linid.stand.description import AxisDescription, Drive, Measurement, SineMotor, Stroke, ThetaMotor

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from linid.challenge.answers import Answer, BudgetEntry
-from linid.challenge.catalogue import OUTSIDE
 from linid.challenge.files import Key
+from linid.challenge.outside import OUTSIDE
 from linid.challenge.rates import Rate, rate
 
 MATTERS_SHARE = 0.05  # of the gap: an effect with less of it need not be found

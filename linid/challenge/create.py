@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from linid.challenge.files import KEYS_FILE, Key, key_of, write_hidden_campaign, write_keys
 from linid.challenge.make import Plan, make_campaign
+from linid.challenge.term import plan_body
 from linid.errors import UsageError
 
 Task = TypeVar("Task")
@@ -42,7 +43,7 @@ def make_challenge(
 
     keys = dict(in_threads(one, range(count), jobs, progress))
     ordered = dict(sorted(keys.items()))
-    write_keys(ordered, keys_path, seed=plan.seed)
+    write_keys(ordered, keys_path, seed=plan.seed, more={"plan": plan_body(plan)})
     return ordered
 
 

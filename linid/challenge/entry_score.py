@@ -17,8 +17,9 @@ from statistics import median
 
 from linid.challenge.answers import FAILED, Answer, BudgetEntry, Stated
 from linid.challenge.budget import Ledger, ledger, score_budgets
-from linid.challenge.catalogue import DEPENDS_ON, OUTSIDE
 from linid.challenge.files import Key
+from linid.challenge.outside import DEPENDS_ON, OUTSIDE
+from linid.challenge.proposals import cause_of, grade
 from linid.challenge.rates import Rate, rate
 from linid.challenge.submission import CampaignAnswer
 
@@ -104,7 +105,9 @@ def group_score(lines: Sequence[EntryLine]) -> GroupScore:
     answered: campaigns with an answer; points: their mean; named: of the effects to be named; wrong: names that are
     not there, of all given; false_alarms: any cause told, of campaigns with nothing hidden; told: unlisted causes told;
     astray: told where every cause is listed; covered: true shares within the stated intervals; arguments: of the
-    unlisted causes', named; arguments_wrong: of those named, not theirs; law: friction laws right, of those stated.
+    unlisted causes', named; arguments_wrong: of those named, not theirs; arguments_exact, arguments_main: of
+    campaigns with one such cause, exactly its arguments, and with its main one some of them, all, or more; law:
+    friction laws right, of those stated.
     """
     budget = score_budgets([(line.key, answer_of(line.said)) for line in lines]).rates
     nothing = [line.said for line in lines if not line.key.effects]
@@ -112,6 +115,8 @@ def group_score(lines: Sequence[EntryLine]) -> GroupScore:
     listed = [line for line in lines if line not in outside and line.key.law == "lugre"]
     asked = [(line.said, _arguments(line.key)) for line in outside]
     spoken = [(said.arguments, truth) for said, truth in asked if said is not None and said.arguments]
+    causes = [(line.said, cause) for line in lines if (cause := cause_of(line.key)) is not None]
+    grades = [grade(said.arguments if said is not None else (), DEPENDS_ON[cause]) for said, cause in causes]
     laws = [(line.said.law, line.key.law) for line in lines if line.said is not None and line.said.law is not None]
     rates = {
         "answered": _rate(line.said is not None for line in lines),
@@ -124,6 +129,8 @@ def group_score(lines: Sequence[EntryLine]) -> GroupScore:
         "covered": budget["share_covered"],
         "arguments": _rate(name in said for said, truth in spoken for name in truth),
         "arguments_wrong": _rate(name not in truth for said, truth in spoken for name in said),
+        "arguments_exact": _rate(one == "exact" for one in grades),
+        "arguments_main": _rate(one != "wrong" for one in grades),
         "law": _rate(stated == true for stated, true in laws),
     }
     return GroupScore(len(lines), rates, _width(lines))

@@ -11,8 +11,10 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.challenge.axes import FRESH_PLAN, draw_axis, draw_modes, scales, tamed
-from linid.challenge.catalogue import ENTRIES, FIRST, LISTED, OUTSIDE, HiddenEffect, draw_effect
+from linid.challenge.catalogue import ENTRIES, FIRST, LISTED, draw_effect
+from linid.challenge.entries import HiddenEffect
 from linid.challenge.hidden_axis import AXES, LAWS, AxisKind, HiddenAxis, Law, varied
+from linid.challenge.outside import OUTSIDE
 from linid.challenge.plant import HiddenRun
 from linid.challenge.strength import OutOfStrokeError, calibrate, commands, run_all
 from linid.challenge.truth import Truth, true_shares

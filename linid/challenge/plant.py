@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
-from linid.challenge.catalogue import ENTRIES, HiddenEffect
+from linid.challenge.catalogue import ENTRIES
+from linid.challenge.entries import HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis
 from linid.challenge.kernel import layout
 from linid.challenge.kernel.inputs import Orders, Plant
@@ -171,8 +172,16 @@ def build_plant(
         walk=walks["walking_friction"],
         wander=walks["wandering_force"],
         walk_step=WALK_STEP,
+        begun=begun(description, mode),
         pushes=np.zeros((0, 3)) if push is None else _pushes(push, mode),
     )
+
+
+def begun(description: HiddenAxis, mode: Mode) -> float:
+    """Running time in s of a campaign before one of its recordings, which follow each other without a break."""
+    names = [one.name for one in description.campaign]
+    before = names.index(mode.name) if mode.name in names else 0
+    return sum(one.duration_s for one in description.campaign[:before])
 
 
 def _table(effects: Sequence[HiddenEffect], index: int) -> tuple[int, Array]:

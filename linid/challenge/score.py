@@ -16,6 +16,7 @@ from typing import Any
 from linid.challenge.answers import FAILED, Answer
 from linid.challenge.budget import BudgetScore, Ledger, groups, ledger
 from linid.challenge.files import Key
+from linid.challenge.proposals import ProposalScore, score_proposals
 from linid.challenge.rates import Rate, rate
 
 BINS = (0.05, 0.1, 0.2, 0.5, 1.0)
@@ -57,7 +58,8 @@ class Bin:
 
 @dataclass(frozen=True)
 class Score:
-    """All figures of a scored challenge. confusion: (rows, columns, counts): key against verdict; budgets: by group."""
+    """All figures of a scored challenge. confusion: (rows, columns, counts): key against verdict; budgets: by group;
+    proposals: terms for causes outside the library."""
 
     lines: tuple[Line, ...]
     rates: dict[str, Rate]
@@ -67,6 +69,7 @@ class Score:
     relative_closure: float | None
     relative_count: int
     budgets: dict[str, BudgetScore]
+    proposals: ProposalScore
 
 
 def score_line(name: str, key: Key, answer: Answer) -> Line:
@@ -142,6 +145,7 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
         median(relative) if relative else None,
         len(relative),
         groups(keys, answers),
+        score_proposals(keys, answers),
     )
 
 

@@ -23,7 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from linid.arrays import Array
-from linid.challenge.catalogue import ENTRIES, AxisSizes, HiddenEffect
+from linid.challenge.catalogue import ENTRIES
+from linid.challenge.entries import AxisSizes, HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis
 from linid.challenge.plant import HiddenRun, acts, simulate
 from linid.stand.mode_descriptions import FreeWheel, Mode

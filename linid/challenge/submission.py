@@ -19,8 +19,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from linid.challenge.catalogue import ARGUMENTS, LISTED
+from linid.challenge.catalogue import LISTED
 from linid.challenge.hidden_axis import LAWS, Law
+from linid.challenge.outside import ARGUMENTS
 from linid.config import json_text, read_json
 from linid.errors import ConfigError
 
@@ -45,7 +46,7 @@ def _listed(name: str) -> str:
 
 
 def _argument(name: str) -> str:
-    return _known(name, ARGUMENTS, "argument")
+    return _known(name, tuple(ARGUMENTS), "argument")
 
 
 def _once(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from linid.challenge.files import Key, key_of, read_keys_file, write_hidden_camp
 from linid.challenge.make import ALL, Plan, make_campaign
 from linid.errors import ConfigError, UsageError
 
-SUITE_VERSION = "1"  # of the way in which campaigns are drawn: with another one a seed gives other campaigns
+SUITE_VERSION = "2"  # of the way in which campaigns are drawn: with another one a seed gives other campaigns
 DEFAULT_SEED, DEFAULT_SIZE = 2026, 60
 _ORDER = 9  # marks the random numbers that deal out names
 
@@ -32,10 +32,10 @@ class Group:
 
 
 GROUPS: dict[str, Group] = {
-    "single": Group(14, "one effect of the list", {"kinds": ("single",)}),
-    "pairs": Group(10, "two effects of the list", {"kinds": ("pair",)}),
+    "single": Group(12, "one effect of the list", {"kinds": ("single",)}),
+    "pairs": Group(8, "two effects of the list", {"kinds": ("pair",)}),
     "crowds": Group(8, "four effects of the list", {"kinds": ("crowd",), "crowd": (4, 4)}),
-    "outside": Group(8, "one cause that is not on the list", {"kinds": ("unknown",)}),
+    "outside": Group(12, "one cause that is not on the list", {"kinds": ("unknown",)}),
     "laws": Group(
         8,
         "one effect of the list, on an axis with Maxwell-slip or Dahl friction",

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from linid.challenge.catalogue import ARGUMENTS, LISTED
+from linid.challenge.catalogue import LISTED
+from linid.challenge.hidden_axis import LAWS
+from linid.challenge.outside import ARGUMENTS
 from linid.challenge.suite import GROUPS
 from linid.physics.effects.registry import BUILT_IN
 
@@ -64,8 +66,8 @@ One JSON file; `submission.schema.json` is its schema.
 - `unknown`: true where a cause acts that is not on the list.
 - `shares` (optional): how much of the gap each named effect makes, with a 95 % interval. The gap is the mean square of
   the acceleration that the axis without hidden effects misses on the held-out recordings; 1 is all of it.
-- `arguments` (optional, with `unknown`): what the unlisted cause depends on: {arguments}.
-- `law` (optional): friction law of the axis: lugre, maxwell or dahl.
+- `arguments` (optional, with `unknown`): what the unlisted cause depends on, as in the table below; one to three.
+- `law` (optional): friction law of the axis: {laws}.
 
 A campaign that is left out counts as not answered, which is worse than an empty answer where nothing is hidden.
 
@@ -78,6 +80,15 @@ intervals, and how often the stated intervals of shares hold the true ones.
 
 Whoever has the keys scores with `linid challenge score SUBMISSION.json --keys KEYS.yaml`. {seed}
 `suite.json` holds the SHA-256 of the keys, so that nobody can change them afterwards.
+
+## Arguments of an unlisted cause
+
+| name | meaning |
+|---|---|
+{arguments}
+
+A friction depends on `direction`; what else it depends on stands beside it. A cause that depends on `velocity` needs no
+`direction`. Scored are: exactly the cause's arguments, and answers that have its main one and are some of them or more.
 
 ## The list of effects
 
@@ -103,7 +114,8 @@ def readme(suite: str, sizes: Mapping[str, int], seed: int | None) -> str:
         suite=suite,
         total=sum(sizes.values()),
         groups="\n".join(groups),
-        arguments=", ".join(f"`{name}`" for name in ARGUMENTS),
+        arguments="\n".join(f"| `{name}` | {meaning} |" for name, meaning in ARGUMENTS.items()),
+        laws=", ".join(f"`{law}`" for law in LAWS),
         seed=told,
         effects="\n".join(f"| `{name}` | {physics[name]} |" for name in LISTED),
     )

@@ -37,7 +37,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.challenge.catalogue import LISTED, HiddenEffect
+from linid.challenge.catalogue import LISTED
+from linid.challenge.entries import HiddenEffect
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
 from linid.challenge.kernel import layout
 from linid.challenge.kernel.inputs import Plant

@@ -136,6 +136,12 @@ class Balance:
         part = part.at_rows_of(self._part)
         return np.asarray(np.nan_to_num(-part.residuals(vector[None, :], np.zeros((1, 0)))[0]))
 
+    def smoothed(self, accelerations: Sequence[Array]) -> Array:
+        """Accelerations of each recording's samples, in m/s^2, as the rows' bumps see them, (n,)."""
+        kernels = zip(accelerations, self._part.kernels, strict=True)
+        smooth = np.concatenate([np.convolve(one, kernel, "same") for one, kernel in kernels])
+        return np.asarray(smooth[self._part.rows])
+
     @cached_property
     def split(self) -> NDArray[np.bool_]:
         """(n,) true where a row belongs to a held-out recording."""

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from linid.diagnosis.base import fit_base_model, numbered
+import numpy as np
+
+from linid.arrays import Array
+from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.held_out_tests import Part
 from linid.diagnosis.means import Means
 from linid.diagnosis.screen import Screening
@@ -13,6 +16,8 @@ from linid.diagnosis.select import fit_effects, part_of
 from linid.diagnosis.shares import Shares, shares_of
 from linid.identification.result import ModelKind
 from linid.recording.recording import Recording
+
+_ROUNDS = 6  # of weights, which settle in a few
 
 
 @dataclass(frozen=True)
@@ -44,3 +49,47 @@ def oracle(
         return None
     parts = tuple(part_of(base.judge, base.fitted, found, name, jobs) for name in found.model.effects)
     return Oracle(shares_of(base.judge, base.fitted, found, seed), parts)
+
+
+def closure_of_term(
+    recordings: Sequence[Recording],
+    kind: ModelKind,
+    term: Sequence[Array],
+    known: dict[str, float],
+    *,
+    jobs: int = 1,
+    seed: int = 1,
+) -> float | None:
+    """Share of the held-out excess that a known term closes, linear in its amplitude, with the base fitted beside it.
+
+    term: (n,) acceleration in m/s^2 at the samples of each recording; the base moves along its slopes. At rest the
+    bristles balance a force: there the term may have an amplitude of its own. Least squares on the fitted rows, each
+    stretch of 50 ms in units of what is left in it. None where there is no excess, or no row to judge by.
+    """
+    recordings = numbered(recordings)
+    base = fit_base_model(recordings, kind, known, Means(jobs, seed=seed), [])
+    judge, split = base.judge, base.judge.balance.split
+    before = judge.excess(base.fitted.residual) if split.any() else 0.0
+    if before <= 0.0:
+        return None
+    left = _left_beside(base, judge.balance.smoothed(term))
+    return 1.0 - judge.excess(left) / before
+
+
+def _left_beside(base: Base, column: Array) -> Array:
+    """What a base leaves (n,) in m/s^2 when a term (n,) stands beside it."""
+    judge, rows = base.judge, base.judge.balance.rows
+    moving = np.where(rows.standstill, 0.0, column)
+    design = np.stack([moving, column - moving, *judge.fits.slopes(base.fitted).values()], axis=1)
+    design = design[:, np.linalg.norm(design, axis=0) > 0.0]
+    residual, fitted = base.fitted.residual, ~judge.balance.split
+    size = judge.scale[rows.recording]
+    left, counts = residual, np.maximum(np.bincount(rows.bin[fitted], minlength=rows.bin.max() + 1), 1)
+    for _ in range(_ROUNDS):
+        power = np.bincount(rows.bin[fitted], (left[fitted] / size[fitted]) ** 2, minlength=counts.size) / counts
+        weight = 1.0 / (size * np.sqrt(1.0 + power[rows.bin]))
+        scaled = design[fitted] * weight[fitted, None]
+        norms = np.linalg.norm(scaled, axis=0)
+        found = np.linalg.lstsq(scaled / norms, residual[fitted] * weight[fitted], rcond=1e-8)[0] / norms
+        left = residual - design @ found
+    return left

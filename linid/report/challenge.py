@@ -44,6 +44,15 @@ BUDGET_LABELS = {
     "complete": "campaigns: all those found, nothing absent named",
     "none_right": "nothing hidden: said none",
 }
+PROPOSAL_LABELS = {
+    "proposed": "one cause outside the library: a term proposed",
+    "arguments_exact": "... its arguments are the cause's",
+    "arguments_main": "... they have the main one, and are some of them, all, or more",
+    "proposed_exact": "of the terms proposed there: arguments exact",
+    "proposed_main": "... with the main one, some, all, or more",
+    "proposed_where_none": "nothing hidden: a term proposed",
+    "proposed_where_listed": "every cause listed, LuGre friction: a term proposed",
+}
 CAMPAIGN_COLUMNS = (
     "campaign",
     "kind",
@@ -91,6 +100,26 @@ def score_table(score: Score) -> Table:
         Text("the same relative to the oracle's, median"),
         Text(f"of {score.relative_count}"),
         Text(_number(score.relative_closure)),
+    )
+    return table
+
+
+def proposal_table(score: Score) -> Table:
+    """Terms proposed for causes outside the library, with 95 % intervals."""
+    from rich.text import Text
+
+    table = console_table("Proposed terms")
+    table.add_column("Figure", overflow="fold")
+    table.add_column("Count", justify="right", no_wrap=True)
+    table.add_column("Rate (95 % interval)", justify="right", no_wrap=True)
+    for name, label in PROPOSAL_LABELS.items():
+        one = score.proposals.rates[name]
+        table.add_row(Text(label), Text(f"{one.count:g} of {one.total}"), Text(rate_text(one)))
+    table.add_section()
+    table.add_row(
+        Text("closure relative to the true term's, median"),
+        Text(f"of {score.proposals.count}"),
+        Text(_number(score.proposals.closure)),
     )
     return table
 

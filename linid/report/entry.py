@@ -26,10 +26,12 @@ LABELS = {
     "astray": "... told where none is",
     "arguments": "Arguments named",
     "arguments_wrong": "... wrong",
+    "arguments_exact": "Arguments exact",
+    "arguments_main": "... with the main one",
     "covered": "Shares in their intervals",
     "law": "Friction law right",
 }
-NAMES, UNLISTED, STATED = tuple(LABELS)[:5], tuple(LABELS)[5:9], tuple(LABELS)[9:]
+NAMES, UNLISTED, STATED = tuple(LABELS)[:5], tuple(LABELS)[5:11], tuple(LABELS)[11:]
 
 
 def entry_tables(score: EntryScore, entrant: str) -> tuple[Table, ...]:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from linid.challenge.axes import TRAVEL
-from linid.challenge.catalogue import OUTSIDE, AxisSizes
+from linid.challenge.entries import AxisSizes
+from linid.challenge.outside import OUTSIDE
 from linid.challenge.strength import COARSE, HALF_WIDTH, bump, calibrate, run_all
 from linid.stand.description import AxisDescription
 from tests.challenge.conftest import effect

@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from linid.challenge.answers import Answer, BudgetEntry, Stated, read_answer
+from linid.challenge.answers import Answer, BudgetEntry, Proposal, Stated, read_answer
 from linid.challenge.budget import ledger, score_budgets
 from linid.challenge.files import Key, write_keys
+from linid.challenge.proposals import closed_of, grade, score_proposals
 from linid.challenge.rates import rate
 from linid.challenge.score import score
 from linid.errors import DataError
@@ -291,3 +292,63 @@ def test_shuffled_labels_score_nothing(tmp_path: Path) -> None:
     turned = dict(zip(answers, [*list(answers.values())[1:], next(iter(answers.values()))], strict=True))
     other = score(keys, turned)
     assert other.rates["top_1"].value == 0.0 and other.rates["named_but_wrong"].value == 1.0
+
+
+def test_arguments_are_exact_related_or_wrong() -> None:
+    truth = ("time", "velocity")
+    assert grade(("velocity", "time"), truth) == "exact"
+    assert grade(("time",), truth) == grade(("time", "velocity", "position"), truth) == "related"
+    # Without the main one, or beside the others something else: wrong.
+    assert grade(("velocity",), truth) == grade(("time", "position"), truth) == grade((), truth) == "wrong"
+
+
+def test_proposals_are_scored_by_arguments_and_closure() -> None:
+    keys = {
+        "a": key("unknown", "gated_vibration"),
+        "b": key("unknown", "soft_rail"),
+        "c": key("unknown", "wandering_force"),
+        "d": key("unknown", "reversal_friction"),
+        "e": key("none"),
+        "f": key("none", law="maxwell"),
+        "g": key("single", "cogging"),
+        "h": key("unknown", "place_magnet"),
+    }
+    entry = BudgetEntry("cogging")
+    answers = {
+        "a": Answer("unknown", oracle=0.8, proposal=Proposal(("velocity", "time"), 0.6)),
+        # Half is named, and of the other half the proposal closes a half: three quarters in all.
+        "b": Answer("partly explained", (entry,), closure=0.5, oracle=1.0, proposal=Proposal(("position",), 0.5)),
+        # A walk at random tells nothing of other recordings: no closure is compared.
+        "c": Answer("unknown", oracle=1.0, proposal=Proposal(("position",), 0.1)),
+        "d": Answer("unknown", oracle=1.0),
+        "e": Answer("none"),
+        "f": Answer("unknown", proposal=Proposal(("travel",))),
+        "g": Answer("explained", (entry,), proposal=Proposal(("time",))),
+        "h": Answer("failed"),
+    }
+    assert closed_of(answers["b"]) == pytest.approx(0.75) and closed_of(answers["d"]) is None
+    score = score_proposals(keys, answers)
+    counts = {name: (one.count, one.total) for name, one in score.rates.items()}
+    assert counts == {
+        "proposed": (3, 4),
+        "arguments_exact": (1, 4),
+        "arguments_main": (2, 4),
+        "proposed_exact": (1, 3),
+        "proposed_main": (2, 3),
+        "proposed_where_none": (0, 1),
+        "proposed_where_listed": (1, 1),
+    }
+    assert (score.closure, score.count) == (pytest.approx(0.75), 2)
+
+
+def test_a_proposal_is_read_from_the_diagnosis(tmp_path: Path) -> None:
+    body = said("unknown")
+    for proposal, expected in (
+        ({"arguments": ["time", "velocity"], "closed": 0.8}, Proposal(("time", "velocity"), 0.8)),
+        (None, None),
+    ):
+        (tmp_path / "diagnosis.json").write_text(json.dumps({**body, "proposal": proposal}), encoding="utf-8")
+        assert read_answer(tmp_path).proposal == expected
+    (tmp_path / "diagnosis.json").write_text(json.dumps({**body, "proposal": {"closed": 1}}), encoding="utf-8")
+    with pytest.raises(DataError):
+        read_answer(tmp_path)

@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from linid.challenge.catalogue import DEPENDS_ON, LISTED, OUTSIDE
+from linid.challenge.catalogue import LISTED
 from linid.challenge.entry_score import EntryScore, score_entry
 from linid.challenge.files import Key
+from linid.challenge.outside import DEPENDS_ON, OUTSIDE
 from linid.challenge.submission import (
     CampaignAnswer,
     check_campaigns,
@@ -64,7 +65,7 @@ def values(score: EntryScore, group: str) -> dict[str, float]:
     return {name: rate.value for name, rate in score.groups[group].rates.items() if rate.total}
 
 
-GOOD = {"answered", "points", "named", "told", "covered", "arguments", "law"}
+GOOD = {"answered", "points", "named", "told", "covered", "arguments", "arguments_exact", "arguments_main", "law"}
 BAD = {"wrong", "false_alarms", "astray", "arguments_wrong"}
 
 

@@ -16,7 +16,8 @@ class Plant(NamedTuple):
     lacks these offsets, and takes the shown currents for true. on: bit k is set while the hidden effect of row k acts;
     number: (ROWS, COLUMNS). law: of friction; shares, stiffness: (ELEMENTS,) of Maxwell's elements, shares of the
     sliding force and N/m; bend: exponent of Dahl's law. walk, wander: (k,) random walks of friction and force at knots
-    walk_step s apart. pushes: (k, 3) size in N, start and length in s.
+    walk_step s apart. begun: s of the campaign that passed before the recording. pushes: (k, 3) size in N, start
+    and length in s.
     """
 
     mass: float
@@ -48,6 +49,7 @@ class Plant(NamedTuple):
     walk: Array
     wander: Array
     walk_step: float
+    begun: float
     pushes: Array
 
 

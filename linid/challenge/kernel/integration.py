@@ -22,21 +22,27 @@ from linid.challenge.kernel.layout import (
     DWELT,
     ELEMENTS,
     ENCODER,
+    EXTREME,
     HIDDEN,
     IQ,
     LOGGED,
     LOSS,
     MAXWELL,
+    MEMORY_ROWS,
+    ORIGIN,
+    OUTSIDE_FRICTION_ROWS,
     PLAIN_STATES,
     PLAY,
     SLACK,
     THRUST,
+    WAY,
     WORK,
     V,
     W,
     Y,
 )
 from linid.challenge.kernel.motor import currents, lag_of, lagged, reading_error, reading_slope
+from linid.challenge.kernel.outside import note_motion, outside_friction
 from linid.challenge.kernel.rates import base_acceleration
 from linid.challenge.kernel.steps import Lead, Step, led_motion, runge_kutta, slip_elements, take_up_play
 from linid.physics.kernel_cache import cache_folder, lock_compilation
@@ -57,9 +63,14 @@ def _start(y0: float, v0: float, memory: Memory, p: Plant) -> PlantState:
     hidden = memory.hidden
     # At rest contacts are grown and plays in their middle; a moving axis has worn and taken them up.
     hidden[DWELT], hidden[SLACK] = (0.0 if v0 != 0.0 else 1.0), (0.0 if v0 == 0.0 else math.copysign(1.0, v0))
+    hidden[ORIGIN] = hidden[EXTREME] = y0
     if v0 != 0.0:
         side = math.copysign(1.0, v0)
-        w = steady_bristle(sliding(y0, v0, 0.0, 0.0, 0.0, 0.0, p), v0, p)
+        hidden[WAY] = side
+        g = sliding(y0, v0, 0.0, 0.0, 0.0, 0.0, p)
+        if p.on & OUTSIDE_FRICTION_ROWS:
+            g *= outside_friction(y0, hidden, 0.0, 0.0, p)
+        w = steady_bristle(g, v0, p)
         base_w = steady_bristle(plain_sliding(v0, p), v0, p)
         if p.law == MAXWELL:
             slip(memory.slips, side, w * p.sigma_0 * side, p)
@@ -138,6 +149,8 @@ def integrate(
                 row[THRUST], row[ACCELERATION], first = forces.thrust, forces.acceleration, False
             if p.on & 1 << PLAY:
                 take_up_play(s.y - before, hidden, p)
+            if p.on & MEMORY_ROWS:
+                note_motion(s.y, s.v, s.y - before, h, hidden)
             if p.law == MAXWELL:
                 slip_elements(s, s.y - before, number * h, forces.last_thrust, memory, p)
             number += 1

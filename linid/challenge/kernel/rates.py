@@ -28,11 +28,15 @@ from linid.challenge.kernel.layout import (
     LOAD,
     LOAD_RATE,
     LOAD_SPRING,
+    LOOSE,
     MAXWELL,
+    OUTSIDE_FORCE_ROWS,
+    OUTSIDE_FRICTION_ROWS,
     STATE_ROWS,
     THERMAL,
 )
 from linid.challenge.kernel.motor import Field, contract, currents, motor_force, with_offsets
+from linid.challenge.kernel.outside import outside_force, outside_friction
 from linid.simulation.binding import compiled, inlined
 
 
@@ -68,8 +72,12 @@ def rates(s: PlantState, now: Moment, field: Field, memory: Memory, p: Plant) ->
         viscous *= drifted(now.t, p)
     coupling = coupling_of(hidden, p)
     drive += thrust
+    if p.on & OUTSIDE_FORCE_ROWS:
+        drive += outside_force(s, hidden, now.t, thrust, p)
     if p.on & FRICTION_ROWS:
         g = sliding(s.y, s.v, hidden[FELT], hidden[DWELT], now.t, thrust, p)
+        if p.on & OUTSIDE_FRICTION_ROWS:
+            g *= outside_friction(s.y, hidden, now.t, thrust, p)
     else:
         g = plain_sliding(s.v, p)
     resist, w_rate, loss = resistance(s, s.y - field.y0, g, viscous, memory.slips, p)
@@ -97,6 +105,8 @@ def _hidden_rates(s: PlantState, moved: float, coupling: Coupling, memory: Memor
         out[GEAR], out[GEAR_RATE] = hidden[GEAR_RATE], -coupling.gear / p.gear_mass - moved
     if p.on & 1 << ACCELERATION_FRICTION:
         out[FELT] = (moved - hidden[FELT]) / n[ACCELERATION_FRICTION, 2]
+    if p.on & 1 << LOOSE:
+        out[FELT] = (moved - hidden[FELT]) / n[LOOSE, 2]
     if p.on & 1 << DWELL:
         out[DWELT] = (1.0 - hidden[DWELT]) / n[DWELL, 1] - abs(s.v) * hidden[DWELT] / n[DWELL, 2]
 

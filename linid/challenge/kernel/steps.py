@@ -8,8 +8,19 @@ from typing import NamedTuple
 from linid.arrays import Array
 from linid.challenge.kernel.friction import plain_sliding, sliding, slip
 from linid.challenge.kernel.inputs import Memory, Plant, PlantState
-from linid.challenge.kernel.layout import DWELT, FELT, FRICTION_ROWS, HIDDEN, PLAY, SLACK, STATE_ROWS
+from linid.challenge.kernel.layout import (
+    DWELT,
+    FELT,
+    FRICTION_ROWS,
+    HIDDEN,
+    OUTSIDE_FRICTION_ROWS,
+    PLAY,
+    RATED,
+    SLACK,
+    STATE_ROWS,
+)
 from linid.challenge.kernel.motor import Field, Lag, delayed
+from linid.challenge.kernel.outside import outside_friction
 from linid.challenge.kernel.rates import Moment, rates
 from linid.simulation.binding import inlined
 
@@ -101,12 +112,12 @@ def runge_kutta(s: PlantState, step: Step, lead: Lead, lag: Lag, memory: Memory,
         there = moved(s, slope, ahead)
         at = placed(there, at.y, at.v, at.i_q) if lead.led else there
         if p.on & STATE_ROWS:
-            for k in range(HIDDEN):
+            for k in range(RATED):
                 memory.total[k] += weight * memory.rate[k]
                 memory.stage[k] = memory.hidden[k] + ahead * memory.rate[k]
     sixth = h / 6.0
     if p.on & STATE_ROWS:
-        for k in range(HIDDEN):
+        for k in range(RATED):
             memory.hidden[k] += sixth * memory.total[k]
     end = moved(s, total, sixth)
     if lead.led:
@@ -144,4 +155,6 @@ def slip_elements(s: PlantState, travel: float, t: float, thrust: float, memory:
     slip(memory.base_slips, travel, g, p)
     if p.on & FRICTION_ROWS:
         g = sliding(s.y, s.v, memory.hidden[FELT], memory.hidden[DWELT], t, thrust, p)
+        if p.on & OUTSIDE_FRICTION_ROWS:
+            g *= outside_friction(s.y, memory.hidden, t, thrust, p)
     slip(memory.slips, travel, g, p)

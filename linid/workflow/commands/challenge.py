@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -97,19 +97,19 @@ def oracle(
     Raises DataError when the keys cannot be read, Interrupted after Ctrl-C or SIGTERM.
     """
     from linid.challenge.answers import ORACLE_FILE
-    from linid.challenge.files import CAMPAIGN_FILE, KEYS_FILE, RESULTS_FOLDER, read_keys
+    from linid.challenge.files import CAMPAIGN_FILE, KEYS_FILE, RESULTS_FOLDER, read_keys_file
     from linid.challenge.run import in_processes
 
-    sealed = read_keys(keys or folder / KEYS_FILE)
+    sealed, more = read_keys_file(keys or folder / KEYS_FILE)
     results = folder / RESULTS_FOLDER
     tasks = [
-        (folder / name / CAMPAIGN_FILE, key.effects, results / name / ORACLE_FILE)
+        (folder / name / CAMPAIGN_FILE, key.effects, results / name / ORACLE_FILE, more.get("plan"))
         for name, key in sealed.items()
         if not (resume and (results / name / ORACLE_FILE).exists())
     ]
     with reporter:
         try:
-            for done, _ in enumerate(in_processes(_write_oracle, tasks, jobs), 1):
+            for done, _ in enumerate(in_processes(write_oracle, tasks, jobs), 1):
                 reporter.step("oracle", done, len(tasks))
         except KeyboardInterrupt:
             raise Interrupted(folder) from None
@@ -117,8 +117,30 @@ def oracle(
     return Outcome(COMMAND, results, DONE, f"{len(tasks)} campaigns", (), summary)
 
 
-def _write_oracle(path: Path, effects: Sequence[str], target: Path) -> None:
+def true_term_closure(path: Path, effects: Sequence[str], plan: Mapping[str, Any] | None) -> float | None:
+    """Closure that the base reaches on a campaign file with what its only cause, one outside the library, truly does.
+
+    plan: from the keys, by which the hidden plant is made again; None where they have none, or other effects act.
+    """
+    from linid import api
+    from linid.challenge.outside import OUTSIDE
+    from linid.challenge.term import plan_of, true_term
+    from linid.diagnosis.oracle import closure_of_term
+    from linid.interface.stages import base_kind
+
+    if plan is None or len(effects) != 1 or effects[0] not in OUTSIDE:
+        return None
+    campaign = api.read(path)
+    terms = true_term(plan_of(plan), int(path.parent.name.rsplit("_", 1)[1]) - 1)
+    term = [terms[recording.name] for recording in campaign.recordings]
+    return closure_of_term(campaign.recordings, base_kind(campaign.recordings), term, dict(campaign.known))
+
+
+def write_oracle(path: Path, effects: Sequence[str], target: Path, plan: Mapping[str, Any] | None) -> None:
+    """Write to `target` the closure that the true effects reach on a campaign file; plan: see `true_term_closure`."""
     stated = _stated_closure(target.parent, effects) if len(effects) == 1 else None
+    if stated is None:
+        stated = true_term_closure(path, effects, plan)
     reached = (stated, {effects[0]: stated}) if stated is not None else true_effects_closure(path, effects)
     closure, each = reached or (None, {})
     body = finite({"effects": list(effects), "closure": closure, "each": each})
@@ -186,7 +208,15 @@ def score(folder: Path, reporter: Reporter, *, keys: Path | None = None, figures
     from linid.challenge.answers import read_answers
     from linid.challenge.files import KEYS_FILE, read_keys
     from linid.challenge.score import score as scored
-    from linid.report.challenge import bin_table, budget_table, rate_text, score_table, share_table, write_score_csv
+    from linid.report.challenge import (
+        bin_table,
+        budget_table,
+        proposal_table,
+        rate_text,
+        score_table,
+        share_table,
+        write_score_csv,
+    )
 
     sealed = read_keys(keys or folder / KEYS_FILE)
     result = scored(sealed, read_answers(folder, sealed))
@@ -199,7 +229,8 @@ def score(folder: Path, reporter: Reporter, *, keys: Path | None = None, figures
     summary = {"command": f"{COMMAND} score", "folder": str(target), "exit_code": DONE, **body}
     found = result.budgets["all"].rates["found"]
     key = f"named first: {rate_text(result.rates['top_1'])}; effects with 5 % of the gap found: {rate_text(found)}"
-    tables = (score_table(result), budget_table(result), share_table(result), bin_table(result))
+    outside = (proposal_table(result),) if result.proposals.rates["proposed"].total else ()
+    tables = (score_table(result), budget_table(result), share_table(result), bin_table(result), *outside)
     return Outcome(COMMAND, target, DONE, key, tables, summary)
 
 
@@ -211,6 +242,11 @@ def score_body(result: Score) -> dict[str, Any]:
         "rates": {name: {**asdict(rate), "value": rate.value} for name, rate in result.rates.items()},
         "closure": result.closure,
         "relative_closure": result.relative_closure,
+        "proposals": {
+            "rates": {name: {**asdict(one), "value": one.value} for name, one in result.proposals.rates.items()},
+            "relative_closure": result.proposals.closure,
+            "closures": result.proposals.count,
+        },
         "budgets": {
             group: {
                 "campaigns": one.campaigns,

@@ -20,13 +20,14 @@ if TYPE_CHECKING:
 
 # What the diagnosis calls a coordinate -> the argument of an answer.
 _ARGUMENT = {
+    "|velocity|": "velocity",
     "time": "time",
     "position": "position",
     "pole_phase": "position",
     "velocity": "velocity",
-    "direction": "velocity",
+    "direction": "direction",
     "regime": "velocity",
-    "current": "current",
+    "current": "motor_force",
 }
 
 
@@ -111,6 +112,7 @@ def answer(
 def _answered(found: Answer, arguments: tuple[str, ...]) -> CampaignAnswer:
     """A diagnosis as an answer; effects of other packages are no names of the list."""
     from linid.challenge.catalogue import LISTED
+    from linid.challenge.outside import ARGUMENTS
     from linid.challenge.submission import CampaignAnswer
 
     entries = [entry for entry in found.entries if entry.effect in LISTED]
@@ -119,13 +121,15 @@ def _answered(found: Answer, arguments: tuple[str, ...]) -> CampaignAnswer:
         for entry in entries
         if entry.stated.share is not None
     }
-    unknown = found.status == "unknown"
+    unknown = found.status == "unknown" or found.proposal is not None
+    if found.proposal is not None:
+        arguments = tuple(dict.fromkeys(_ARGUMENT.get(name, name) for name in found.proposal.arguments))
     return CampaignAnswer.model_validate(
         {
             "effects": tuple(entry.effect for entry in entries),
             "shares": shares,
             "unknown": unknown,
-            "arguments": arguments if unknown else (),
+            "arguments": tuple(name for name in arguments if name in ARGUMENTS) if unknown else (),
         }
     )
 
