@@ -113,7 +113,8 @@ EFFECTS: tuple[Effect, ...] = collect(BUILT_IN, entry_points(group=GROUP))
 def _own(text: str) -> Effect:
     taken = {f"effect {effect.name}" for effect in EFFECTS} | {p.name for e in EFFECTS for p in e.parameters}
     taken |= {p.name for p in friction.PARAMETERS} | {p.name for m in MOTORS.values() for p in m.parameters}
-    return own_effect(text, taken | {p.name for parts in electrical.PARAMETERS.values() for p in parts})
+    effect = own_effect(text, taken | {p.name for parts in electrical.PARAMETERS.values() for p in parts})
+    return effect if effect.name == text else _own(effect.name)
 
 
 def find_effect(name: str) -> Effect:
