@@ -353,10 +353,16 @@ def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **option
 def effects(name: str | None, json_output: bool) -> None:
     """List the effects beyond friction and motor that fits can identify too (--effect NAME), or explain one.
 
+    An own term is an effect written as a formula, --effect "NAME: FORMULA": its force in N (rotary: N m). It may use t,
+    T (of the campaign), y, v, F (of the motor), travel and since_reversal (since the last reversal), rest (the last
+    one's duration), + - * / **, abs, sign, sin, cos, exp, log, sqrt, tanh, min, max, pi, and the curves spline, spline2
+    and periodic; all other names are parameters to be identified. A product with sign(v) is friction.
+
     \b
     Examples:
       linid effects
       linid effects constant_force
+      linid effects "my_drag: -c * v * abs(v)"
     """
     from linid.workflow.commands.effects import list_effects
 

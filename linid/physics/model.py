@@ -73,7 +73,8 @@ def own_places(effects: tuple[str, ...]) -> tuple[dict[str, int], NDArray[np.flo
     """Where the parameters of own terms stand in the flat vector, and what else it holds for them: heads and programs
     (SIZE,), in the units of the formulas.
 
-    effects: names of a model's effects. Raises ConfigError where they need more room than there is.
+    effects: names of a model's effects. Raises ConfigError where they need more room than there is. Source: linid's own
+    form.
     """
     image = np.zeros(own_layout.SIZE)
     places: dict[str, int] = {}

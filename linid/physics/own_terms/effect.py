@@ -41,7 +41,7 @@ def own_effect(text: str, taken: Collection[str]) -> Effect:
         physics=f"{term.name} = {term.formula}, a force in N.",
         parameters=parameters,
         amplitudes=tuple(f"{term.name}_{name}" for name in term.amplitudes),
-        exposed_by=f"motion in which {_listed(sorted(term.variables) or ['y'])} vary widely",
+        exposed_by=f"motion over a wide range of {_listed(sorted(term.variables) or ['y'])}",
         kinds=MOTORS if "F" in term.variables else ALL_KINDS,
         grid=partial(_grid, term),
         own=term,
@@ -81,7 +81,7 @@ def _grid(term: OwnTerm, outlook: Outlook) -> tuple[Values, ...]:
 def own_range(effect: Effect, amplitude: str, outlook: Outlook, force: float) -> tuple[float, float]:
     """Search range of an own term's amplitude in its SI unit: as given, or what makes it a force of the axis' size.
 
-    force: scale of the forces on the axis in N; amplitude: full name.
+    force: scale of the forces on the axis in N; amplitude: full name. Source: linid's own form.
     """
     term: OwnTerm = effect.own
     name = amplitude.removeprefix(f"{term.name}_")

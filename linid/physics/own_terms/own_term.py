@@ -68,7 +68,7 @@ class OwnTerm:
         return out
 
     def range_of(self, parameter: str) -> tuple[float, float] | None:
-        """The range that a parameter was given, SI."""
+        """The range that a parameter was given, SI. Source: the term's text."""
         return next(((low, high) for name, low, high in self.ranges if name == parameter), None)
 
     def multiplier(self, amplitude: str) -> tuple[Summand, ...]:

@@ -12,7 +12,7 @@ _BINARY = {**layout.OPERATORS, **layout.TWO_ARGUMENTS}
 
 
 def program_of(tree: Node, places: Mapping[str, int]) -> list[float]:
-    """The program of a formula.
+    """The program of a formula: numbers in SI units and dimensionless codes. Source: linid's own form.
 
     places: in the vector, of variables, of parameters by the names in the formula, and of coefficients by number.
     """

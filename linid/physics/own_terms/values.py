@@ -33,7 +33,7 @@ _TWO = {
 
 
 def formula_values(node: Node, variables: Mapping[str, Array], parameters: Mapping[str, float]) -> Array:
-    """Values (N,) of a formula in its SI unit, nan or infinite where it has none.
+    """Values (N,) of a formula in its SI unit, nan or infinite where it has none. Source: the formula itself.
 
     variables: (N,) each by name, SI; parameters: SI values by the names in the formula, coefficients of curves by their
     numbers ("1", "2" ...).
@@ -43,7 +43,7 @@ def formula_values(node: Node, variables: Mapping[str, Array], parameters: Mappi
 
 
 def constant_value(node: Node) -> float:
-    """The value of a formula without variables and parameters, in the unit that it is written in."""
+    """The value of a formula without variables and parameters, in its SI unit. Source: the formula itself."""
     return float(formula_values(node, {}, {}))
 
 
