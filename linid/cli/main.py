@@ -353,10 +353,9 @@ def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **option
 def effects(name: str | None, json_output: bool) -> None:
     """List the effects beyond friction and motor that fits can identify too (--effect NAME), or explain one.
 
-    An own term is an effect written as a formula, --effect "NAME: FORMULA": its force in N (rotary: N m). It may use t,
-    T (of the campaign), y, v, F (of the motor), travel and since_reversal (since the last reversal), rest (the last
-    one's duration), + - * / **, abs, sign, sin, cos, exp, log, sqrt, tanh, min, max, pi, and the curves spline, spline2
-    and periodic; all other names are parameters to be identified. A product with sign(v) is friction.
+    --effect "NAME: FORMULA" is a term of your own, a force in N (rotary: N m), of t, T (of the campaign), y, v, F (of
+    the motor), travel and since_reversal, rest, powers, abs, sign, sin, cos, exp, log, sqrt, tanh, min, max, pi, spline,
+    spline2, periodic, and parameters to be identified, all other names. A product with sign(v) is friction.
 
     \b
     Examples:

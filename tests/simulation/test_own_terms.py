@@ -64,7 +64,7 @@ def reference(force: Interpreter | None, level: Interpreter | None, memory: bool
     reversal.terminal = memory
     out, t, state, fresh = np.empty(T.size), 0.0, np.array(START), True
     while True:
-        at = T[(T > t) | (fresh & (T == 0.0))] if fresh else T[t < T]
+        at = T[(t < T) | (fresh & (T == 0.0))] if fresh else T[t < T]
         options = {"method": "LSODA", "rtol": 1e-10, "atol": [1e-12, 1e-11, 1e-14], "max_step": 2e-3}
         events = reversal if memory and not fresh else None
         end = T[-1] if not (memory and fresh) else T[5]  # past the start, where the speed is zero too

@@ -60,7 +60,9 @@ def _overview(effects: tuple[Effect, ...]) -> Any:
         table.add_column(title, overflow="fold")
     for effect in effects:
         table.add_row(effect.name, effect.slot, effect.physics)
-    table.add_row("NAME: FORMULA", "FORCE", "Your own term, such as my_drag: -c * v * abs(v); see linid effects --help.")
+    table.add_row(
+        "NAME: FORMULA", "FORCE", "Your own term, such as my_drag: -c * v * abs(v); see linid effects --help."
+    )
     return table
 
 

@@ -13,7 +13,7 @@ _OPERATORS = {
     ast.Add: lambda a, b: a + b,
     ast.Sub: lambda a, b: a - b,
     ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b if b else math.nan,
+    ast.Div: lambda a, b: a / b,
     ast.Pow: lambda a, b: a**b,
 }
 _FUNCTIONS = {
@@ -31,7 +31,7 @@ _FUNCTIONS = {
 
 
 class Interpreter:
-    """The value of one formula; parameters: by their names in it, coefficients of curves by number in `coefficients`."""
+    """The value of one formula; parameters: by their names in it; coefficients: of its curves, by number."""
 
     def __init__(self, formula: str, parameters: Mapping[str, float], coefficients: list[float] | None = None) -> None:
         self.tree = ast.parse(formula, mode="eval").body
