@@ -353,10 +353,15 @@ def generate(axis: Path, json_output: bool, quiet: bool, verbose: bool, **option
 def effects(name: str | None, json_output: bool) -> None:
     """List the effects beyond friction and motor that fits can identify too (--effect NAME), or explain one.
 
+    --effect "NAME: FORMULA" is a term of your own, a force in N (rotary: N m), of t, T (of the campaign), y, v, F (of
+    the motor), travel and since_reversal, rest, powers, abs, sign, sin, cos, exp, log, sqrt, tanh, min, max, pi,
+    spline, spline2, periodic, and parameters to be identified, all other names. A product with sign(v) is friction.
+
     \b
     Examples:
       linid effects
       linid effects constant_force
+      linid effects "my_drag: -c * v * abs(v)"
     """
     from linid.workflow.commands.effects import list_effects
 

@@ -27,7 +27,7 @@ from linid.diagnosis.shares import shares_of
 from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
-from linid.physics.effects.registry import find_effect
+from linid.physics.effects.registry import canonical, find_effect
 from linid.physics.model import Model
 from linid.recording.check_findings import RecordingChecks
 from linid.recording.checks import checks_of
@@ -62,6 +62,7 @@ def diagnose(
     DataError for unfit recordings.
     """
     known = dict(known or {})
+    effects = canonical(effects)
     means = means or Means()
     recordings = numbered(recordings)
     fitted = [r for r in recordings if r.split == "fit"]

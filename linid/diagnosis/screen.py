@@ -24,6 +24,7 @@ from linid.physics.effects.effect import Effect, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED
 from linid.physics.model import Model
+from linid.physics.own_terms.own_term import is_own
 
 Moments = dict[int, tuple[list[Values], NDArray[np.float32]]]
 
@@ -206,9 +207,10 @@ class Screening:
         everywhere = StepRegression(self.fits, step, whole, self.effects_everywhere)
         wanted = tuple(only)
         out = []
-        for number, effect in enumerate(EFFECTS, 1):
+        tried = (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name)))
+        for number, effect in enumerate(tried, 1):
             if watch is not None:
-                watch(number, len(EFFECTS))
+                watch(number, len(tried))
             if (effect.name not in wanted) if wanted else False:
                 continue
             present = effect.name in step.model.effects

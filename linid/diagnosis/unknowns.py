@@ -10,7 +10,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.diagnosis.balance import Balance
-from linid.identification.guess.scales import amplitude_range, force_scale, look_out, typical_acceleration
+from linid.identification.guess.scales import effect_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.effects.registry import find_effect
@@ -66,13 +66,15 @@ class Coordinates:
 
     def of(self, model: Model, held: Mapping[str, float], values: Mapping[str, float]) -> tuple[Coordinate, ...]:
         """The unknowns of a model; held: SI values that are not identified; values: first values."""
-        amplitudes = {name for effect in model.effects for name in find_effect(effect).amplitudes_of(model.kind)}
+        effects = [find_effect(effect) for effect in model.effects]
+        amplitudes = {name: effect for effect in effects for name in effect.amplitudes_of(model.kind)}
         out = []
         for parameter in model.parameters:
             if parameter.name in held or parameter.name == "stribeck_exponent":
                 continue
             if parameter.name in amplitudes:
-                low, high = amplitude_range(parameter, self.outlook, self.force_scale, self.reference["mass"])
+                effect, mass = amplitudes[parameter.name], self.reference["mass"]
+                low, high = effect_range(effect, parameter, self.outlook, self.force_scale, mass)
                 out.append(Coordinate(parameter.name, False, low, high, high, True))
             else:
                 out.append(self._coordinate(parameter, values, held))

@@ -6,11 +6,12 @@ import difflib
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
 
 from linid.errors import ConfigError
 from linid.former_names import present_name, with_present_keys
 from linid.identification.settings import HORIZON, Ending, SearchSettings
+from linid.physics.own_terms.own_term import is_own, own_text, parse_term
 from linid.recording.mapping import ChannelMapping
 from linid.recording.recording import Axis, Kind
 
@@ -24,6 +25,28 @@ def _masses(value: Any) -> Any:
 
 
 Masses = Annotated[dict[str, Annotated[float, Field(ge=0, allow_inf_nan=False)]], BeforeValidator(_masses)]
+
+
+def _effect_names(value: Any) -> Any:
+    """Names of effects from a list of names, a mapping of own terms, or a list that holds both."""
+    if isinstance(value, str) and not is_own(value):
+        return value
+    out: list[Any] = []
+    try:
+        for one in value if isinstance(value, list | tuple) else [value]:
+            texts = [own_text(str(k), v) for k, v in one.items()] if isinstance(one, Mapping) else [one]
+            out += [parse_term(x).text if isinstance(x, str) and is_own(x) else x for x in texts]
+    except ConfigError as error:
+        raise ValueError(str(error)) from None
+    return tuple(out)
+
+
+_OWN_SCHEMA = {"type": "object", "description": "own terms, NAME: formula"}
+Effects = Annotated[
+    tuple[str, ...],
+    BeforeValidator(_effect_names),
+    WithJsonSchema({"anyOf": [{"type": "array", "items": {"anyOf": [{"type": "string"}, _OWN_SCHEMA]}}, _OWN_SCHEMA]}),
+]
 
 
 def _present(data: Any) -> Any:
@@ -59,7 +82,9 @@ class Settings(BaseModel):
     )
     find_coast_down: bool = Field(default=True, description="cut manual pushes from free wheels that have no window")
     # The model.
-    effects: tuple[str, ...] = Field(default=(), description="effects to identify together with the model")
+    effects: Effects = Field(
+        default=(), description="effects to identify together with the model: names, and own terms as NAME: formula"
+    )
     mass: Positive | None = Field(default=None, description="known moving mass in kg (rotary: kg m^2)")
     known: dict[str, Finite] = Field(default_factory=dict, description="parameter: SI value that is not identified")
     bounds: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict, description="parameter: [low, high] in SI")

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.errors import UsageError
+from linid.errors import ConfigError, UsageError
 from linid.physics import electrical, friction
-from linid.physics.effects.registry import EFFECTS, active_mask, find_effect
+from linid.physics.effects.registry import EFFECTS, active_mask, canonical, find_effect
 from linid.physics.motors.motor import Motor
 from linid.physics.motors.registry import MOTORS
+from linid.physics.own_terms import layout as own_layout
+from linid.physics.own_terms.own_term import is_own
+from linid.physics.own_terms.program import program_of
 from linid.physics.parameter import Parameter
 
 MOTOR_START = len(friction.PARAMETERS)
@@ -35,11 +39,15 @@ def _effect_slots() -> dict[str, int]:
 EFFECT_SLOTS = _effect_slots()
 VECTOR_SIZE = EFFECT_START + len(EFFECT_SLOTS)
 
+# Programs and parameters of own terms; the vector of a model that has none ends before.
+OWN_START = VECTOR_SIZE
+
 # While a simulation with effects runs, its copy of the vector also holds the number of the recording, the campaign's
-# running time at t = 0, the hidden states, and the hidden states at the start of the step.
-RECORD = VECTOR_SIZE
-ELAPSED = VECTOR_SIZE + 1
-STATE_START = VECTOR_SIZE + 2
+# running time at t = 0, the hidden states, and the hidden states at the start of the step; behind them the variables of
+# own terms, and the stack of their programs.
+RECORD = OWN_START + own_layout.SIZE
+ELAPSED = RECORD + 1
+STATE_START = RECORD + 2
 
 
 def _state_places() -> dict[str, int]:
@@ -53,7 +61,44 @@ def _state_places() -> dict[str, int]:
 
 
 STATE_PLACES = _state_places()
-STATE_SIZE = sum(effect.states for effect in EFFECTS)
+MEMORY_PLACE = sum(effect.states for effect in EFFECTS)  # of own terms' memory among all hidden states
+STATE_SIZE = MEMORY_PLACE + len(own_layout.MEMORY)
+OWN_VARIABLES = STATE_START + 2 * STATE_SIZE
+OWN_STACK = OWN_VARIABLES + len(own_layout.VARIABLES)
+WORK_SIZE = OWN_STACK + own_layout.STACK
+
+
+@lru_cache(maxsize=256)
+def own_places(effects: tuple[str, ...]) -> tuple[dict[str, int], NDArray[np.float64]]:
+    """Where the parameters of own terms stand in the flat vector, and what else it holds for them: heads and programs
+    (SIZE,), in the units of the formulas.
+
+    effects: names of a model's effects. Raises ConfigError where they need more room than there is. Source: linid's own
+    form.
+    """
+    image = np.zeros(own_layout.SIZE)
+    places: dict[str, int] = {}
+    end = own_layout.TERMS * own_layout.HEAD
+    terms = [find_effect(name).own for name in dict.fromkeys(effects) if is_own(name)]
+    for number, term in enumerate(terms):
+        local = {name: OWN_VARIABLES + k for k, name in enumerate(own_layout.VARIABLES)}
+        local |= {name: OWN_START + end + k for k, name in enumerate(term.parameters)}
+        places |= {f"{term.name}_{name}": local[name] for name in term.parameters}
+        end += len(term.parameters)
+        for part, friction_level in enumerate((False, True)):
+            tree = term.part(friction_level)
+            program = [] if tree is None else program_of(tree, local)
+            if end + len(program) > image.size:
+                raise ConfigError(
+                    f"effect {term.name!r}",
+                    f"own terms take more than {own_layout.POOL} numbers (parameters, and about two per operation)",
+                    "Shorten the formulas, or give their curves fewer coefficients.",
+                )
+            image[end : end + len(program)] = program
+            head = own_layout.HEAD * number + 2 * part
+            image[head : head + 2] = OWN_START + end, OWN_START + end + len(program)
+            end += len(program)
+    return places, image
 
 
 @dataclass(frozen=True)
@@ -78,7 +123,10 @@ class Model:
                 f"cannot be driven by voltages of {self.winding!r} windings",
                 "Take a model with phases, such as sine, with star or separate windings.",
             )
+        object.__setattr__(self, "effects", canonical(self.effects))
         object.__setattr__(self, "mask", active_mask(self.effects))
+        if any(map(is_own, self.effects)):
+            own_places(self.effects)
 
     @property
     def driven_by(self) -> Motor:
@@ -114,12 +162,18 @@ class Model:
     @property
     def states(self) -> tuple[int, ...]:
         """Places of the active effects' hidden states among all hidden states."""
-        return tuple(
+        places = tuple(
             start + k
             for name, start in STATE_PLACES.items()
             if name in self.effects
             for k in range(find_effect(name).states)
         )
+        return places + (tuple(range(MEMORY_PLACE, STATE_SIZE)) if self.mask & own_layout.MEMORY_BIT else ())
+
+    @property
+    def size(self) -> int:
+        """Length of its flat vector: VECTOR_SIZE, and more with own terms."""
+        return VECTOR_SIZE + (own_layout.SIZE if any(map(is_own, self.effects)) else 0)
 
     def slot(self, name: str) -> int:
         """Where parameter `name` stands in the flat vector; KeyError if the model has none."""
@@ -132,11 +186,13 @@ class Model:
         for index, parameter in enumerate(electrical.PARAMETERS[self.winding]):
             if parameter.name == name:
                 return WINDING_START + index
-        return EFFECT_SLOTS[name]
+        return EFFECT_SLOTS[name] if name in EFFECT_SLOTS else own_places(self.effects)[0][name]
 
     def vector(self, values: dict[str, float]) -> NDArray[np.float64]:
-        """The flat vector (VECTOR_SIZE,) of SI values; parameters not given take their default."""
-        vector = np.zeros(VECTOR_SIZE)
+        """The flat vector (size,) of SI values; parameters not given take their default."""
+        vector = np.zeros(self.size)
+        if vector.size > VECTOR_SIZE:
+            vector[OWN_START:] = own_places(self.effects)[1]
         for parameter in self.parameters:
             vector[self.slot(parameter.name)] = values.get(parameter.name, parameter.default)
         return vector

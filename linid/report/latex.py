@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
+from linid.physics.own_terms.own_term import is_own, parse_term
 from linid.report.numbers import Rounded, common_exponent, format_number, plain, round_estimate
 from linid.report.symbols import latex_escape, symbol_math, unit_math
 
@@ -35,7 +36,15 @@ def parameter_latex(result: FitResult) -> str:
             lines.append(_parameter_row(estimate, f"$^{{{number}}}$" if estimate.note else ""))
     lines.append(r"\bottomrule")
     lines += [_note(5, f"$^{{{i}}}$ {latex_escape(note)}") for i, note in enumerate(notes, 1)]
+    lines += [_note(5, latex_escape(note)) for note in formula_notes(result)]
     return _PREAMBLE + "\n".join([*lines, r"\end{tabular}"]) + "\n"
+
+
+def formula_notes(result: FitResult) -> list[str]:
+    """The own terms of a fit, each with its formula."""
+    unit = "N m" if result.axis == "rotary" else "N"
+    own = [parse_term(name) for name in result.effects if is_own(name)]
+    return [f"{term.name} = {term.formula} in {unit}" for term in own]
 
 
 def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:

@@ -62,7 +62,7 @@ def symbol_label(symbol: str) -> str:
 
 def unit_math(unit: str) -> str:
     """LaTeX mathematics of a unit: `kg m^2` -> `\\mathrm{kg\\,m^{2}}`; `1` stays 1."""
-    body = re.sub(r"\^(-?\d+)", r"^{\1}", unit)
+    body = re.sub(r"\^(-?\d+(?:\.\d+)?)", r"^{\1}", unit)
     body = body.replace("µ", r"\mu ").replace("°", r"^{\circ}").replace("%", r"\%").replace(" ", r"\,")
     return r"\mathrm{" + body + "}"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linid.report.files import csv_text, write_atomic
-from linid.report.latex import floor_note, gap_latex, parameter_latex
+from linid.report.latex import floor_note, formula_notes, gap_latex, parameter_latex
 from linid.report.numbers import Rounded, estimate_text, format_number, interval_text, round_estimate
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def parameter_table_console(result: FitResult) -> Table:
         if group is result.estimates and result.derived:
             table.add_section()
     lines = [f"{number}) {note}" for number, note in enumerate(notes, 1)]
-    _caption(table, lines + identifiability_notes(result))
+    _caption(table, lines + formula_notes(result) + identifiability_notes(result))
     return table
 
 

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import stribeck
-from linid.physics.model import ELAPSED, RECORD, STATE_SIZE, STATE_START
+from linid.physics.model import ELAPSED, RECORD, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.motors.harmonics import phase_forces
 from linid.physics.motors.motor import MAX_HARMONICS
 from linid.simulation.binding import allocating, compiled, inlined
 
-WORK_SIZE = STATE_START + 2 * STATE_SIZE
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 
@@ -135,7 +134,10 @@ def with_effects(terms, axis, t, y, v, currents, motor_force):
     """All forces on the mass but friction, in N, given that of the motor alone."""
     if axis.powered and axis.on & terms.acts.thrust:
         motor_force *= thrust_factor(terms, axis, t, y, v, currents)
-    return terms.force(motor_force, axis.on, t, y, v, currents, axis.p)
+    force = terms.force(motor_force, axis.on, t, y, v, currents, axis.p)
+    if axis.on & terms.acts.pushed:
+        force = terms.pushed(force, axis.on, motor_force, t, y, v, currents, axis.p)
+    return force
 
 
 @inlined

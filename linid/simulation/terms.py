@@ -14,6 +14,8 @@ from typing import Any
 from linid.physics.effects.effect import STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
+from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT
+from linid.simulation import own_terms
 from linid.simulation.binding import inlined, values_at
 from linid.simulation.bundle import Bundle
 from linid.simulation.motor_terms import motor_terms
@@ -177,6 +179,7 @@ _CHAINS: dict[str, tuple[Any, Callable[..., Any]]] = {
     "friction": (_no_value, _scaled),
     "level": (_no_value, _scaled),
     "load": (_no_load, _loaded),
+    "pushed": (_no_load, _loaded),
     "sensor": (_no_value, _added),
     "initial": (_no_start, _started),
     "advance": (_no_advance, _advanced),
@@ -195,32 +198,49 @@ def _chain(term: str, effects: tuple[Effect, ...]) -> Any:
     return total
 
 
+# What own terms make of a term's value, and the bit that switches them on.
+_OWN = {
+    "pushed": (own_terms.with_own_force, FORCE_BIT),
+    "load": (own_terms.with_own_level, LEVEL_BIT),
+    "initial": (own_terms.with_memory_start, MEMORY_BIT),
+    "advance": (own_terms.with_memory, MEMORY_BIT),
+}
+
+
 @cache  # kernels of one process share what they have in common
 def terms_of(model: Model | None = None, bare: bool = False) -> Bundle:
     """The terms of all motors and effects, guarded (None), of one model alone, or of all motors without effects.
 
     One compiled function per term, of all effects: delay(value, on, p) and mass(value, on, p); drive(on, t, y, v,
     currents, p) -> currents; initial(on, t, y, v, currents, p) and advance(on, h, t, y, v, a, currents, p) change p;
-    load(value, on, push, t, y, v, currents, p); all others (value, on, t, y, v, currents, p) -> value. motor: its
-    terms (motor_terms.py); acts: per term the bits of all effects that have it, besides `any`, `push` (what changes the
-    forces on the mass) and `between` (what acts between the samples of a measured motion); chosen, always: bits that
-    the caller of the kernel chooses, and that are known when it is compiled.
+    load and pushed (N on the mass by the motor's force) (value, on, push, t, y, v, currents, p); all others (value, on,
+    t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); acts: per term the bits of all effects, and of
+    own terms, that have it, besides `any`, `push` (what changes the forces on the mass) and `between` (what acts
+    between the samples of a measured motion); chosen, always: bits that the caller of the kernel chooses, and that are
+    known when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
         effects = ()
+    known = 0 if bare else None if model is None else model.mask
     bits = {term: bits_of(term, effects) for term in _CHAINS}
+    chains = {term: _chain(term, effects) for term in _CHAINS}
+    own = 0
+    for term, (link, bit) in _OWN.items():
+        if known is None or known & bit:
+            own |= bit
+            bits[term] |= bit
+            chains[term] = link(chains[term])
     guards = {
         **bits,
-        "any": sum(1 << EFFECTS.index(effect) for effect in effects),
-        "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"],
+        "any": sum(1 << EFFECTS.index(effect) for effect in effects) | own,
+        "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
         "between": bits["level"] | bits["load"] | bits["advance"],
     }
-    known = 0 if bare else None if model is None else model.mask
     return Bundle(
         motor=motor_terms(None if model is None else model.motor),
         acts=Bundle(**guards),
         chosen=-1 if known is None else 0,
         always=known or 0,
-        **{term: _chain(term, effects) for term in _CHAINS},
+        **chains,
     )

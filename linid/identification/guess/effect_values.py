@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.errors import UsageError
-from linid.identification.guess.scales import amplitude_range, force_scale, look_out
+from linid.identification.guess.scales import effect_range, force_scale, look_out
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
@@ -375,7 +375,7 @@ def amplitude_sizes(regression: Regressed, effect: Effect, outlook: Outlook) -> 
     values = regression.values
     force = force_scale(regression.recordings, values)
     return {
-        p.name: amplitude_range(p, outlook, force, values["mass"])[1]
+        p.name: effect_range(effect, p, outlook, force, values["mass"])[1]
         for p in effect.parameters_of(regression.kind)
         if p.name in effect.amplitudes_of_part(1)
     }

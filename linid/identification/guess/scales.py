@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from linid.identification.signals.motion import measure_motion
-from linid.physics.effects.effect import Outlook
+from linid.physics.effects.effect import Effect, Outlook
 from linid.physics.effects.force_saturation import squared_amplitude
 from linid.physics.model import Model
+from linid.physics.own_terms.effect import own_range
 from linid.physics.parameter import Parameter
 from linid.recording.local_polynomial import local_derivative
 from linid.recording.recording import Recording
@@ -80,6 +81,18 @@ def amplitude_range(parameter: Parameter, outlook: Outlook, force: float, mass: 
     if parameter.unit in ("N", "N/m", "N s/m", "N s^2/m^2", "kg", "m"):  # the size of the axis decides, not the bounds
         return (-largest if parameter.lower < 0.0 else 0.0), largest
     return max(parameter.lower, -largest), min(parameter.upper, largest)
+
+
+def effect_range(
+    effect: Effect, parameter: Parameter, outlook: Outlook, force: float, mass: float
+) -> tuple[float, float]:
+    """Search range of one of an effect's amplitudes in its SI unit; of an own term by what multiplies it.
+
+    force: scale of the forces in N; mass: kg.
+    """
+    if effect.own is not None:
+        return own_range(effect, parameter.name, outlook, force)
+    return amplitude_range(parameter, outlook, force, mass)
 
 
 def force_scale(recordings: Sequence[Recording], values: dict[str, float]) -> float:

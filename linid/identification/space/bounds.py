@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from linid.errors import UsageError
-from linid.identification.guess.scales import amplitude_range, force_scale, look_out, typical_acceleration
+from linid.identification.guess.scales import effect_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.effects.registry import find_effect
@@ -126,7 +126,7 @@ def _effect_box(
         effect = find_effect(name)
         for parameter in effect.parameters_of(model.kind):
             if parameter.name in effect.amplitudes:
-                box[parameter.name] = amplitude_range(parameter, outlook, force, values["mass"])
+                box[parameter.name] = effect_range(effect, parameter, outlook, force, values["mass"])
             elif parameter.reach > 0.0 and parameter.name in first:
                 centre, reach = first[parameter.name], parameter.reach
                 box[parameter.name] = (

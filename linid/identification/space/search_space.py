@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linid.arrays import Array
-from linid.physics.model import MASS, VECTOR_SIZE, Model
+from linid.physics.model import MASS, Model
 from linid.physics.motors.registry import MOTORS
 
 _COULOMB, _STATIC, _SIGMA_0, _SIGMA_1 = 0, 1, 4, 5
@@ -66,10 +66,11 @@ class SearchSpace:
         return replace(self, parameters=parameters, fixed={**self.fixed, **values})
 
     def vectors(self, population: Array) -> Array:
-        """Population (C, p) of search coordinates -> flat parameter vectors (C, VECTOR_SIZE) in SI units."""
+        """Population (C, p) of search coordinates -> flat parameter vectors (C, size of the model's) in SI units."""
         population = np.atleast_2d(population)
-        out = np.empty((population.shape[0], VECTOR_SIZE))
-        out[:] = self.model.vector(self.fixed)
+        held = self.model.vector(self.fixed)
+        out = np.empty((population.shape[0], held.size))
+        out[:] = held
         for column, searched in enumerate(self.parameters):
             out[:, self.model.slot(searched.name)] = searched.value(population[:, column])
         names = self.names

@@ -113,7 +113,8 @@ class Effect:
     some the sum of 2^(number - 1). parts: how often the effect can occur, each time with parameters of its own, whose
     names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
-    includes: effects that this one is with some parameters at zero.
+    includes: effects that this one is with some parameters at zero; own: the term of a formula (own_terms/own_term.py),
+    which takes the place of compiled ones.
     """
 
     name: str
@@ -146,6 +147,12 @@ class Effect:
     sensor: Any = None
     initial: Any = None
     advance: Any = None
+    own: Any = None
+
+    @property
+    def short(self) -> str:
+        """Its name alone, where `name` is the text of an own term."""
+        return self.name if self.own is None else str(self.own.name)
 
     @property
     def terms(self) -> dict[str, Any]:

@@ -6,11 +6,12 @@ Effects of other packages follow those of linid: an entry point of the group `li
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 
 from linid.entry_points import loaded
 from linid.errors import ConfigError, UsageError
-from linid.physics import friction
+from linid.physics import electrical, friction
 from linid.physics.effects import (
     asymmetric_friction,
     backlash,
@@ -41,6 +42,9 @@ from linid.physics.effects import (
 )
 from linid.physics.effects.effect import Effect, check_effect
 from linid.physics.motors.registry import MOTORS
+from linid.physics.own_terms.effect import own_effect
+from linid.physics.own_terms.layout import TERMS
+from linid.physics.own_terms.own_term import is_own
 
 GROUP = "linid.effects"
 _LARGEST_NUMBER = 60  # bits of the integer that switches effects on
@@ -105,8 +109,20 @@ def collect(built_in: Iterable[Effect], others: Iterable[EntryPoint]) -> tuple[E
 EFFECTS: tuple[Effect, ...] = collect(BUILT_IN, entry_points(group=GROUP))
 
 
+@lru_cache(maxsize=256)
+def _own(text: str) -> Effect:
+    taken = {f"effect {effect.name}" for effect in EFFECTS} | {p.name for e in EFFECTS for p in e.parameters}
+    taken |= {p.name for p in friction.PARAMETERS} | {p.name for m in MOTORS.values() for p in m.parameters}
+    effect = own_effect(text, taken | {p.name for parts in electrical.PARAMETERS.values() for p in parts})
+    return effect if effect.name == text else _own(effect.name)
+
+
 def find_effect(name: str) -> Effect:
-    """The effect called `name`; raises UsageError with the nearest names otherwise."""
+    """The effect called `name`, or that of an own term's text ("my_drag: -c * v * abs(v)"); raises UsageError with the
+    nearest names otherwise, ConfigError for a formula that is none.
+    """
+    if is_own(name):
+        return _own(name)
     for effect in EFFECTS:
         if effect.name == name:
             return effect
@@ -118,9 +134,29 @@ def find_effect(name: str) -> Effect:
     raise UsageError("--effect", f"there is no effect {name!r}", f"{hint}Known effects: {', '.join(names)}")
 
 
+def canonical(names: Iterable[str]) -> tuple[str, ...]:
+    """The names of effects with the texts of own terms in their canonical form; raises UsageError for two own terms
+    that share a name, and for too many of them, ConfigError for a formula that is none.
+    """
+    out = tuple(find_effect(name).name if is_own(name) else name for name in names)
+    own = [find_effect(name).own for name in dict.fromkeys(out) if is_own(name)]
+    if len(own) > TERMS:
+        raise UsageError("effects", f"{len(own)} own terms, at most {TERMS} are possible", "Join some in one formula.")
+    parameters: dict[str, str] = {}
+    for term in own:
+        for name in (f"effect {term.name}", *(f"{term.name}_{p}" for p in term.parameters)):
+            if name in parameters:
+                raise UsageError(
+                    "effects", f"two own terms share the name {name.removeprefix('effect ')!r}", "Rename one of them."
+                )
+            parameters[name] = term.name
+    return out
+
+
 def active_mask(names: tuple[str, ...]) -> int:
     """The integer whose bits switch on the named effects."""
     mask = 0
     for name in names:
-        mask |= 1 << EFFECTS.index(find_effect(name))
+        effect = find_effect(name)
+        mask |= 1 << EFFECTS.index(effect) if effect.own is None else effect.own.bits
     return mask

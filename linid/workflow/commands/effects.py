@@ -60,6 +60,9 @@ def _overview(effects: tuple[Effect, ...]) -> Any:
         table.add_column(title, overflow="fold")
     for effect in effects:
         table.add_row(effect.name, effect.slot, effect.physics)
+    table.add_row(
+        "NAME: FORMULA", "FORCE", "Your own term, such as my_drag: -c * v * abs(v); see linid effects --help."
+    )
     return table
 
 
@@ -67,7 +70,7 @@ def _one(effect: Effect) -> Any:
     from linid.physics.wording import fitting_words
 
     table = _table(header=False)
-    table.add_row("effect", f"{effect.name} ({effect.slot})")
+    table.add_row("effect", f"{effect.short} ({effect.slot})")
     table.add_row("physics", effect.physics)
     table.add_row("models", ", ".join(effect.kinds))
     for p in effect.parameters:

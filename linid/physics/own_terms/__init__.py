@@ -1,0 +1,1 @@
+"""Terms of the user's own: a formula, checked and translated into a program that the compiled simulation reads."""

@@ -1,0 +1,37 @@
+"""How an own term stands in the flat parameter vector: its program as numbers, then its parameters.
+
+A program is a list of operations for a stack machine (postfix, as in Forth); each operation is a code, followed by its
+own numbers. Places are those in the vector with which a simulation works (`linid/physics/model.py`).
+"""
+
+from __future__ import annotations
+
+TERMS = 3  # own terms in one model
+HEAD = 4  # numbers per term: from where to where its force goes, and from where to where its level of friction
+POOL = 384  # numbers for all programs and parameters of one model: room for a surface of 12 x 12 and two formulas
+SIZE = TERMS * HEAD + POOL
+STACK = 24  # numbers that a program may hold at once
+
+# What a formula may use of the motion and of the drive; after the fifth, what the memory keeps.
+VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest")
+MEMORY_VARIABLES = VARIABLES[5:]
+# Bits that switch on own forces, own levels of friction, and the memory, beyond those of the library's effects.
+FORCE_BIT, LEVEL_BIT, MEMORY_BIT = 1 << 60, 1 << 61, 1 << 62
+
+# The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since
+# the turning point and since the farthest one, place in m where the axis has been for how many s, the last rest in s.
+MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "rest")
+PLAY = 2e-5  # m (rotary: rad): moving back by less is no reversal, moving by less is rest
+LEAST_REST = 0.05  # s: a shorter one is a slow passage
+
+# Operations: those with numbers of their own first, those on two numbers last.
+LOAD, NUMBER, SPLINE, SURFACE, PERIODIC = range(5)
+NEGATIVE, ABS, SIGN, SIN, COS, EXP, LOG, SQRT, TANH = range(5, 14)
+ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, MIN, MAX = range(14, 21)
+
+ONE_ARGUMENT = {"abs": ABS, "sign": SIGN, "sin": SIN, "cos": COS, "exp": EXP, "log": LOG, "sqrt": SQRT, "tanh": TANH}
+TWO_ARGUMENTS = {"min": MIN, "max": MAX}
+OPERATORS = {"+": ADD, "-": SUBTRACT, "*": MULTIPLY, "/": DIVIDE, "**": POWER}
+# Arguments of a curve or surface: how many are expressions (at which places), all others being numbers.
+SPLINES = {"spline": (0,), "spline2": (0, 4), "periodic": (0,)}
+SPLINE_NUMBERS = {"spline": 4, "spline2": 8, "periodic": 3}

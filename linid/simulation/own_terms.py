@@ -1,0 +1,280 @@
+"""Own terms in a simulation: a stack machine reads their programs, so that no formula needs to be compiled.
+
+Programs, parameters, variables and the stack lie in the vector with which a simulation works (see
+`linid/physics/model.py`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from linid.physics.model import ELAPSED, MEMORY_PLACE, OWN_STACK, OWN_START, OWN_VARIABLES, STATE_SIZE, STATE_START
+from linid.physics.own_terms import layout
+from linid.physics.own_terms.layout import FORCE_BIT, HEAD, LEAST_REST, LEVEL_BIT, MEMORY_BIT, PLAY, TERMS
+from linid.simulation.binding import compiled, inlined
+
+LEAST_LEVEL = 0.05  # of Coulomb's force: friction that no own term takes away
+_MEMORY = STATE_START + MEMORY_PLACE
+_BEFORE = _MEMORY + STATE_SIZE  # the memory at the start of a step
+_COUNT = len(layout.MEMORY)
+_LOAD, _NUMBER, _SPLINE, _SURFACE, _PERIODIC = (
+    layout.LOAD,
+    layout.NUMBER,
+    layout.SPLINE,
+    layout.SURFACE,
+    layout.PERIODIC,
+)
+_NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP = (
+    layout.NEGATIVE,
+    layout.ABS,
+    layout.SIGN,
+    layout.SIN,
+    layout.COS,
+    layout.EXP,
+)
+_LOG, _SQRT, _TANH = layout.LOG, layout.SQRT, layout.TANH
+_ADD, _SUBTRACT, _MULTIPLY, _DIVIDE = layout.ADD, layout.SUBTRACT, layout.MULTIPLY, layout.DIVIDE
+_POWER, _MIN, _MAX = layout.POWER, layout.MIN, layout.MAX
+
+
+@inlined
+def weights_at(u):
+    """The four cubic B-splines that are not zero at the share u of an interval (own_terms/basis.py)."""
+    r = 1.0 - u
+    return (
+        r * r * r / 6.0,
+        (u * u * (3.0 * u - 6.0) + 4.0) / 6.0,
+        (u * (u * (3.0 - 3.0 * u) + 3.0) + 1.0) / 6.0,
+        u * u * u / 6.0,
+    )
+
+
+@inlined
+def interval_of(x, low, inverse, intervals):
+    """The interval in which x lies, from 0, and its share of it; beyond the ends: the ends."""
+    s = (x - low) * inverse
+    if not s > 0.0:
+        s = 0.0
+    if s > intervals:
+        s = intervals
+    j = min(int(s), int(intervals) - 1)
+    return j, s - j
+
+
+@compiled
+def spline_value(p, pc, x):
+    """A curve at x; its numbers stand at pc: place of the coefficients, low, intervals per unit, coefficients."""
+    if math.isnan(x):
+        return x
+    j, u = interval_of(x, p[pc + 1], p[pc + 2], p[pc + 3] - 3.0)
+    a, b, c, d = weights_at(u)
+    at = int(p[pc]) + j
+    return a * p[at] + b * p[at + 1] + c * p[at + 2] + d * p[at + 3]
+
+
+@compiled
+def surface_value(p, pc, x, x2):
+    """A surface at x, x2; numbers as in `spline_value`, those of the second direction behind."""
+    if math.isnan(x) or math.isnan(x2):
+        return math.nan
+    j, u = interval_of(x, p[pc + 1], p[pc + 2], p[pc + 3] - 3.0)
+    k, u2 = interval_of(x2, p[pc + 4], p[pc + 5], p[pc + 6] - 3.0)
+    a, b, c, d = weights_at(u2)
+    width = int(p[pc + 6])
+    at = int(p[pc]) + j * width + k
+    total = 0.0
+    for weight in weights_at(u):
+        total += weight * (a * p[at] + b * p[at + 1] + c * p[at + 2] + d * p[at + 3])
+        at += width
+    return total
+
+
+@compiled
+def periodic_value(p, pc, x):
+    """A periodic curve at x; its numbers stand at pc: place of the coefficients, intervals per unit, coefficients."""
+    n = p[pc + 2]
+    s = x * p[pc + 1]
+    s -= math.floor(s / n) * n
+    if not abs(s) <= n:  # x is no number
+        return math.nan
+    if s >= n:
+        s = 0.0
+    j, count = int(s), int(n)
+    a, b, c, d = weights_at(s - j)
+    at = int(p[pc])
+    total = a * p[at + j] + b * p[at + (j + 1) % count]
+    return total + c * p[at + (j + 2) % count] + d * p[at + (j + 3) % count]
+
+
+@inlined
+def of_one(code, x):
+    """An operation on one number."""
+    if code == _NEGATIVE:
+        return -x
+    if code == _ABS:
+        return abs(x)
+    if code == _SIGN:
+        return math.copysign(1.0, x) if x != 0.0 else x
+    if code == _SIN:
+        return math.sin(x)
+    if code == _COS:
+        return math.cos(x)
+    if code == _EXP:
+        return math.exp(x)
+    if code == _LOG:
+        return math.log(x)
+    if code == _SQRT:
+        return math.sqrt(x)
+    return math.tanh(x)
+
+
+@inlined
+def of_two(code, x, x2):
+    """An operation on two numbers; what is no number stays none."""
+    if code == _ADD:
+        return x + x2
+    if code == _SUBTRACT:
+        return x - x2
+    if code == _MULTIPLY:
+        return x * x2
+    if code == _DIVIDE:
+        return x / x2
+    if code == _POWER:
+        return x * x if x2 == 2.0 else x**x2
+    if code == _MIN:
+        return x2 if x2 < x or math.isnan(x2) else x
+    return x2 if x2 > x or math.isnan(x2) else x
+
+
+@compiled
+def program_value(p, pc, stop):
+    """What the program from pc to stop gives."""
+    top = OWN_STACK - 1
+    while pc < stop:
+        code = int(p[pc])
+        pc += 1
+        if code <= _NUMBER:
+            top += 1
+            p[top] = p[pc] if code == _NUMBER else p[int(p[pc])]
+            pc += 1
+        elif code == _SPLINE:
+            p[top] = spline_value(p, pc, p[top])
+            pc += 4
+        elif code == _PERIODIC:
+            p[top] = periodic_value(p, pc, p[top])
+            pc += 3
+        elif code == _SURFACE:
+            top -= 1
+            p[top] = surface_value(p, pc, p[top], p[top + 1])
+            pc += 7
+        elif code >= _ADD:
+            top -= 1
+            p[top] = of_two(code, p[top], p[top + 1])
+        else:
+            p[top] = of_one(code, p[top])
+    return p[OWN_STACK]
+
+
+@compiled
+def own_sum(p, on, part, push, t, y, v):
+    """Sum in N of the forces (part 0) or levels of friction (part 1) of all own terms; nan if it is no number.
+
+    push: the motor's force in N."""
+    at = OWN_VARIABLES
+    p[at], p[at + 1], p[at + 2], p[at + 3], p[at + 4] = t, p[ELAPSED] + t, y, v, push
+    if on & MEMORY_BIT:
+        p[at + 5] = abs(y - p[_MEMORY + 1])
+        p[at + 6] = p[_MEMORY + 3]
+        p[at + 7] = p[_MEMORY + 7]
+    total = 0.0
+    for k in range(TERMS):
+        head = OWN_START + HEAD * k + 2 * part
+        start, stop = int(p[head]), int(p[head + 1])
+        if stop > start:
+            total += program_value(p, start, stop)
+    return total if abs(total) < math.inf else math.nan
+
+
+@compiled
+def start_memory(p, y):
+    """The memory of an axis that starts at y in m: nothing is known of what was before."""
+    for k in range(_COUNT):
+        p[_MEMORY + k] = 0.0
+    p[_MEMORY + 1] = p[_MEMORY + 2] = p[_MEMORY + 5] = y
+
+
+@compiled
+def advance_memory(p, h, y):
+    """The memory h seconds after the start of the step, the axis being at y in m by then."""
+    for k in range(_COUNT):
+        p[_MEMORY + k] = p[_BEFORE + k]
+    p[_MEMORY + 3] += h
+    p[_MEMORY + 4] += h
+    p[_MEMORY + 6] += h
+    direction, moved = p[_MEMORY], y - p[_MEMORY + 2]
+    if direction == 0.0 and abs(moved) > PLAY:
+        p[_MEMORY] = direction = math.copysign(1.0, moved)
+    if direction * moved > 0.0:
+        p[_MEMORY + 2], p[_MEMORY + 4] = y, 0.0
+    elif direction * moved < -PLAY:  # a reversal, where it had gone farthest
+        p[_MEMORY], p[_MEMORY + 1] = -direction, p[_MEMORY + 2]
+        p[_MEMORY + 3] = p[_MEMORY + 4]
+        p[_MEMORY + 2], p[_MEMORY + 4] = y, 0.0
+    if abs(y - p[_MEMORY + 5]) > PLAY:
+        p[_MEMORY + 5], p[_MEMORY + 6] = y, 0.0
+    elif p[_MEMORY + 6] >= LEAST_REST:
+        p[_MEMORY + 7] = p[_MEMORY + 6]
+
+
+def with_own_force(rest: Any) -> Any:
+    """The forces of effects that depend on the motor's, with those of own terms."""
+
+    @inlined
+    def total(value, on, push, t, y, v, currents, p):
+        value = rest(value, on, push, t, y, v, currents, p)
+        if on & FORCE_BIT:
+            value += own_sum(p, on, 0, push, t, y, v)
+        return value
+
+    return total
+
+
+def with_own_level(rest: Any) -> Any:
+    """Friction that effects add, with what own terms add; at least a share of Coulomb's force is left of all."""
+
+    @inlined
+    def total(value, on, push, t, y, v, currents, p):
+        value = rest(value, on, push, t, y, v, currents, p)
+        if on & LEVEL_BIT:
+            value += own_sum(p, on, 1, push, t, y, v)
+            least = (LEAST_LEVEL - 1.0) * p[0]
+            if value < least:
+                value = least
+        return value
+
+    return total
+
+
+def with_memory_start(rest: Any) -> Any:
+    """The start of hidden states, with that of the memory."""
+
+    @inlined
+    def total(on, t, y, v, currents, p):
+        rest(on, t, y, v, currents, p)
+        if on & MEMORY_BIT:
+            start_memory(p, y)
+
+    return total
+
+
+def with_memory(rest: Any) -> Any:
+    """The advance of hidden states, with that of the memory."""
+
+    @inlined
+    def total(on, h, t, y, v, a, currents, p):
+        rest(on, h, t, y, v, a, currents, p)
+        if on & MEMORY_BIT:
+            advance_memory(p, h, y + 0.5 * h * v)
+
+    return total
