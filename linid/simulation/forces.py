@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import stribeck
-from linid.physics.model import ELAPSED, RECORD, STATE_SIZE, STATE_START
+from linid.physics.model import ELAPSED, RECORD, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.motors.harmonics import phase_forces
 from linid.physics.motors.motor import MAX_HARMONICS
 from linid.simulation.binding import allocating, compiled, inlined
 
-WORK_SIZE = STATE_START + 2 * STATE_SIZE
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
 
 
@@ -61,7 +60,7 @@ def axis_of(terms, candidates, stretch):
     """The axis of one candidate; its parameters are copied where effects need room for their states."""
     on = candidates.on & terms.chosen | terms.always
     p = stretch.params
-    if on & terms.acts.any:
+    if on & terms.acts.any or terms.law.elements > 0:
         p = work_vector(stretch.params, stretch.record, stretch.elapsed)
     table = np.zeros((3, MAX_HARMONICS))
     harmonics, wavenumber, phase = terms.motor.prepare(candidates.motor, p, table)

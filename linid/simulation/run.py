@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from linid.arrays import Array, Integers
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
+from linid.physics.laws.registry import find_law
 from linid.physics.model import Model
 from linid.simulation.along import AlongTraces, MeasuredMotion
 from linid.simulation.compiled import Kernel, load_kernel
@@ -113,9 +114,10 @@ class Simulator:
         return Candidates(np.ascontiguousarray(params), self.model.motor, self.model.mask, winding)
 
     def _kernel(self) -> Kernel:
+        law = find_law(self.model.law).steps
         if self.specialised:
-            return load_kernel(self.model, bool(self.model.winding))
-        return load_kernel(None, bool(self.model.winding), self.model.mask == 0)
+            return load_kernel(self.model, bool(self.model.winding), law=law)
+        return load_kernel(None, bool(self.model.winding), self.model.mask == 0, law)
 
     def run(
         self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False, guided: bool = False
