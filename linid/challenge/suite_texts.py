@@ -65,7 +65,7 @@ One JSON file; `submission.schema.json` is its schema.
 - `shares` (optional): how much of the gap each named effect makes, with a 95 % interval. The gap is the mean square of
   the acceleration that the axis without hidden effects misses on the held-out recordings; 1 is all of it.
 - `arguments` (optional, with `unknown`): what the unlisted cause depends on: {arguments}.
-- `law` (optional): friction law of the axis: lugre, maxwell or dahl.
+- `law` (optional): friction law of the axis: lugre, maxwell, dahl, elasto_plastic or coulomb.
 
 A campaign that is left out counts as not answered, which is worse than an empty answer where nothing is hidden.
 

@@ -28,7 +28,6 @@ from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import find_effect
-from linid.physics.model import Model
 from linid.recording.check_findings import RecordingChecks
 from linid.recording.checks import checks_of
 from linid.recording.recording import Recording
@@ -173,13 +172,13 @@ def _next_experiment(
     # What `prospects` asks for is how well the last effect is told.
     last = budget.entries[-1].effect if unclear is None else unclear.effect
     order = (*(e for e in found.best.model.effects if e != last), last)
-    best = replace(found.best, model=Model(found.best.model.kind, order))
+    best = replace(found.best, model=found.best.model.with_effects(order))
     ranking = prospects(
         best,
         rival,
         [balance.recordings[k] for k in fitted],
         judge.scale[fitted],
-        experiments(Model(base.fitted.model.kind), base.fitted.vector, span, driven[0]),
+        experiments(base.fitted.model.with_effects(()), base.fitted.vector, span, driven[0]),
     )
     noise = float(np.median(judge.noise.deviation(rows)))
     return advice(budget, ranking[0], noise, balance.recordings[0].axis)

@@ -130,7 +130,7 @@ def lugre_step(
     Method: exponential Rosenbrock midpoint (second order), with phi functions (Hochbruck & Ostermann 2010).
     """
     v_mid, w_mid, level, fall = middle
-    mass, sigma_0, sigma_1, sigma_2 = body
+    mass, sigma_0, sigma_1, _ = body
     rate = sigma_0 * abs(v_mid) / level
     load = sigma_0 * w_mid / level
     if v_mid < 0.0:

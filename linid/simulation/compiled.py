@@ -146,9 +146,7 @@ def _entry(function: Any, folder: Path) -> Any:
 
 
 @cache
-def load_kernel(
-    model: Model | None = None, by_voltage: bool = False, bare: bool = False, law: str = LUGRE
-) -> Kernel:
+def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool = False, law: str = LUGRE) -> Kernel:
     """The compiled kernel: guarded for all effects (None) or specialised for one model.
 
     by_voltage: the inputs are phase voltages and the currents are states; bare: all motors, but no effects; law: of

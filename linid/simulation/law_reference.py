@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +12,13 @@ from scipy.interpolate import CubicSpline
 from linid.arrays import Array
 from linid.simulation.reference import Friction
 
-_PULL = 3e5  # 1/s, by which an element that slips is drawn to a limit that falls
+_STEP = 1e-5  # s, of Maxwell's elements
 
 
 @dataclass(frozen=True)
 class LawRun:
-    """A reference run of n samples: y in m, v in m/s, work in J done by the outer force up to each, lost in J by friction
-    but for what springs store, stored in J."""
+    """A reference run of n samples: y in m, v in m/s; up to each, work of the outer force, loss by friction
+    and what springs then store, in J."""
 
     y: Array
     v: Array
@@ -49,23 +48,41 @@ def _elements(values: dict[str, float]) -> tuple[Array, Array]:
     """Shares of the sliding force, and stiffnesses in N/m."""
     stiff = values["slip_stiffness_ratio"] ** np.arange(4)
     force = 1.0 + values["slip_force_tilt"] * np.linspace(-1.0, 1.0, 4)
+    force += values.get("slip_force_bend", 0.0) * np.array([1.0, -1.0, -1.0, 1.0])
+    force += values.get("slip_force_twist", 0.0) * np.array([-1.0, 3.0, -3.0, 1.0]) / 3.0
     return force / force.sum(), values["bristle_stiffness"] * stiff / stiff.sum()
 
 
-def _maxwell(values: dict[str, float], friction: Friction) -> Callable[[float, Array], tuple[float, Array, float]]:
-    shares, stiff = _elements(values)
+def _maxwell(values: dict[str, float], t: Array, outer: CubicSpline, start: tuple[float, float], h: float) -> LawRun:
+    """Maxwell's elements by midpoint steps of h seconds, each clamped to its limit where a step has brought it."""
+    friction, mass, (shares, stiff) = Friction.of(values), values["mass"], _elements(values)
+    steps = round(float(t[1] - t[0]) / h)
+    x, (y, v), work, lost = np.zeros(shares.size), start, 0.0, 0.0
+    rows = np.empty((5, t.size))
 
-    def rates(v: float, x: Array) -> tuple[float, Array, float]:
-        """Resistance but for the viscous one in N, rates of the elements in m/s, and lost power in W."""
-        limit = shares * friction.level(v) / stiff
-        slips = (np.abs(x) >= limit) & (x * v > 0.0)
-        beyond = np.where(np.abs(x) > limit, _PULL * (np.abs(x) - limit), 0.0) * np.sign(x)
-        rate = np.where(slips, 0.0, v) - beyond
-        held = np.clip(stiff * x, -stiff * limit, stiff * limit)
-        damping = friction.sigma_1 * float(stiff[~slips].sum()) / values["bristle_stiffness"] * v
-        return float(held.sum()) + damping, rate, float((held + 0.0) @ (v - rate)) + damping * v
+    def resistance(x: Array, travel: float, v: float) -> float:
+        limit = shares * friction.level(v)
+        pulls = stiff * (x + travel)
+        sticking = stiff[np.abs(pulls) < limit].sum() / values["bristle_stiffness"]
+        held = float(np.minimum(np.maximum(pulls, -limit), limit).sum())
+        return held + (friction.sigma_1 * float(sticking) + friction.sigma_2) * v
 
-    return rates
+    for n in range(t.size):
+        rows[:, n] = y, v, work, lost, 0.5 * float(stiff @ x**2)
+        if n + 1 == t.size:
+            break
+        pushes = outer(t[n] + h * (np.arange(steps) + 0.5)).tolist()
+        for push in pushes:
+            middle = v + 0.5 * h * (push - resistance(x, 0.0, v)) / mass
+            resist = resistance(x, 0.5 * h * middle, middle)
+            v += h * (push - resist) / mass
+            y += h * middle
+            limit = shares * friction.level(v) / stiff
+            moved = np.minimum(np.maximum(x + h * middle, -limit), limit)
+            work += h * push * middle
+            lost += h * resist * middle - 0.5 * float(stiff @ (moved**2 - x**2))
+            x = moved
+    return LawRun(*rows)
 
 
 def simulate_law(
@@ -77,30 +94,20 @@ def simulate_law(
     when scipy gives up. Sources: those of `linid.physics.laws`.
     """
     outer, friction, mass = CubicSpline(t, force), Friction.of(values), values["mass"]
-    if law in ("dahl", "elasto_plastic"):
-        bend = _dahl if law == "dahl" else _elasto_plastic
+    if law == "maxwell_slip":
+        return _maxwell(values, t, outer, start, min(max_step, _STEP))
+    bend = _dahl if law == "dahl" else _elasto_plastic
 
-        def friction_of(v: float, x: Array) -> tuple[float, Array, float]:
-            rate = bend(values, friction, v, float(x[0]))
-            force = friction.sigma_0 * float(x[0]) + friction.sigma_1 * rate
-            return force, np.array([rate]), force * v - friction.sigma_0 * float(x[0]) * rate
+    def rates(time: float, state: Array) -> list[float]:
+        _, v, w, *_ = map(float, state)
+        rate, push, spring = bend(values, friction, v, w), float(outer(time)), friction.sigma_0 * w
+        resist = spring + friction.sigma_1 * rate + friction.sigma_2 * v
+        return [v, (push - resist) / mass, rate, push * v, resist * v - spring * rate]
 
-        stiff = np.array([friction.sigma_0])
-    else:
-        friction_of, stiff = _maxwell(values, friction), _elements(values)[1]
-
-    def rates(time: float, state: Array) -> Array:
-        v, x = float(state[1]), state[2:-2]
-        resist, rate, lost = friction_of(v, x)
-        push = float(outer(time))
-        a = (push - resist - friction.sigma_2 * v) / mass
-        return np.concatenate([[v, a], rate, [push * v, lost + friction.sigma_2 * v * v]])
-
-    first = np.concatenate([start, np.zeros(stiff.size + 2)])
     solution = solve_ivp(
-        rates, (t[0], t[-1]), first, method="RK45", t_eval=t, rtol=1e-9, atol=1e-12, max_step=max_step
+        rates, (t[0], t[-1]), [*start, 0.0, 0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-12, max_step=max_step
     )
     if not solution.success:
         raise RuntimeError(f"reference integration stopped: {solution.message}")
-    y, v, *x, work, lost = solution.y
-    return LawRun(y, v, work, lost, 0.5 * np.einsum("i,ij->j", stiff, np.array(x) ** 2))
+    y, v, w, work, lost = solution.y
+    return LawRun(y, v, work, lost, 0.5 * friction.sigma_0 * w**2)

@@ -5,14 +5,21 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from linid.physics.friction import linear_step
+from linid.physics.friction import linear_step, stribeck
 from linid.physics.laws.law import Law
 from linid.physics.model import ELEMENT_START, LAW_START
 from linid.simulation.binding import inlined
 from linid.simulation.course import FINEST
 from linid.simulation.steps import REVERSAL_WEIGHT, Middle, friction_at
 
-_LEAST = 1e-12  # of the steady deflection, where a bristle counts as straight
+_LEAST = 1e-12  # of the steady deflection, where a bristle counts as straight, or a spring as bent to its limit
+
+
+@inlined
+def own_of(axis):
+    """The parameters that a law has besides LuGre's."""
+    p = axis.p
+    return p[LAW_START], p[LAW_START + 1], p[LAW_START + 2], p[LAW_START + 3]
 
 
 def bristle_terms(law: Law) -> dict[str, Any]:
@@ -23,7 +30,7 @@ def bristle_terms(law: Law) -> dict[str, Any]:
     def linearised(axis, bristles, v, w, level, fall):
         """The bristle's rate in m/s, how it falls with w in 1/s, how it rises with v, and its relaxation in 1/s."""
         rest, breakaway = level / bristles.sigma_0, bristles.coulomb / bristles.sigma_0
-        own = (axis.p[LAW_START], axis.p[LAW_START + 1])
+        own = own_of(axis)
         value, by_w, by_rest = rate(w, math.copysign(1.0, v), rest, breakaway, own)
         relaxing = -v * by_w if abs(w) < _LEAST * rest else v * (1.0 - value) / w
         return v * value, -v * by_w, value + by_rest * fall / level, max(relaxing, 0.0)
@@ -79,7 +86,7 @@ def element_terms(law: Law) -> dict[str, Any]:
     @inlined
     def bristle(axis, bristles):
         """What a single bristle would bend to pull as all elements do, in m."""
-        own, w = (axis.p[LAW_START], axis.p[LAW_START + 1]), 0.0
+        own, w = own_of(axis), 0.0
         for k in range(count):
             w += shape(k, own)[1] * axis.p[ELEMENT_START + k]
         return w
@@ -87,7 +94,7 @@ def element_terms(law: Law) -> dict[str, Any]:
     @inlined
     def share_out(axis, bristles, w):
         """Bend the elements for a deflection w in m: each to the same share of its limit, as steady sliding does."""
-        own = (axis.p[LAW_START], axis.p[LAW_START + 1])
+        own = own_of(axis)
         for k in range(count):
             share, stiff = shape(k, own)
             axis.p[ELEMENT_START + k] = share * w / stiff
@@ -95,13 +102,13 @@ def element_terms(law: Law) -> dict[str, Any]:
     @inlined
     def slips(x, most, way):
         """Whether an element at x m slips when it goes that way; most: deflection in m that it can hold."""
-        return x * way > 0.0 and abs(x) >= most * (1.0 - 1e-12)
+        return x * way > 0.0 and abs(x) >= most * (1.0 - _LEAST)
 
     @inlined
     def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
         y, v, w, force, currents, spring = motion
         stiffness, damping = spring
-        p, own, sigma_0, mass = axis.p, (axis.p[LAW_START], axis.p[LAW_START + 1]), bristles.sigma_0, bristles.mass
+        p, own, sigma_0, mass = axis.p, own_of(axis), bristles.sigma_0, bristles.mass
         rest = friction_at(terms, axis, bristles, t, y, v, currents)[0] / sigma_0
         way = v if v != 0.0 else force - stiffness * w
         stuck = 0.0  # share of the stiffness
@@ -109,7 +116,7 @@ def element_terms(law: Law) -> dict[str, Any]:
             share, stiff = shape(k, own)
             if not slips(p[ELEMENT_START + k], share * rest / stiff, way):
                 stuck += stiff
-        first = halvings
+        whole = (1 << (FINEST - halvings)) * tick
         while True:  # until no element changes between sticking and slipping by much
             h = (1 << (FINEST - halvings)) * tick
             half = 0.5 * h
@@ -129,14 +136,15 @@ def element_terms(law: Law) -> dict[str, Any]:
                 middle = min(max(x + half * v_mid, -most), most)
                 end = min(max(middle + half * v_mid, -most), most)
                 w_mid += stiff * middle
+                # Travel over which the element does not do what it does in the middle.
                 if slips(middle, most, v_mid):
-                    off += stiff * max(most - abs(x), 0.0) * (1.0 if x * v_mid > 0.0 else 2.0)
+                    gap = max(share * rest / stiff - math.copysign(1.0, v_mid) * x, 0.0)
                 else:
-                    off += stiff * abs(x + h * v_mid - end)
+                    gap = abs(x + h * v_mid - end)
                     if turned and slips(x, share * rest / stiff, v):
-                        off += 2.0 * stiff * before
-                if slips(middle, most, v_mid) != slips(x, share * rest / stiff, way):
-                    off += stiff * damping * abs(v_mid) * h / ((1 << (FINEST - first)) * tick * stiffness)
+                        gap += 2.0 * before
+                late = min(gap, h * abs(v_mid))
+                off += stiff * (gap + late * damping / (stiffness * whole))
             swing = off * sigma_0 / level
             if halvings >= FINEST or not swing > tolerance:
                 return Middle(v_mid, w_mid, level, fall, halvings, swing, tolerance)
@@ -146,7 +154,7 @@ def element_terms(law: Law) -> dict[str, Any]:
     def step(axis, bristles, v, w, at_middle, force, force_rate, body, h):
         v_mid, _, level, fall = at_middle
         mass, stiffness, damping, viscous = body
-        p, own = axis.p, (axis.p[LAW_START], axis.p[LAW_START + 1])
+        p, own = axis.p, own_of(axis)
         way = math.copysign(1.0, v_mid)
         stuck = slipping = 0.0
         for k in range(count):
@@ -171,7 +179,9 @@ def element_terms(law: Law) -> dict[str, Any]:
             (mass, stuck * stiffness, stuck * damping, viscous + slipping * falling),
             h,
         )
-        limit = level + falling * (abs(v_new) - abs(v_mid))
+        coulomb, static, velocity, exponent = bristles[:4]
+        limit = level / stribeck(v_mid, coulomb, static, velocity, exponent)
+        limit *= stribeck(v_new, coulomb, static, velocity, exponent)
         w_new = 0.0
         for k in range(count):
             share, stiff = shape(k, own)

@@ -13,11 +13,11 @@ from typing import Any
 from linid.physics.friction import stribeck
 from linid.physics.laws.law import Law
 from linid.physics.laws.registry import find_law
-from linid.physics.model import ELEMENT_START, LAW_START
+from linid.physics.model import ELEMENT_START
 from linid.simulation.along import PIECES, REST_AVERAGE, UNEVEN, bristle_along, bristle_at_rest
 from linid.simulation.binding import inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.law_steps import bristle_terms, element_terms
+from linid.simulation.law_steps import bristle_terms, element_terms, own_of
 from linid.simulation.steps import followed_bristle, predicted
 
 _SPLITS = 8  # of the way between two samples, at most, over which a bristle's mean is taken by Simpson's rule
@@ -56,7 +56,7 @@ def _single_along(law: Law) -> Any:
     def along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
         coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
         _, level, load = resistance
-        own, breakaway = (axis.p[LAW_START], axis.p[LAW_START + 1]), coulomb / sigma_0
+        own, breakaway = own_of(axis), coulomb / sigma_0
         pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
@@ -92,7 +92,7 @@ def _elements_along(law: Law) -> tuple[Any, Any]:
     def along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
         coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
         _, level, load = resistance
-        p, own = axis.p, (axis.p[LAW_START], axis.p[LAW_START + 1])
+        p, own = axis.p, own_of(axis)
         pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
@@ -123,7 +123,7 @@ def _elements_along(law: Law) -> tuple[Any, Any]:
     @inlined
     def at_rest(axis, bristles, resistance, w, force, dt):
         # What the encoder does not show: the travel that takes the elements to the balance of forces.
-        p, own, sigma_0 = axis.p, (axis.p[LAW_START], axis.p[LAW_START + 1]), bristles.sigma_0
+        p, own, sigma_0 = axis.p, own_of(axis), bristles.sigma_0
         most = resistance.level * (bristles.static + resistance.load)
         held = min(max(force / resistance.factor, -most), most) / sigma_0
         missing = min(1.0, dt / REST_AVERAGE) * (held - w)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from linid.arrays import Array
 from linid.physics import friction
-from linid.physics.laws.law import Law
+from linid.physics.laws.law import Law, Own
 from linid.physics.parameter import Parameter
+from linid.physics.term import term
 
 _COULOMB, _STATIC, _VELOCITY, _EXPONENT, _, _DAMPING, _, _ = range(len(friction.PARAMETERS))
 _OWN = Parameter("dahl_exponent", "i", "1", 0.3, 3.0, 1.0, meaning="how the presliding curve bends: 1 as LuGre's")
@@ -22,8 +21,8 @@ def _tie(vectors: Array) -> None:
     vectors[:, _VELOCITY], vectors[:, _EXPONENT], vectors[:, _DAMPING] = 1e-3, 2.0, 0.0
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, forceinline=True)
-def moved(w, travel, rest, breakaway, own):
+@term
+def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> float:
     """The deflection in m after a travel in m: dz/dx = -|z|^i sgn z / rest in closed form, z = 1 - w/(rest sgn x)."""
     if travel == 0.0:
         return w
@@ -40,8 +39,8 @@ def moved(w, travel, rest, breakaway, own):
     return side * (1.0 - math.copysign(size, z))
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, forceinline=True)
-def rate(w, way, rest, breakaway, own):
+@term
+def rate(w: float, way: float, rest: float, breakaway: float, own: Own) -> tuple[float, float, float]:
     """dw/dy, its slope by w in 1/m, and by log(rest); way: -1 or 1, the direction of motion."""
     u = way * w / rest
     z = 1.0 - u

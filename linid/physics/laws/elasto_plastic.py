@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
-from linid.physics.laws.law import Law
+from linid.physics.laws.law import Law, Own
 from linid.physics.parameter import Parameter
+from linid.physics.term import term
 
 _OWN = Parameter(
     "breakaway_share", "z_ba", "1", 0.05, 0.95, 0.7, meaning="elastic part of the deflection at the Coulomb force"
@@ -17,8 +16,8 @@ _SETTLED = 1e-9  # of it, within which the bristle is steady
 _FAR = 30.0  # steady deflections of travel, after which it surely is
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, forceinline=True)
-def slipping(q, rest, elastic):
+@term
+def slipping(q: float, rest: float, elastic: float) -> tuple[float, float, float]:
     """How far the bristle slips, 0 to 1, and its slopes by q in 1/m and by log(rest); q: deflection along the motion,
     elastic: of breakaway, in m."""
     if q <= elastic:
@@ -31,8 +30,8 @@ def slipping(q, rest, elastic):
     return 0.5 * (1.0 + math.sin(phase)), slope, -slope * rest * (q - elastic) / width
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, forceinline=False)
-def moved(w, travel, rest, breakaway, own):
+@term
+def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> float:
     """The deflection in m after a travel in m: elastic up to breakaway, then dq/dx = 1 - slipping(q) q/rest."""
     if travel == 0.0:
         return w
@@ -61,8 +60,8 @@ def moved(w, travel, rest, breakaway, own):
     return way * q
 
 
-@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, forceinline=True)
-def rate(w, way, rest, breakaway, own):
+@term
+def rate(w: float, way: float, rest: float, breakaway: float, own: Own) -> tuple[float, float, float]:
     """dw/dy, its slope by w in 1/m, and by log(rest); way: -1 or 1, the direction of motion."""
     q = way * w
     slip, by_q, by_rest = slipping(q, rest, min(own[0] * breakaway, 0.99 * rest))

@@ -9,7 +9,8 @@ from typing import Any
 from linid.arrays import Array
 from linid.physics.parameter import Parameter
 
-MOST_OWN = 2  # parameters of a law besides those of LuGre's
+MOST_OWN = 4  # parameters of a law besides those of LuGre's
+Own = tuple[float, float, float, float]  # their values, 0 where a law has fewer
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,7 @@ from linid.errors import UsageError
 from linid.physics.laws import coulomb, dahl, elasto_plastic, lugre, maxwell_slip
 from linid.physics.laws.law import Law
 
-LAWS: dict[str, Law] = {
-    module.LAW.name: module.LAW for module in (lugre, dahl, coulomb, elasto_plastic, maxwell_slip)
-}
+LAWS: dict[str, Law] = {module.LAW.name: module.LAW for module in (lugre, dahl, coulomb, elasto_plastic, maxwell_slip)}
 LUGRE = lugre.LAW.name
 MOST_ELEMENTS = max(law.elements for law in LAWS.values())
 
