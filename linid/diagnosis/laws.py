@@ -11,7 +11,7 @@ from linid.diagnosis.descent import QUICK, SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence, Judge, compare
-from linid.physics.laws.registry import LAWS, LUGRE
+from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE
 
 # First values tried: factors on the stiffness that another law's fit has found, and the law's own parameters.
 _STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0.5), "maxwell_slip": (1.0, 2.5)}
@@ -19,9 +19,7 @@ _MORE: Effort = SETTLING
 _LEAST_CLOSED = 0.3  # of the log power above the floor: what closes less is some effect's work
 _EQUAL = 0.05  # of the log power per row, within which a law of fewer parameters does as well
 _REFUTED = 2.0  # deviations from block to block
-# What the recordings must show to tell that a simpler law lacks nothing: presliding over so many times the least that
-# is searched for, breakaway so far above the Coulomb force.
-_VISIBLE_PRESLIDING, _VISIBLE_BREAKAWAY = 300.0, 1.1
+_VISIBLE_BREAKAWAY = 1.1  # of the Coulomb force: what the recordings must refute to tell that there is none
 
 
 @dataclass(frozen=True)
@@ -74,37 +72,42 @@ def try_laws(judge: Judge, one: Fitted) -> tuple[LawTrial, ...]:
 class LawChoice:
     """What recordings tell of the friction law.
 
-    law: the base's from now on; told: whether they refute all others; alike: laws that they do not tell from it; trials:
-    all, LuGre first.
+    law: the one that they prefer; told: whether they refute all others; alike: laws that they do not tell from it;
+    trials: all, LuGre first; chosen: the preferred one's; base: the law that fits go on with, which is LuGre where
+    there is no presliding to be seen, as its own bristle then follows what smoothing makes of a stop.
     """
 
     law: str
     told: bool
     alike: tuple[str, ...]
     trials: tuple[LawTrial, ...]
-
-    @property
-    def chosen(self) -> LawTrial:
-        """The trial of the law that the base takes."""
-        return next(trial for trial in self.trials if trial.law == self.law)
+    chosen: LawTrial
+    base: str
 
 
 def choose_law(judge: Judge, one: Fitted) -> LawChoice:
-    """The friction law that the recordings prefer beside the effects of a fitted model; LuGre unless another is clearly
-    better on fitted and on held-out rows, or does as well with fewer parameters where its absence would show."""
+    """The friction law that the recordings prefer beside the effects of a fitted model.
+
+    LuGre unless another is clearly better on fitted and on held-out rows, or a simpler one does as well and the
+    recordings would show what it lacks.
+    """
     trials = try_laws(judge, one)
     better = [t for t in trials if t.law != LUGRE and clearly_better(t.on_fitted) and clearly_better(t.on_held_out)]
     best = max(better, key=lambda t: t.on_fitted.gain + t.on_held_out.gain, default=trials[0])
     if best.law == LUGRE:
-        simpler = [t for t in trials if LAWS[t.law].absent and as_good(t)]
-        best = max(simpler, key=lambda t: len(LAWS[t.law].absent) - len(LAWS[t.law].own), default=best)
-        if best.law != LUGRE and not shown(judge, trials[0].fitted, best):
-            return LawChoice(LUGRE, False, tuple(t.law for t in simpler), trials)
+        if unresolved(judge, trials[0].fitted):
+            stiff = next(t for t in trials if t.law == COULOMB)
+            return LawChoice(COULOMB, True, (), trials, stiff, LUGRE)
+        dahl = next(t for t in trials if t.law == DAHL)
+        if as_good(dahl):
+            if not shown(judge, trials[0].fitted, dahl):
+                return LawChoice(LUGRE, False, (DAHL,), trials, best, LUGRE)
+            best = dahl
     rows = judge.fits.rows_of(one.recordings)
     # What contains the simpler law is no rival of it.
     others = [t for t in trials if t is not best and not (t.law == LUGRE and LAWS[best.law].absent)]
     alike = tuple(t.law for t in others if not refuted(judge, best, t, rows))
-    return LawChoice(best.law, not alike, alike, trials)
+    return LawChoice(best.law, not alike, alike, trials, best, best.law)
 
 
 def clearly_better(evidence: Evidence) -> bool:
@@ -127,20 +130,22 @@ def refuted(judge: Judge, best: LawTrial, other: LawTrial, rows: Flags) -> bool:
     return any(e.gain >= LEAST_GAIN and e.certainty >= _REFUTED for e in found) and all(e.gain > 0.0 for e in found)
 
 
-def shown(judge: Judge, lugre: Fitted, simpler: LawTrial) -> bool:
-    """Whether the recordings would show what a simpler law lacks: LuGre with a little of it is clearly worse.
+def unresolved(judge: Judge, lugre: Fitted) -> bool:
+    """Whether LuGre's best bristle swings faster than the rows resolve: then there is no presliding to be seen.
 
-    Coulomb's: presliding over a few steps of the encoder's noise; Dahl's: a breakaway force above the Coulomb force.
+    What smoothing over the bump makes of a sudden stop looks like a bristle of about the bump's own length in time; a
+    real presliding deflection of F_C/sigma_0 lasts longer than that.
     """
-    values = dict(lugre.values)
-    if "bristle_stiffness" in LAWS[simpler.law].absent:
-        low = math.exp(judge.fits.coordinates.presliding[0])
-        values["bristle_stiffness"] = values["coulomb_force"] / (_VISIBLE_PRESLIDING * low)
-        values["bristle_damping"] = 0.6 * math.sqrt(values["bristle_stiffness"] * values["mass"])
-    else:
-        values["static_force"] = _VISIBLE_BREAKAWAY * values["coulomb_force"]
-    model = lugre.model
-    residual = judge.balance.residual(model, model.vector(values))
-    changed = replace(lugre, residual=residual)
-    evidence = compare(judge.fits, changed, simpler.fitted, judge.balance.split)
+    part = judge.balance.part(lugre.model)
+    width = max(2.0 * half * float(dt) for half, dt in zip(part.half_widths, part.simulator.inputs.dts, strict=True))
+    values = lugre.values
+    return math.sqrt(values["bristle_stiffness"] / values["mass"]) > 2.0 * math.pi / width
+
+
+def shown(judge: Judge, lugre: Fitted, dahl: LawTrial) -> bool:
+    """Whether the recordings would show a breakaway force above the Coulomb force, which Dahl's law has not: LuGre with
+    a little of it is clearly worse."""
+    values = {**lugre.values, "static_force": _VISIBLE_BREAKAWAY * lugre.values["coulomb_force"]}
+    residual = judge.balance.residual(lugre.model, lugre.model.vector(values))
+    evidence = compare(judge.fits, replace(lugre, residual=residual), dahl.fitted, judge.balance.split)
     return evidence.gain >= LEAST_GAIN and evidence.certainty >= CERTAINTY

@@ -7,7 +7,7 @@ from linid.physics.laws import coulomb, dahl, elasto_plastic, lugre, maxwell_sli
 from linid.physics.laws.law import Law
 
 LAWS: dict[str, Law] = {module.LAW.name: module.LAW for module in (lugre, dahl, coulomb, elasto_plastic, maxwell_slip)}
-LUGRE = lugre.LAW.name
+LUGRE, DAHL, COULOMB = lugre.LAW.name, dahl.LAW.name, coulomb.LAW.name
 MOST_ELEMENTS = max(law.elements for law in LAWS.values())
 
 
