@@ -190,7 +190,7 @@ class Simulator:
         found = AlongTraces(
             np.empty(shape) if acceleration else np.empty((1, 0)),
             np.empty(shape) if wanted is None else np.full(shape, np.nan),
-            np.empty((*shape, kept.size) if kept.size else (1, 0, 0)),
+            np.full((*shape, kept.size) if kept.size else (1, 0, 0), np.nan),
             np.empty(shape) if reads else np.empty((1, 0)),
         )
         motion = MeasuredMotion(y, v, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted)

@@ -208,7 +208,7 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
     load(value, on, push, t, y, v, currents, p); all others (value, on, t, y, v, currents, p) -> value. motor: its
     terms (motor_terms.py); law: those of the friction law (laws.py); acts: per term the bits of all effects that have
     it, besides `any`, `push` (what changes the forces on the mass) and `between` (what acts between the samples of a
-    measured motion); chosen, always: bits that the caller of the kernel chooses, and that are known when it is compiled.
+    measured motion); chosen, always: bits that the kernel's caller chooses, and that are known when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:

@@ -63,7 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 seconds.append(one["seconds"])
                 print(
                     f"{law} {name} {'+'.join(names[name].effects)}: {outcome}, alike {one['alike']}, "
-                    "gap {:.2f} -> {:.2f} floors, ".format(*one["gap"]) + f"{one['seconds']:.1f} s",
+                    "gap {:.2f} -> {:.2f} floors, ".format(*one["gap"])
+                    + f"{one['seconds']:.1f} s",
                     flush=True,
                 )
     for (true, said), count in sorted(outcomes.items()):

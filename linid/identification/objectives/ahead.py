@@ -11,6 +11,7 @@ from linid.identification.objectives.objective import TRAVEL_CLASSES, travel_cla
 from linid.identification.objectives.start_states import predicted_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
@@ -85,7 +86,7 @@ class Ahead:
     def simulate(self, params: Array) -> Array:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
-        if self.model.states:
+        if any(find_effect(name).states for name in self.model.effects):  # a bristle is told along the motion
             return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(
