@@ -18,10 +18,13 @@ from linid.stand.description import AxisDescription, SineMotor
 from linid.stand.generate import true_parameters
 
 AxisKind = Literal["phase", "q_linear", "q_rotary"]
-Law = Literal["lugre", "maxwell", "dahl"]
+Law = Literal["lugre", "maxwell", "dahl", "elasto_plastic", "coulomb"]
 AXES: tuple[AxisKind, ...] = ("phase", "q_linear", "q_rotary")
-LAWS: tuple[Law, ...] = ("lugre", "maxwell", "dahl")
+LAWS: tuple[Law, ...] = ("lugre", "maxwell", "dahl", "elasto_plastic", "coulomb")
 Four = Annotated[tuple[float, ...], Field(min_length=4, max_length=4)]
+# rad/s and damping ratio of a mass on the spring that stands for Coulomb friction: it bends by a few nanometres, and
+# integration steps of 10 us still follow it.
+_STIFF, _STIFF_DAMPING = 3e4, 0.5
 # Powers of the radius by which the parameters of a linear axis become those of a rotary one.
 _POWERS = {
     "mass": 2,
@@ -40,7 +43,9 @@ class HiddenAxis(AxisDescription):
 
     law: of friction; Dahl's takes the static force for the Coulomb force and has no bristle damping. shares: of the
     sliding force on Maxwell's four elements; stiffnesses: theirs, in shares of the bristle stiffness; bend: Dahl's
-    exponent. kind: what the drive logs, and in which units; radius_m: of a rotary axis.
+    exponent, or the share of the Coulomb force up to which an elasto-plastic bristle does not slip; Coulomb's law is
+    one Maxwell element far stiffer than any encoder sees. kind: what the drive logs, and in which units; radius_m: of
+    a rotary axis.
     """
 
     law: Law = "lugre"
@@ -111,4 +116,13 @@ def varied(
         changes["friction"] = axis.friction.model_copy(
             update={"static_force_n": coulomb, "bristle_damping_n_s_per_m": 0.0}
         )
+    elif law == "elasto_plastic":
+        changes["bend"] = float(random.uniform(0.4, 0.9))
+    elif law == "coulomb":
+        stiffness = axis.mass_kg * _STIFF**2
+        damping = 2.0 * _STIFF_DAMPING * math.sqrt(stiffness * axis.mass_kg)
+        changes["friction"] = axis.friction.model_copy(
+            update={"bristle_stiffness_n_per_m": stiffness, "bristle_damping_n_s_per_m": damping}
+        )
+        changes["shares"], changes["stiffnesses"] = (1.0, 0.0, 0.0, 0.0), (1.0, 1e-9, 1e-9, 1e-9)
     return axis.model_copy(update=changes)

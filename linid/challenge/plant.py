@@ -20,7 +20,14 @@ from linid.stand.modes import Command, command
 from linid.stand.plant import drive_parameters, motor_harmonics, plant_parameters
 
 WALK_STEP = 0.01  # s
-_LAW = {"lugre": layout.LUGRE, "dahl": layout.DAHL, "maxwell": layout.MAXWELL}
+_LAW = {
+    "lugre": layout.LUGRE,
+    "dahl": layout.DAHL,
+    "maxwell": layout.MAXWELL,
+    # One spring far stiffer than any encoder sees.
+    "coulomb": layout.MAXWELL,
+    "elasto_plastic": layout.ELASTO_PLASTIC,
+}
 
 
 @dataclass(frozen=True)

@@ -111,6 +111,11 @@ class _Led:
     path: Array
     columns: Array
 
+    @property
+    def base_law(self) -> int:
+        """The friction law of the base: LuGre, of which Coulomb's is the limit that these steps cannot follow."""
+        return self.whole.law if self.description.law == "coulomb" else layout.LUGRE
+
     def along(self, present: Sequence[HiddenEffect], **changes: Any) -> Array:
         """What a plant with these effects logs along the motion, (LOGGED, n); changes: of its numbers."""
         powered = self.told.control != 0
@@ -151,7 +156,7 @@ def contributions(
     columns = np.ascontiguousarray(fine[::every].T)
     led = _Led(description, mode, index, told, whole, path, columns)
     none = led.along(())
-    base = none if whole.law == layout.LUGRE else led.along((), law=layout.LUGRE)
+    base = none if led.base_law == whole.law else led.along((), law=led.base_law)
     caused = _caused(led, effects, none[layout.ACCELERATION])
     if base is not none:
         caused[-1] = none[layout.ACCELERATION] - base[layout.ACCELERATION]
@@ -193,7 +198,7 @@ def _base_columns(led: _Led, base: Array) -> Array:
     ]
     changes += [turned_field(whole.base_phases, turn) for turn in _TURN * np.array([[1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])]
     a = base[layout.ACCELERATION]
-    bends = [led.acceleration((), law=layout.LUGRE, **change) - a for change in changes]
+    bends = [led.acceleration((), law=led.base_law, **change) - a for change in changes]
     bends.append(bends[4] * columns[layout.Y])
     thrust, viscous = base[layout.THRUST] / whole.base_mass, columns[layout.V] / whole.base_mass
     bristle = thrust - a - whole.sigma_2 * viscous

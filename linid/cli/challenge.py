@@ -95,7 +95,7 @@ def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tupl
     default="lugre",
     show_default=True,
     metavar="A,B",
-    help="Friction laws of the plants: lugre, maxwell, dahl.",
+    help="Friction laws of the plants: lugre, maxwell, dahl, elasto_plastic, coulomb.",
 )
 @click.option(
     "--axes",

@@ -183,6 +183,11 @@ fit_options = _apply(
         click.option("--generations", type=int, metavar="N", help="Largest number of generations [120]."),
         click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),
         click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
+        click.option(
+            "--law",
+            type=click.Choice(["auto", "lugre", "dahl", "coulomb", "elasto_plastic", "maxwell_slip"]),
+            help="Friction law; auto: the one that the recordings prefer [that of --friction, else lugre].",
+        ),
         click.option("--substeps", type=int, metavar="N", help="Internal steps per sample [from the data]."),
         click.option("--profile", multiple=True, metavar="NAME", help="Profile likelihood of a parameter; repeatable."),
     ]
@@ -208,6 +213,7 @@ SETTINGS_NAMES = (
     "generations",
     "free_exponent",
     "no_stribeck",
+    "law",
     "substeps",
     "profile",
 )
@@ -219,7 +225,18 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
     from linid.workflow.run.settings import parse_assignment, read_mapping
 
     raw: dict[str, Any] = {}
-    for name in ("seed", "axis", "period", "mass", "objective", "method", "population", "generations", "substeps"):
+    for name in (
+        "seed",
+        "axis",
+        "period",
+        "mass",
+        "objective",
+        "method",
+        "population",
+        "generations",
+        "substeps",
+        "law",
+    ):
         if options.get(name) is not None:
             raw[name] = options[name]
     if options.get("channels") is not None:

@@ -16,10 +16,11 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
+from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.refined_models import changes_of, refined_models
-from linid.diagnosis.report_data import Budget, Diagnosis, Verdict
+from linid.diagnosis.report_data import Budget, Diagnosis, LawFinding, Verdict
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
@@ -28,7 +29,6 @@ from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import canonical, find_effect
-from linid.physics.model import Model
 from linid.recording.check_findings import RecordingChecks
 from linid.recording.checks import checks_of
 from linid.recording.recording import Recording
@@ -68,10 +68,17 @@ def diagnose(
     fitted = [r for r in recordings if r.split == "fit"]
     _require_both_splits(name, recordings, fitted)
     assumptions: list[str] = []
-    base = fit_base_model(recordings, kind, known, means, assumptions)
-    screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers)
-    base = _with_effects(base, screening, kind, effects)
-    found = select(base, screening, means.watch)
+    plain = fit_base_model(recordings, kind, known, means, assumptions)
+    base, choice = base_with_law(plain, known)
+
+    def selected(start: Base) -> Selection:
+        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
+        return select(_with_effects(start, screening, kind, effects), screening, means.watch)
+
+    base, found, choice = select_under_law(plain, base, choice, selected)
+    law = law_finding(base.judge, choice)
+    if choice is not None and untold(choice):
+        assumptions.append(untold(choice))
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
@@ -88,7 +95,7 @@ def diagnose(
         axis=recordings[0].axis,
         base_effects=tuple(effects),
         assumptions=tuple(assumptions),
-        verdict=_verdict(budget, seen, found, base, checks),
+        verdict=_with_law(_verdict(budget, seen, found, base, checks), law),
         budget=budget,
         tried=tried_effects(found),
         where=seen.where,
@@ -102,6 +109,7 @@ def diagnose(
         seed=means.seed,
         combinations=base_combinations(after, known_mass),
         warnings=tuple(before.warnings),
+        friction_law=law,
     )
     return Found(diagnosis, before, after, traces_before, traces_after)
 
@@ -139,6 +147,13 @@ def _verdict(budget: Budget, seen: Seen, found: Selection, base: Base, checks: S
     return replace(verdict, sentence=verdict.sentence + words, next_experiment=following)
 
 
+def _with_law(verdict: Verdict, law: LawFinding | None) -> Verdict:
+    """The verdict with what is said of the friction law before the rest."""
+    if law is None or not law.sentence:
+        return verdict
+    return replace(verdict, sentence=f"{law.sentence} {verdict.sentence}")
+
+
 def _waves(best: Fitted, axis: str, field_wavenumber: float | None) -> str:
     """Which waves a periodic effect is made of, where no field says so; the strongest first."""
     if field_wavenumber is not None:
@@ -174,13 +189,13 @@ def _next_experiment(
     # What `prospects` asks for is how well the last effect is told.
     last = budget.entries[-1].effect if unclear is None else unclear.effect
     order = (*(e for e in found.best.model.effects if e != last), last)
-    best = replace(found.best, model=Model(found.best.model.kind, order))
+    best = replace(found.best, model=found.best.model.with_effects(order))
     ranking = prospects(
         best,
         rival,
         [balance.recordings[k] for k in fitted],
         judge.scale[fitted],
-        experiments(Model(base.fitted.model.kind), base.fitted.vector, span, driven[0]),
+        experiments(base.fitted.model.with_effects(()), base.fitted.vector, span, driven[0]),
     )
     noise = float(np.median(judge.noise.deviation(rows)))
     return advice(budget, ranking[0], noise, balance.recordings[0].axis)

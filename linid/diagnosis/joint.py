@@ -16,6 +16,7 @@ from linid.diagnosis.descent import Descent, Effort
 from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded, vectors_of
 from linid.identification.space.bounds import build_space
 from linid.identification.space.search_space import SearchSpace
+from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -89,7 +90,8 @@ class JointFit(Criterion):
         chosen = tuple(sorted(recordings))
         names = {p.name for p in model.parameters}
         held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
-        held.setdefault("stribeck_exponent", 2.0)
+        if "stribeck_exponent" in names:
+            held.setdefault("stribeck_exponent", 2.0)
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
         phase = float({**values, **held}.get("commutation_offset", 0.0))
@@ -127,7 +129,8 @@ class JointFit(Criterion):
         """The criterion per row that a model has at first values in SI, before any fit."""
         names = {p.name for p in model.parameters}
         held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
-        held.setdefault("stribeck_exponent", 2.0)
+        if "stribeck_exponent" in names:
+            held.setdefault("stribeck_exponent", 2.0)
         coordinates = self.coordinates.of(model, held, values)
         x = encoded(coordinates, model, {**values, **held})
         vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("commutation_offset", 0.0)))
@@ -167,5 +170,6 @@ def _key(
     soft: Sequence[float],
 ) -> str:
     """What decides the result of a fit, as a hash."""
-    parts = (model.kind, model.effects, sorted(held.items()), recordings, x.tolist(), effort, tuple(soft))
+    law = () if model.law == LUGRE else (model.law,)
+    parts = (model.kind, *law, model.effects, sorted(held.items()), recordings, x.tolist(), effort, tuple(soft))
     return hashlib.sha256(repr(parts).encode()).hexdigest()

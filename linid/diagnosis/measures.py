@@ -30,7 +30,7 @@ _ABOUT_MEDIAN = 0.918  # mean square of eight Gaussian draws about their own med
 
 def model_of(result: FitResult) -> tuple[Model, Array]:
     """The model and flat parameter vector (1, VECTOR_SIZE) of a fit result."""
-    model = Model(result.model, result.effects)
+    model = Model(result.model, result.effects, law=result.law)
     return model, model.vector({e.name: e.value for e in result.estimates})[None, :]
 
 

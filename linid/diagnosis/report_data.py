@@ -154,6 +154,29 @@ class Tried:
 
 
 @dataclass(frozen=True)
+class LawFinding:
+    """What the recordings tell of the friction law.
+
+    law: the one that they prefer; base: the one that the models have; told: whether all others are refuted; alike: laws
+    that are not told from it; closed: share of LuGre's gap (mean square above the floor, held-out recordings) that the
+    law closes; before, after: that gap under LuGre and under the law, in mean squares of the noise; parameters: SI
+    values of those that LuGre has not; gains: per law (log power per held-out row over LuGre, its certainty in standard
+    deviations); sentence: for people.
+    """
+
+    law: str
+    base: str
+    told: bool
+    alike: tuple[str, ...]
+    closed: float
+    before: float
+    after: float
+    parameters: dict[str, float]
+    gains: dict[str, tuple[float, float]]
+    sentence: str
+
+
+@dataclass(frozen=True)
 class Verdict:
     """status: none (at the floor), explained (named effects bring the gap to the floor), partly explained (named
     effects with evidence, and a remainder), unknown (a gap and no effect with evidence).
@@ -208,7 +231,8 @@ class Diagnosis:
     "" where forces are in N, else what they are divided by ("kg"), since no recording tells the mass; where, pairs:
     coordinates and pairs of them that the base's residual depends on; tried: all effects that make sense here;
     measures: over all held-out recordings before and after; combinations: of base parameters, known although they are
-    not known one by one; checks: what the data themselves show; field_wavenumber: rad/m or None.
+    not known one by one; friction_law: None where friction is known; checks: what the data themselves show;
+    field_wavenumber: rad/m or None.
     """
 
     name: str
@@ -230,3 +254,4 @@ class Diagnosis:
     seed: int
     combinations: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    friction_law: LawFinding | None = None

@@ -158,8 +158,10 @@ class Screening:
         fitted = tuple(self.recordings[k] for k in self.fitted)
         part = balance.part(base.model)
         some = Acceleration(base.model, fitted, jobs, half_widths=tuple(part.half_widths[k] for k in self.fitted))
-        self.effects = EffectColumns(base.model.kind, base.values, fitted, jobs, some)
-        self.effects_everywhere = EffectColumns(base.model.kind, base.values, self.recordings, jobs, part)
+        self.effects = EffectColumns(base.model.kind, base.values, fitted, jobs, some, base.model.law)
+        self.effects_everywhere = EffectColumns(
+            base.model.kind, base.values, self.recordings, jobs, part, base.model.law
+        )
         self.outlook = look_out(base.model, fitted, base.values)
         self.whole = look_out(base.model, self.recordings, base.values)
         self._pushes: dict[str, Moments] = {}

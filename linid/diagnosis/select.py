@@ -65,7 +65,7 @@ Watch = Callable[[str, int, int], None]
 
 def with_effect(model: Model, name: str) -> Model:
     """The model with one effect more, or the same if it is there."""
-    return model if name in model.effects else Model(model.kind, (*model.effects, name))
+    return model if name in model.effects else model.with_effects((*model.effects, name))
 
 
 def preset_of(model: Model, values: Mapping[str, float]) -> dict[str, float]:
@@ -104,7 +104,7 @@ def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """The model without one of its effects, fitted again to the same recordings."""
-    model = Model(full.model.kind, tuple(e for e in full.model.effects if e != name))
+    model = full.model.with_effects(e for e in full.model.effects if e != name)
     own = {p.name for p in model.parameters}
     values = {k: x for k, x in full.values.items() if k in own}
     preset = {k: x for k, x in full.preset.items() if k in own}

@@ -169,7 +169,7 @@ class _Ledger:
         vector = self.best.vector.copy()
         for name in absent:
             vector[[model.slot(amplitude) for amplitude in find_effect(name).amplitudes]] = 0.0
-        kept = Model(model.kind, tuple(name for name in model.effects if name not in absent))
+        kept = model.with_effects(name for name in model.effects if name not in absent)
         return self.judge.balance.residual(kept, vector) * self.inverse
 
     def contributions(self) -> tuple[dict[str, Array], Array]:

@@ -171,4 +171,5 @@ def vectors_of(
     if motor.shape and "force_constant" in names:
         shape = {name: out[:, model.slot(name)] for name, _ in motor.shape}
         out[:, model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
+    model.tie(out)
     return out

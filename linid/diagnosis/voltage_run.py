@@ -22,7 +22,7 @@ def voltage_driven(
     position, speed: of the start, in m and m/s (None: as measured); the currents start as measured or, where none were
     logged, at those that the first voltages would hold.
     """
-    model = Model(result.model, result.effects, result.winding)
+    model = Model(result.model, result.effects, result.winding, result.law)
     vector = model.vector({e.name: e.value for e in result.estimates})[None, :]
     inputs = pack_inputs([recording], voltages=True)
     motion = measure_motion([recording])

@@ -98,6 +98,7 @@ def assemble(
         covariance=covariance,
         settings=task.settings.stored(),
         winding=model.winding,
+        law=model.law,
     )
     return replace(result, derived=derived_quantities(result, recordings))
 

@@ -23,6 +23,7 @@ from linid.identification.uncertainty.profile import check_profile, profile_like
 from linid.identification.uncertainty.simex import simex_corrected
 from linid.identification.uncertainty.voltage_noise import without_voltage_noise
 from linid.physics.effects.effect import Values
+from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -36,16 +37,17 @@ def fit(
     known: dict[str, float] | None = None,
     start: FitResult | None = None,
     hooks: Hooks | None = None,
+    law: str = LUGRE,
 ) -> FitResult:
     """Identify the parameters of a model from recordings (free wheels, driven runs or both).
 
     kind: friction, force, sine or theta; known: SI values that are not identified; start: an earlier
-    (friction) result that gives first values and, where the data cannot tell it, the mass.
+    (friction) result that gives first values and, where the data cannot tell it, the mass; law: of friction.
     Raises UsageError or DataError when the recordings do not fit the model.
     """
     settings = settings or FitSettings()
     hooks = hooks or Hooks()
-    model = Model(kind, effects)
+    model = Model(kind, effects, law=law)
     check_recordings(recordings, model)
     fixed = {**(known or {}), **settings.fixed}
     told, per_mass, warnings = _mass(recordings, model, fixed, start)

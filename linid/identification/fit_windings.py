@@ -57,7 +57,7 @@ def fit_windings(
     if result.per_mass:
         raise UsageError("mass", "is not known, so volts and newtons cannot be compared", "Give the mass.")
     able = _telling(recordings)
-    model = Model(result.model, result.effects, winding)
+    model = Model(result.model, result.effects, winding, result.law)
     values = {e.name: e.value for e in result.estimates}
     resistance, inductance = first_winding_values(model.turns * values["electrical_wavenumber"], able)
     values |= {"phase_resistance": resistance, "phase_inductance": inductance, MUTUAL.name: 0.0}
@@ -70,7 +70,7 @@ def fit_windings(
     untold = winding == SEPARATE and not {MUTUAL.name, INDUCTANCE.name} & fixed.keys()
     untold = untold and not tells_mutual_inductance(model.vector(values), WindingCurrents(model, tuple(able)))
     if untold:  # what the currents have in common is left out: noise in it would bias the rest
-        model = Model(result.model, result.effects, STAR)
+        model = Model(result.model, result.effects, STAR, result.law)
         names.remove(MUTUAL.name)
         settings = _without_mutual(settings)
     space = build_space(

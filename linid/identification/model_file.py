@@ -14,6 +14,7 @@ from linid.config import parse_json, read_json
 from linid.errors import ConfigError, LinidError
 from linid.former_names import present_name, with_present_keys
 from linid.identification.result import Estimate, FitResult, Generation, Profile, Start
+from linid.physics.laws.registry import LUGRE
 
 SCHEMA = 1
 MOST_SUBSTEPS = 1000  # internal steps per sample, as settings allow
@@ -127,6 +128,7 @@ def _result(body: Any, place: str) -> FitResult:
                 for p in body.get("profiles", ())
             ),
             winding=body.get("winding", ""),
+            law=body.get("law", LUGRE),
         )
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         fact = f"{type(error).__name__}: {error}"[:120]
@@ -143,7 +145,7 @@ def _check(result: FitResult, place: str) -> None:
     def refuse(fact: str) -> ConfigError:
         return ConfigError(place, fact, _REMEDY)
 
-    texts = (result.model, result.axis, result.input_unit, result.winding, *result.effects, *result.fitted)
+    texts = (result.model, result.axis, result.input_unit, result.winding, result.law, *result.effects, *result.fitted)
     if not all(isinstance(text, str) for text in (*texts, *result.warnings)):
         raise refuse("holds names that are no text")
     if result.model not in MOTORS:
@@ -153,9 +155,9 @@ def _check(result: FitResult, place: str) -> None:
     if not 1 <= result.substeps <= MOST_SUBSTEPS:
         raise refuse(f"has {result.substeps} substeps, expected 1 to {MOST_SUBSTEPS}")
     try:
-        known = {p.name: p for p in Model(result.model, result.effects).parameters}
+        known = {p.name: p for p in Model(result.model, result.effects, law=result.law).parameters}
     except LinidError as error:
-        raise refuse(f"names effects that this linid does not have ({error.fact})") from None
+        raise refuse(f"names effects or a friction law that this linid does not have ({error.fact})") from None
     for estimate in (*result.estimates, *result.derived):
         if not all(isinstance(x, str) for x in (estimate.name, estimate.symbol, estimate.unit, estimate.status)):
             raise refuse("holds an estimate without name, symbol, unit or status")

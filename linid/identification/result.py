@@ -80,7 +80,8 @@ class FitResult:
     correlation, covariance: (p, p) matrices of the parameters named in `fitted`, the latter in their SI units; pairs:
     parameters that the data cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from
     the parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known;
-    profiles: profile likelihoods that were asked for; winding: star or separate where the windings were identified.
+    profiles: profile likelihoods that were asked for; winding: star or separate where the windings were identified;
+    law: of friction.
     """
 
     model: ModelKind
@@ -109,6 +110,7 @@ class FitResult:
     settings: dict[str, Any] = field(default_factory=dict)
     profiles: tuple[Profile, ...] = ()
     winding: str = ""
+    law: str = "lugre"
 
     def value(self, name: str) -> float:
         """The value of parameter `name` in SI units; raises KeyError if the model has none."""

@@ -90,6 +90,10 @@ class Settings(BaseModel):
     bounds: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict, description="parameter: [low, high] in SI")
     free_exponent: bool = Field(default=False, description="identify the Stribeck exponent alpha too")
     stribeck: bool = Field(default=True, description="false: F_S is tied to F_C, Coulomb and viscous friction only")
+    law: Literal["auto", "lugre", "dahl", "coulomb", "elasto_plastic", "maxwell_slip"] | None = Field(
+        default=None,
+        description="friction law; auto: the one that the recordings prefer; default: of the start, else lugre",
+    )
     # The search.
     objective: Literal["auto", "free_run", "ahead", "acceleration"] = Field(
         default="auto", description="auto: free_run for free wheels, ahead for driven recordings"

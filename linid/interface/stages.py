@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from linid.errors import UsageError
+from linid.interface.friction_law import law_of_fit
 
 if TYPE_CHECKING:
     from linid.identification.result import FitResult, ModelKind
@@ -21,19 +22,21 @@ StageName = Literal["friction", "motor", "windings"]
 
 @dataclass(frozen=True)
 class FitTask:
-    """A fit to be done: known in SI; start: an earlier result for first values."""
+    """A fit to be done: known in SI; start: an earlier result for first values; law: of friction, notes: on it."""
 
     kind: ModelKind
     recordings: tuple[Recording, ...]
     settings: Settings
     known: dict[str, float]
     start: FitResult | None = None
+    law: str = "lugre"
+    notes: tuple[str, ...] = ()
 
     def parameter_names(self) -> list[str]:
         """All parameters of the model with its effects."""
         from linid.physics.model import Model
 
-        return [p.name for p in Model(self.kind, self.settings.effects).parameters]
+        return [p.name for p in Model(self.kind, self.settings.effects, law=self.law).parameters]
 
     def free_names(self) -> list[str]:
         """The parameters that are searched (the mass may still turn out to be unidentifiable)."""
@@ -76,7 +79,7 @@ class Stage:
             return fit_windings(
                 task.start, task.recordings, self.winding, settings=settings, known=task.known, hooks=hooks
             )
-        return fit(
+        result = fit(
             task.kind,
             task.recordings,
             settings=settings,
@@ -84,7 +87,9 @@ class Stage:
             known=task.known,
             start=task.start,
             hooks=hooks,
+            law=task.law,
         )
+        return replace(result, warnings=(*task.notes, *result.warnings))
 
 
 class FitObserver(Protocol):
@@ -118,34 +123,36 @@ def stages_of(
     or separate to identify the windings too, after the motor by its currents.
     Raises UsageError for recordings that do not suit, and for known values and bounds that no model of the fit has.
     """
+    law, notes = law_of_fit(campaign, settings, start)
     if model == "friction":
-        return (Stage("friction", replace(_checked_friction(campaign, settings), start=start)),)
-    return tuple(_motor_stages(campaign, settings, model, start, winding))
+        task = _friction_task(campaign, settings, law)
+        _check_names(set(task.parameter_names()), settings, campaign.known if task.kind == "force" else {})
+        return (Stage("friction", replace(task, start=start, notes=notes)),)
+    return tuple(_motor_stages(campaign, settings, model, start, winding, law, notes))
 
 
 def _motor_stages(
-    campaign: Campaign, settings: Settings, model: ModelKind, start: FitResult | None, winding: str
+    campaign: Campaign,
+    settings: Settings,
+    model: ModelKind,
+    start: FitResult | None,
+    winding: str,
+    law: str,
+    notes: tuple[str, ...],
 ) -> Iterator[Stage]:
     from linid.physics.electrical import PARAMETERS
 
-    whole = FitTask(model, campaign.fitted, settings, settings.known_values(campaign.known), start)
+    whole = FitTask(model, campaign.fitted, settings, settings.known_values(campaign.known), start, law, notes)
     _check_names(set(whole.parameter_names()) | {p.name for p in PARAMETERS[winding]}, settings, campaign.known)
     first = start is None and bool(campaign.select(split="fit", kind="free_wheel"))
     if first:
-        yield Stage("friction", _friction_task(campaign, settings))
+        yield Stage("friction", _friction_task(campaign, settings, law))
     yield Stage("motor", whole.restricted() if winding else whole, after=first)
     if winding:
         yield Stage("windings", whole, winding, after=True)
 
 
-def _checked_friction(campaign: Campaign, settings: Settings) -> FitTask:
-    """The friction task as the only one of a fit."""
-    task = _friction_task(campaign, settings)
-    _check_names(set(task.parameter_names()), settings, campaign.known if task.kind == "force" else {})
-    return task
-
-
-def _friction_task(campaign: Campaign, settings: Settings) -> FitTask:
+def _friction_task(campaign: Campaign, settings: Settings, law: str) -> FitTask:
     """The friction fit that the recordings allow: free wheels where there are any, else driven ones."""
     known = settings.known_values(campaign.known)
     kind: ModelKind = "friction"
@@ -160,7 +167,7 @@ def _friction_task(campaign: Campaign, settings: Settings) -> FitTask:
             "Give free-wheel recordings (drive off), or map the q-current or command: "
             "channels: {current_q: ...} or {command: ...}.",
         )
-    return FitTask(kind, chosen, settings, known).restricted()
+    return FitTask(kind, chosen, settings, known, law=law).restricted()
 
 
 def _check_names(names: set[str], settings: Settings, known: dict[str, float]) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from linid.errors import ConfigError, UsageError
 from linid.physics import electrical, friction
 from linid.physics.effects.registry import EFFECTS, active_mask, canonical, find_effect
+from linid.physics.laws.law import MOST_OWN
+from linid.physics.laws.registry import LAWS, LUGRE, MOST_ELEMENTS, find_law
 from linid.physics.motors.motor import Motor
 from linid.physics.motors.registry import MOTORS
 from linid.physics.own_terms import layout as own_layout
@@ -22,7 +25,8 @@ MOTOR_START = len(friction.PARAMETERS)
 MOTOR_SIZE = max(len(motor.parameters) for motor in MOTORS.values())
 WINDING_START = MOTOR_START + MOTOR_SIZE
 WINDING_SIZE = 3
-EFFECT_START = WINDING_START + WINDING_SIZE
+LAW_START = WINDING_START + WINDING_SIZE
+EFFECT_START = LAW_START + MOST_OWN
 MASS = MOTOR_START - 1
 
 
@@ -63,7 +67,9 @@ def _state_places() -> dict[str, int]:
 STATE_PLACES = _state_places()
 MEMORY_PLACE = sum(effect.states for effect in EFFECTS)  # of own terms' memory among all hidden states
 STATE_SIZE = MEMORY_PLACE + len(own_layout.MEMORY)
-OWN_VARIABLES = STATE_START + 2 * STATE_SIZE
+# Deflections of the friction law's elements, of which no start of a step need be kept.
+ELEMENT_START = STATE_START + 2 * STATE_SIZE
+OWN_VARIABLES = ELEMENT_START + MOST_ELEMENTS
 OWN_STACK = OWN_VARIABLES + len(own_layout.VARIABLES)
 WORK_SIZE = OWN_STACK + own_layout.STACK
 
@@ -105,12 +111,14 @@ def own_places(effects: tuple[str, ...]) -> tuple[dict[str, int], NDArray[np.flo
 class Model:
     """Which motor and effects act: kind: a motor by name, or friction (free wheels only).
 
-    winding: star or separate for a motor driven by phase voltages, empty for one driven by its currents.
+    winding: star or separate for a motor driven by phase voltages, empty for one driven by its currents; law: of
+    friction, by name.
     """
 
     kind: str
     effects: tuple[str, ...] = ()
     winding: str = ""
+    law: str = LUGRE
     mask: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -122,6 +130,12 @@ class Model:
                 f"{self.kind} model",
                 f"cannot be driven by voltages of {self.winding!r} windings",
                 "Take a model with phases, such as sine, with star or separate windings.",
+            )
+        if self.winding and find_law(self.law).steps != LUGRE:
+            raise UsageError(
+                f"{self.law} friction",
+                "is not simulated together with the windings of a motor",
+                "Take lugre or coulomb, or leave the windings out.",
             )
         object.__setattr__(self, "effects", canonical(self.effects))
         object.__setattr__(self, "mask", active_mask(self.effects))
@@ -154,14 +168,24 @@ class Model:
         return self.driven_by.turns
 
     @property
+    def friction(self) -> tuple[Parameter, ...]:
+        """The parameters of friction and mass."""
+        law = find_law(self.law)
+        return tuple(p for p in friction.PARAMETERS if p.name not in law.absent) + law.own
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters of friction, motor and active effects, in table order."""
         active = tuple(p for name in self.effects for p in find_effect(name).parameters_of(self.kind))
-        return self.driven_by.parameters + electrical.PARAMETERS[self.winding] + friction.PARAMETERS + active
+        return self.driven_by.parameters + electrical.PARAMETERS[self.winding] + self.friction + active
+
+    def with_effects(self, effects: Iterable[str]) -> Model:
+        """The same motor and friction law with these effects."""
+        return replace(self, effects=tuple(effects))
 
     @property
-    def states(self) -> tuple[int, ...]:
-        """Places of the active effects' hidden states among all hidden states."""
+    def effect_states(self) -> tuple[int, ...]:
+        """Places of the hidden states of effects and own terms, counted from STATE_START."""
         places = tuple(
             start + k
             for name, start in STATE_PLACES.items()
@@ -169,6 +193,12 @@ class Model:
             for k in range(find_effect(name).states)
         )
         return places + (tuple(range(MEMORY_PLACE, STATE_SIZE)) if self.mask & own_layout.MEMORY_BIT else ())
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """Those places, and behind them those of the friction law's elements."""
+        elements = range(LAWS[self.law].elements)
+        return self.effect_states + tuple(ELEMENT_START - STATE_START + k for k in elements)
 
     @property
     def size(self) -> int:
@@ -186,7 +216,16 @@ class Model:
         for index, parameter in enumerate(electrical.PARAMETERS[self.winding]):
             if parameter.name == name:
                 return WINDING_START + index
+        for index, parameter in enumerate(LAWS[self.law].own):
+            if parameter.name == name:
+                return LAW_START + index
         return EFFECT_SLOTS[name] if name in EFFECT_SLOTS else own_places(self.effects)[0][name]
+
+    def tie(self, vectors: NDArray[np.float64]) -> None:
+        """Set in flat vectors (C, size), in place, what the friction law ties to other parameters."""
+        tied = LAWS[self.law].tie
+        if tied is not None:
+            tied(vectors)
 
     def vector(self, values: dict[str, float]) -> NDArray[np.float64]:
         """The flat vector (size,) of SI values; parameters not given take their default."""
@@ -195,4 +234,5 @@ class Model:
             vector[OWN_START:] = own_places(self.effects)[1]
         for parameter in self.parameters:
             vector[self.slot(parameter.name)] = values.get(parameter.name, parameter.default)
+        self.tie(vector[None, :])
         return vector

@@ -119,7 +119,7 @@ def held_at_start(terms, axis, bristles, course, motion, currents, factor):
 
 
 @inlined
-def bristle_along(bristles, resistance, w, travel, v, v_next, dt, want_means):
+def bristle_along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
     to 1; the travel between in m, the speeds at both in m/s."""
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
@@ -178,7 +178,7 @@ def resistance_at(terms, axis, t, y, v, currents, before):
 
 
 @inlined
-def bristle_at_rest(bristles, resistance, w, force, dt):
+def bristle_at_rest(axis, bristles, resistance, w, force, dt):
     """The bristle of a resting axis, drawn to the balance of forces: one sample's noise would shift it by much."""
     most = resistance.level * (bristles.static + resistance.load)
     held = min(max(force / resistance.factor, -most), most) / bristles.sigma_0
@@ -224,7 +224,7 @@ def forces_of_samples(terms, axis, candidates, course, motion, wanted):
 @inlined
 def write_hidden(terms, axis, k, t, motion, currents, kept, found):
     """Put hidden states and reading error at t seconds into sample k."""
-    if axis.on & terms.acts.advance:
+    if axis.on & terms.acts.advance or terms.law.elements > 0:
         for place in range(kept.size):
             found.states[k, place] = axis.p[STATE_START + kept[place]]
     if axis.on & terms.acts.sensor:
@@ -282,10 +282,14 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
             if back > k:
                 k = back
                 w = math.copysign(bristles.coulomb / sigma_0, v[k])
+                if terms.law.elements > 0:
+                    terms.law.share_out(axis, bristles, w)
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, k, count)
         if k == 0:
             w = begun(terms, axis, bristles, course, motion, currents, w)
+            if terms.law.elements > 0:
+                terms.law.share_out(axis, bristles, w)
         if motor_force.size > 0:
             force = motor_force[k]
             if on & acts.push:
@@ -294,7 +298,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
             force = external_force(terms, axis, t, y[k], v[k], currents)
         resistance = resistance_at(terms, axis, t, y[k], v[k], currents, resistance)
         if motion.standstill[k]:
-            w = bristle_at_rest(bristles, resistance, w, force, dt)
+            w = terms.law.at_rest(axis, bristles, resistance, w, force, dt)
         found.w[k] = w
         # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
         bristle = resistance.factor / mass
@@ -310,7 +314,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
             if on & acts.between:
                 resistance = between(terms, axis, course, motion, k, currents, resistance)
             travel = y[k + 1] - y[k]
-            w, mean, late = bristle_along(bristles, resistance, w, travel, v[k], v[k + 1], dt, want_a)
+            w, mean, late = terms.law.along(axis, bristles, resistance, w, travel, v[k], v[k + 1], dt, want_a)
             # The bristle's rate is a difference of w: the equation's right-hand side would amplify noise.
             if want_a:
                 found.a[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)

@@ -17,6 +17,7 @@ from numba import njit
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
 from linid.physics.kernel_cache import cache_folder, lock_compilation
+from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.simulation import along, currents, kernel, kernel_by_voltage
 from linid.simulation.bundle import Bundle
@@ -145,10 +146,11 @@ def _entry(function: Any, folder: Path) -> Any:
 
 
 @cache
-def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool = False) -> Kernel:
+def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool = False, law: str = LUGRE) -> Kernel:
     """The compiled kernel: guarded for all effects (None) or specialised for one model.
 
-    by_voltage: the inputs are phase voltages and the currents are states; bare: all motors, but no effects.
+    by_voltage: the inputs are phase voltages and the currents are states; bare: all motors, but no effects; law: of
+    friction, whose steps are compiled in.
     """
     folder = cache_folder()
     lock_compilation()
@@ -157,7 +159,7 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
         folder = Path(tempfile.mkdtemp(prefix="linid-kernel-"))
-    terms = terms_of(model, bare)
+    terms = terms_of(model, bare, law)
     simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
     entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with, currents.current_tasks_with)
     return Kernel(*(_entry(entry(terms), folder) for entry in entries))

@@ -60,7 +60,7 @@ def axis_of(terms, candidates, stretch):
     """The axis of one candidate; its parameters are copied where effects need room for their states."""
     on = candidates.on & terms.chosen | terms.always
     p = stretch.params
-    if on & terms.acts.any:
+    if on & terms.acts.any or terms.law.elements > 0:
         p = work_vector(stretch.params, stretch.record, stretch.elapsed)
     table = np.zeros((3, MAX_HARMONICS))
     harmonics, wavenumber, phase = terms.motor.prepare(candidates.motor, p, table)

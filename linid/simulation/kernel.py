@@ -70,6 +70,10 @@ def started(terms, axis, bristles, t, start, kept, currents):
         set_states(start, kept, axis.p)
     if math.isnan(w):  # not given: the bristle that goes with steady sliding, or holds the resting axis
         w = steady_bristle(terms, axis, bristles, t, y, v, currents)
+    if terms.law.elements > 0:
+        terms.law.share_out(axis, bristles, w)
+        set_states(start, kept, axis.p)
+        w = terms.law.bristle(axis, bristles)
     force = force_once(terms, axis, t, y, v, currents)
     _, stiffness, damping = bristle_now(terms, axis, bristles, t, y, v, currents)
     return AxisState(y, v, w, force, currents, (stiffness, damping))

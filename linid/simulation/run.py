@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from linid.arrays import Array, Integers
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
+from linid.physics.laws.registry import find_law
 from linid.physics.model import Model
 from linid.simulation.along import AlongTraces, MeasuredMotion
 from linid.simulation.compiled import Kernel, load_kernel
@@ -113,9 +114,10 @@ class Simulator:
         return Candidates(np.ascontiguousarray(params), self.model.motor, self.model.mask, winding)
 
     def _kernel(self) -> Kernel:
+        law = find_law(self.model.law).steps
         if self.specialised:
-            return load_kernel(self.model, bool(self.model.winding))
-        return load_kernel(None, bool(self.model.winding), self.model.mask == 0)
+            return load_kernel(self.model, bool(self.model.winding), law=law)
+        return load_kernel(None, bool(self.model.winding), self.model.mask == 0, law)
 
     def run(
         self, params: Array, segments: Segments, starts: Array, *, velocity: bool = False, guided: bool = False
@@ -188,7 +190,7 @@ class Simulator:
         found = AlongTraces(
             np.empty(shape) if acceleration else np.empty((1, 0)),
             np.empty(shape) if wanted is None else np.full(shape, np.nan),
-            np.empty((*shape, kept.size) if kept.size else (1, 0, 0)),
+            np.full((*shape, kept.size) if kept.size else (1, 0, 0), np.nan),
             np.empty(shape) if reads else np.empty((1, 0)),
         )
         motion = MeasuredMotion(y, v, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted)

@@ -155,6 +155,12 @@ def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
 
 
 @inlined
+def followed_bristle(axis, bristles, v, w, at_middle, force, force_rate, body, h):
+    """LuGre's step as the kernel takes it from a law; see `lugre_step`."""
+    return lugre_step(v, w, at_middle, force, force_rate, body, h)
+
+
+@inlined
 def reach_of(course, place, motion, middle, guided):
     """Where a followed step with this predicted middle ends; guided: forces are taken at the measured position."""
     y, v = motion.y, motion.v
@@ -260,7 +266,7 @@ def followed_step(terms, axis, bristles, course, place, motion):
     """A step in which the bristle is followed; returns the motion after it and its predicted middle."""
     y, v, w, force, currents, _ = motion
     begin = course.t_start + place.n * course.dt + place.done * course.tick
-    middle = predicted(terms, axis, bristles, motion, begin, place.halvings, course.tick, course.tolerance)
+    middle = terms.law.predicted(terms, axis, bristles, motion, begin, place.halvings, course.tick, course.tolerance)
     known = middle.halvings == 0 and course.forces.size > 0
     reach = reach_of(course, place, motion, middle, course.guided and not known)
     n, h, x, _, y_mid, y_end, v_end = reach
@@ -281,7 +287,7 @@ def followed_step(terms, axis, bristles, course, place, motion):
         force_end, currents = force_then(terms, axis, course, (n, x, 0.0), y_end, v_end, currents)
     mean, rise = impulse(force, force_mid, force_end)
     at_middle, body = (middle.v, middle.w, level, fall), (bristles.mass, spring[0], spring[1], bristles.sigma_2)
-    v_new, w_new, displacement = lugre_step(v, w, at_middle, mean - 0.5 * rise, rise / h, body, h)
+    v_new, w_new, displacement = terms.law.step(axis, bristles, v, w, at_middle, mean - 0.5 * rise, rise / h, body, h)
     if states:
         settled(terms, axis, reach, motion, v_new, displacement, inner)
     return AxisState(y + displacement, v_new, w_new, force_end, currents, spring), middle

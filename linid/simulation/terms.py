@@ -13,11 +13,13 @@ from typing import Any
 
 from linid.physics.effects.effect import STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS
+from linid.physics.laws.registry import LUGRE
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
 from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT
 from linid.simulation import own_terms
 from linid.simulation.binding import inlined, values_at
 from linid.simulation.bundle import Bundle
+from linid.simulation.laws import law_terms
 from linid.simulation.motor_terms import motor_terms
 
 
@@ -208,16 +210,18 @@ _OWN = {
 
 
 @cache  # kernels of one process share what they have in common
-def terms_of(model: Model | None = None, bare: bool = False) -> Bundle:
+def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -> Bundle:
     """The terms of all motors and effects, guarded (None), of one model alone, or of all motors without effects.
+
+    law: of friction, whose steps these are.
 
     One compiled function per term, of all effects: delay(value, on, p) and mass(value, on, p); drive(on, t, y, v,
     currents, p) -> currents; initial(on, t, y, v, currents, p) and advance(on, h, t, y, v, a, currents, p) change p;
     load and pushed (N on the mass by the motor's force) (value, on, push, t, y, v, currents, p); all others (value, on,
-    t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); acts: per term the bits of all effects, and of
-    own terms, that have it, besides `any`, `push` (what changes the forces on the mass) and `between` (what acts
-    between the samples of a measured motion); chosen, always: bits that the caller of the kernel chooses, and that are
-    known when it is compiled.
+    t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); law: those of the friction law (laws.py); acts:
+    per term the bits of all effects, and of own terms, that have it, besides `any`, `push` (what changes the forces on
+    the mass) and `between` (what acts between the samples of a measured motion); chosen, always: bits that the caller
+    of the kernel chooses, and that are known when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
@@ -239,6 +243,7 @@ def terms_of(model: Model | None = None, bare: bool = False) -> Bundle:
     }
     return Bundle(
         motor=motor_terms(None if model is None else model.motor),
+        law=law_terms(law),
         acts=Bundle(**guards),
         chosen=-1 if known is None else 0,
         always=known or 0,

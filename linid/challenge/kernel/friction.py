@@ -13,6 +13,7 @@ from linid.challenge.kernel.layout import (
     DAHL,
     DRIFT,
     DWELL,
+    ELASTO_PLASTIC,
     ELEMENTS,
     LEVEL,
     LUGRE,
@@ -88,6 +89,18 @@ def _dahl(v: float, w: float, g: float, p: Plant) -> float:
     return v * math.copysign(abs(rest) ** p.bend, rest)
 
 
+@inlined
+def _elasto_plastic(v: float, w: float, g: float, p: Plant) -> float:
+    """Rate of a bristle in m/s that holds like a spring up to the share `bend` of the Coulomb force."""
+    pull, hold = p.sigma_0 * w * (1.0 if v > 0 else -1.0), p.bend * p.coulomb
+    if pull <= hold:
+        return v
+    part = 1.0
+    if pull < g:
+        part = 0.5 - 0.5 * math.cos(math.pi * (pull - hold) / (g - hold))
+    return v * (1.0 - part * pull / g)
+
+
 @compiled
 def slipped(slips: Array, travel: float, g: float, p: Plant) -> tuple[float, float]:
     """Force in N of Maxwell's elements after `travel` m from the deflections `slips` (ELEMENTS,), and the share of
@@ -121,8 +134,8 @@ def resistance(
     (ELEMENTS,) in m, g: sliding force in N, viscous: friction in N s/m.
     """
     v, w = s.v, s.w
-    if p.law == LUGRE:
-        pull = p.sigma_0 * abs(v) * w / g
+    if p.law == LUGRE or p.law == ELASTO_PLASTIC:
+        pull = p.sigma_0 * abs(v) * w / g if p.law == LUGRE else v - _elasto_plastic(v, w, g, p)
         w_rate = v - pull
         resist = p.sigma_0 * w + p.sigma_1 * w_rate + viscous * v
         loss = p.sigma_0 * w * pull + p.sigma_1 * w_rate * v + viscous * v * v
@@ -143,6 +156,8 @@ def resistance(
 def plain_bristle_rate(v: float, w: float, p: Plant) -> float:
     """Rate in m/s of a bristle w in m without hidden effects; not of Maxwell's law."""
     g = plain_sliding(v, p)
+    if p.law == ELASTO_PLASTIC:
+        return float(_elasto_plastic(v, w, g, p))
     rate: float = v - p.sigma_0 * abs(v) * w / g if p.law == LUGRE else _dahl(v, w, g, p)
     return rate
 

@@ -64,7 +64,7 @@ LOGGED = STATES + 3
 ) = range(43)
 ROWS, COLUMNS = 43, 7
 # Friction laws, and the elements of Maxwell's.
-LUGRE, DAHL, MAXWELL = range(3)
+LUGRE, DAHL, MAXWELL, ELASTO_PLASTIC = range(4)
 ELEMENTS = 4
 # Rows by where they act, as bits of `on`: whole groups are skipped where none is present.
 MOTOR_ROWS = 1 << SATURATION | 1 << THERMAL | 1 << END | 1 << SPEED_DERATING

@@ -126,5 +126,6 @@ def base_acceleration(s: PlantState, push: float, slips: Array, p: Plant) -> flo
         return left / p.base_mass
     if p.law == DAHL:
         return (force + push - p.sigma_0 * w - p.sigma_2 * v) / p.base_mass
-    w_rate = v - p.sigma_0 * abs(v) * w / g
-    return (force + push - p.sigma_0 * w - p.sigma_1 * w_rate - p.sigma_2 * v) / p.base_mass
+    w_rate: float = plain_bristle_rate(v, w, p)
+    left = force + push - p.sigma_0 * w - p.sigma_1 * w_rate - p.sigma_2 * v
+    return left / p.base_mass

@@ -21,6 +21,7 @@ from linid.identification.signals.reading_spectrum import likely_periods
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.effect import Effect, Outlook, Values
 from linid.physics.effects.registry import find_effect
+from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.physics.wording import fitting_words
 from linid.recording.recording import Recording
@@ -58,9 +59,16 @@ class EffectColumns:
     """
 
     def __init__(
-        self, kind: str, values: Values, recordings: Sequence[Recording], jobs: int, rows: Acceleration | None = None
+        self,
+        kind: str,
+        values: Values,
+        recordings: Sequence[Recording],
+        jobs: int,
+        rows: Acceleration | None = None,
+        law: str = LUGRE,
     ) -> None:
         self.kind = kind
+        self.law = law
         self.values = values
         self.recordings = tuple(recordings)
         self.jobs = jobs
@@ -77,7 +85,7 @@ class EffectColumns:
         return self._kept[key]
 
     def _computed(self, effect: Effect, entries: Sequence[Values], sizes: Values) -> NDArray[np.float32]:
-        model = Model(self.kind, (effect.name,))
+        model = Model(self.kind, (effect.name,), law=self.law)
         if effect.name not in self._parts:
             part = self._part(model)
             self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
@@ -104,7 +112,7 @@ class EffectColumns:
         """Columns (N, entries) of one recording, m/s^2 per unit of the amplitude; size: upper end of its range, SI;
         half_width: of the bump in samples.
         """
-        model = Model(self.kind, (effect.name,))
+        model = Model(self.kind, (effect.name,), law=self.law)
         part = Acceleration(model, (recording,), self.jobs, half_widths=(half_width,))
         plain = part.model_acceleration(model.vector(self.values)[None, :])
         out = np.empty((plain.size, len(entries)), dtype=np.float32)
@@ -190,7 +198,7 @@ class Regression:
         self.columns = ((rows[1 : 1 + p] - rows[0]) / steps[:, None] * self.weights).T
         self._span: Array | None = None
         self.values = {q.name: float(x) for q, x in zip(base.model.parameters, _values(base, point), strict=True)}
-        self.effects = effects or EffectColumns(base.model.kind, self.values, self.recordings, jobs)
+        self.effects = effects or EffectColumns(base.model.kind, self.values, self.recordings, jobs, law=base.model.law)
 
     @property
     def kind(self) -> str:
@@ -293,7 +301,7 @@ def effect_guess(
         regression.add(effect, best, sizes)
         found |= best.values | best.amplitudes
         preset |= effect.held({**best.values, **known})
-    model = Model(base.model.kind, tuple(effects))
+    model = base.model.with_effects(effects)
     plain = {**first, **regression.values, **found, **known}
     without = {name: 0.0 for effect in effects for name in find_effect(effect).amplitudes}
     return (scaled_to_masses(model, recordings, plain, known, jobs), plain, {**plain, **without, **known}), preset

@@ -66,7 +66,7 @@ def guess_effects(
 
     first, fixed: SI values by name; densities: rival ones of the field, as of `first_values`.
     """
-    base = Model(model.kind)
+    base = model.with_effects(())
     own = {p.name for p in base.parameters}
     space = build_space(
         base,

@@ -85,7 +85,7 @@ class Ahead:
     def simulate(self, params: Array) -> Array:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
-        if self.model.states:
+        if self.model.effect_states:  # a bristle is told along the motion
             return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(

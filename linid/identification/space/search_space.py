@@ -84,6 +84,7 @@ class SearchSpace:
             motor = MOTORS[self.model.kind]
             shape = {name: out[:, self.model.slot(name)] for name, _ in motor.shape}
             out[:, self.model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
+        self.model.tie(out)
         return out
 
     def encode(self, values: dict[str, float]) -> Array:

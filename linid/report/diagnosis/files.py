@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from linid.report.diagnosis.words import in_axis_words
 from linid.report.files import finite, write_atomic
 
 if TYPE_CHECKING:
-    from linid.diagnosis.report_data import Budget, Change, Diagnosis, Entry, PairShare, Share
+    from linid.diagnosis.report_data import Budget, Change, Diagnosis, Entry, LawFinding, PairShare, Share
     from linid.identification.result import Estimate
     from linid.report.figures.write import Progress
 
@@ -74,6 +75,7 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
             "next_experiment": verdict.next_experiment,
         },
         "budget": _budget(diagnosis.budget),
+        "friction_law": None if diagnosis.friction_law is None else _law(diagnosis.friction_law),
         "tried": [
             {
                 "effect": one.effect,
@@ -111,6 +113,11 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
     cleaned = finite(data)
     assert isinstance(cleaned, dict)
     return cleaned
+
+
+def _law(law: LawFinding) -> dict[str, Any]:
+    gains = {name: {"gain": gain, "certainty": certainty} for name, (gain, certainty) in law.gains.items()}
+    return {**asdict(law), "gains": gains}
 
 
 def _budget(budget: Budget) -> dict[str, Any]:

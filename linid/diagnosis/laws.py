@@ -1,0 +1,151 @@
+"""Friction laws tried as alternatives of the base, along the measured motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from linid.arrays import Flags
+from linid.diagnosis.descent import QUICK, SETTLING, Effort
+from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE
+
+# First values tried: factors on the stiffness that another law's fit has found, and the law's own parameters.
+_STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0.5), "maxwell_slip": (1.0, 2.5)}
+_MORE: Effort = SETTLING
+_LEAST_CLOSED = 0.3  # of the log power above the floor: what closes less is some effect's work
+_EQUAL = 0.05  # of the log power per row, within which a law of fewer parameters does as well
+_REFUTED = 2.0  # deviations from block to block
+_VISIBLE_BREAKAWAY = 1.1  # of the Coulomb force: what the recordings must refute to tell that there is none
+
+
+@dataclass(frozen=True)
+class LawTrial:
+    """A friction law fitted in the place of the base's, with its evidence against LuGre on fitted and held-out rows."""
+
+    law: str
+    fitted: Fitted
+    on_fitted: Evidence
+    on_held_out: Evidence
+
+
+def starts_of(one: Fitted, law: str) -> Iterator[dict[str, float]]:
+    """First values in SI for a fit of the model under another friction law."""
+    model = replace(one.model, law=law)
+    names = {p.name: p.default for p in model.parameters}
+    values = {**names, **{k: x for k, x in one.values.items() if k in names}}
+    if "bristle_stiffness" not in one.values and "bristle_stiffness" in names:
+        vector = one.vector
+        values["bristle_stiffness"] = float(vector[one.model.slot("bristle_stiffness")])
+    for factor in _STIFFNESS.get(law, (1.0,)):
+        if "bristle_stiffness" in values:
+            yield {**values, "bristle_stiffness": factor * values["bristle_stiffness"]}
+        else:
+            yield values
+
+
+def try_laws(judge: Judge, one: Fitted) -> tuple[LawTrial, ...]:
+    """The model under every friction law, LuGre first, each fitted to the same recordings from where it is."""
+    fits = judge.fits
+    rows = fits.rows_of(one.recordings)
+    held = judge.balance.split
+    found: dict[str, Fitted] = {}
+    for law in LAWS:
+        model = replace(one.model, law=law)
+        tried = [one] if law == one.model.law else []
+        tried += [fits.fit(model, start, one.preset, one.recordings, QUICK) for start in starts_of(one, law)]
+        best = min(tried, key=lambda fitted: fitted.level)
+        if best is not one:
+            best = fits.fit(model, best.values, best.preset, best.recordings, _MORE, fits.slopes(best), exact=True)
+        found[law] = best
+    base = found[LUGRE]
+    return tuple(
+        LawTrial(law, fitted, compare(fits, base, fitted, rows), compare(fits, base, fitted, held))
+        for law, fitted in found.items()
+    )
+
+
+@dataclass(frozen=True)
+class LawChoice:
+    """What recordings tell of the friction law.
+
+    law: the one that they prefer; told: whether they refute all others; alike: laws that they do not tell from it;
+    trials: all, LuGre first; chosen: the preferred one's; base: the law that fits go on with, which is LuGre where
+    there is no presliding to be seen, as its own bristle then follows what smoothing makes of a stop.
+    """
+
+    law: str
+    told: bool
+    alike: tuple[str, ...]
+    trials: tuple[LawTrial, ...]
+    chosen: LawTrial
+    base: str
+
+
+def choose_law(judge: Judge, one: Fitted) -> LawChoice:
+    """The friction law that the recordings prefer beside the effects of a fitted model.
+
+    LuGre unless another is clearly better on fitted and on held-out rows, or a simpler one does as well and the
+    recordings would show what it lacks.
+    """
+    trials = try_laws(judge, one)
+    better = [t for t in trials if t.law != LUGRE and clearly_better(t.on_fitted) and clearly_better(t.on_held_out)]
+    best = max(better, key=lambda t: t.on_fitted.gain + t.on_held_out.gain, default=trials[0])
+    if best.law == LUGRE:
+        if unresolved(judge, trials[0].fitted):
+            stiff = next(t for t in trials if t.law == COULOMB)
+            return LawChoice(COULOMB, True, (), trials, stiff, LUGRE)
+        dahl = next(t for t in trials if t.law == DAHL)
+        if as_good(dahl):
+            if not shown(judge, trials[0].fitted, dahl):
+                return LawChoice(LUGRE, False, (DAHL,), trials, best, LUGRE)
+            best = dahl
+    rows = judge.fits.rows_of(one.recordings)
+    # What contains the simpler law is no rival of it.
+    others = [t for t in trials if t is not best and not (t.law == LUGRE and LAWS[best.law].absent)]
+    alike = tuple(t.law for t in others if not refuted(judge, best, t, rows))
+    return LawChoice(best.law, not alike, alike, trials, best, best.law)
+
+
+def clearly_better(evidence: Evidence) -> bool:
+    """Whether a law is beyond doubt better than LuGre; the surer, the less it closes."""
+    sure = evidence.certainty >= max(LEAST_CERTAINTY, CERTAINTY * (1.0 - evidence.closed))
+    return sure and evidence.gain >= LEAST_GAIN and evidence.closed >= _LEAST_CLOSED
+
+
+def as_good(trial: LawTrial) -> bool:
+    """Whether a law is no worse than LuGre, which holds it as a special case, than its fewer parameters explain."""
+    held = trial.on_held_out
+    return (
+        trial.on_fitted.gain > -_EQUAL and held.gain > -_EQUAL and (held.certainty > -2.0 or held.gain > -0.2 * _EQUAL)
+    )
+
+
+def refuted(judge: Judge, best: LawTrial, other: LawTrial, rows: Flags) -> bool:
+    """Whether a law is clearly worse than the best one, on fitted or on held-out rows."""
+    found = [compare(judge.fits, other.fitted, best.fitted, chosen) for chosen in (rows, judge.balance.split)]
+    return any(e.gain >= LEAST_GAIN and e.certainty >= _REFUTED for e in found) and all(e.gain > 0.0 for e in found)
+
+
+def unresolved(judge: Judge, lugre: Fitted) -> bool:
+    """Whether LuGre's best bristle swings faster than the rows resolve: then there is no presliding to be seen.
+
+    What smoothing over the bump makes of a sudden stop looks like a bristle of about the bump's own length in time; a
+    real presliding deflection of F_C/sigma_0 lasts longer than that.
+    """
+    part = judge.balance.part(lugre.model)
+    width = max(2.0 * half * float(dt) for half, dt in zip(part.half_widths, part.simulator.inputs.dts, strict=True))
+    values = lugre.values
+    return math.sqrt(values["bristle_stiffness"] / values["mass"]) > 2.0 * math.pi / width
+
+
+def shown(judge: Judge, lugre: Fitted, dahl: LawTrial) -> bool:
+    """Whether the recordings would show a breakaway force above the Coulomb force, which Dahl's law has not: LuGre with
+    a little of it is clearly worse."""
+    values = {**lugre.values, "static_force": _VISIBLE_BREAKAWAY * lugre.values["coulomb_force"]}
+    residual = judge.balance.residual(lugre.model, lugre.model.vector(values))
+    evidence = compare(judge.fits, replace(lugre, residual=residual), dahl.fitted, judge.balance.split)
+    return evidence.gain >= LEAST_GAIN and evidence.certainty >= CERTAINTY

@@ -1,0 +1,80 @@
+"""Elasto-plastic friction: a bristle that is a pure spring up to a breakaway deflection, and slips from there on."""
+
+from __future__ import annotations
+
+import math
+
+from linid.physics.laws.law import Law, Own
+from linid.physics.parameter import Parameter
+from linid.physics.term import term
+
+_OWN = Parameter(
+    "breakaway_share", "z_ba", "1", 0.05, 0.95, 0.7, meaning="elastic part of the deflection at the Coulomb force"
+)
+_STEP = 0.1  # of the steady deflection, per step along the travel
+_SETTLED = 1e-9  # of it, within which the bristle is steady
+_FAR = 30.0  # steady deflections of travel, after which it surely is
+
+
+@term
+def slipping(q: float, rest: float, elastic: float) -> tuple[float, float, float]:
+    """How far the bristle slips, 0 to 1, and its slopes by q in 1/m and by log(rest); q: deflection along the motion,
+    elastic: of breakaway, in m."""
+    if q <= elastic:
+        return 0.0, 0.0, 0.0
+    if q >= rest:
+        return 1.0, 0.0, 0.0
+    width = rest - elastic
+    phase = math.pi * (q - 0.5 * (rest + elastic)) / width
+    slope = 0.5 * math.cos(phase) * math.pi / width
+    return 0.5 * (1.0 + math.sin(phase)), slope, -slope * rest * (q - elastic) / width
+
+
+@term
+def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> float:
+    """The deflection in m after a travel in m: elastic up to breakaway, then dq/dx = 1 - slipping(q) q/rest."""
+    if travel == 0.0:
+        return w
+    way = math.copysign(1.0, travel)
+    q, left = way * w, abs(travel)
+    elastic = min(own[0] * breakaway, 0.99 * rest)
+    if q < elastic:
+        part = min(left, elastic - q)
+        q += part
+        left -= part
+    if left > _FAR * rest:
+        return way * rest
+    while left > 0.0 and abs(q - rest) > _SETTLED * rest:
+        h = min(left, _STEP * rest)
+        if left < 2.0 * h:
+            h = left if left <= h else 0.5 * left
+        k_1 = 1.0 - slipping(q, rest, elastic)[0] * q / rest
+        middle = q + 0.5 * h * k_1
+        k_2 = 1.0 - slipping(middle, rest, elastic)[0] * middle / rest
+        middle = q + 0.5 * h * k_2
+        k_3 = 1.0 - slipping(middle, rest, elastic)[0] * middle / rest
+        end = q + h * k_3
+        k_4 = 1.0 - slipping(end, rest, elastic)[0] * end / rest
+        q += h * (k_1 + 2.0 * (k_2 + k_3) + k_4) / 6.0
+        left -= h
+    return way * q
+
+
+@term
+def rate(w: float, way: float, rest: float, breakaway: float, own: Own) -> tuple[float, float, float]:
+    """dw/dy, its slope by w in 1/m, and by log(rest); way: -1 or 1, the direction of motion."""
+    q = way * w
+    slip, by_q, by_rest = slipping(q, rest, min(own[0] * breakaway, 0.99 * rest))
+    load = q / rest
+    return 1.0 - slip * load, -(by_q * load + slip / rest) * way, slip * load - by_rest * load
+
+
+LAW = Law(
+    name="elasto_plastic",
+    title="elasto-plastic",
+    meaning="one bristle that is a pure spring up to a breakaway deflection and does not drift below it",
+    source="Dupont, Hayward, Armstrong and Altpeter 2002, IEEE Trans. Autom. Control 47, 787",
+    own=(_OWN,),
+    moved=moved,
+    rate=rate,
+)

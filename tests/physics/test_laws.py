@@ -1,0 +1,89 @@
+"""Friction laws: closed forms against slow integration, slopes against differences, and what their tables say."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from linid.errors import UsageError
+from linid.physics import friction
+from linid.physics.laws import dahl, elasto_plastic, maxwell_slip
+from linid.physics.laws.law import MOST_OWN
+from linid.physics.laws.registry import LAWS, find_law
+from linid.physics.model import MASS, Model
+
+REST, BREAKAWAY = 2.3e-4, 1.8e-4
+SINGLE = [(dahl, 0.6), (dahl, 1.0), (dahl, 1.7), (elasto_plastic, 0.3), (elasto_plastic, 0.8)]
+
+
+@pytest.mark.parametrize(("law", "own"), SINGLE)
+@pytest.mark.parametrize("travel", [3e-5, -2e-4, 1.1e-3])
+@pytest.mark.parametrize("first", [0.0, 1.2e-4, -2.2e-4])
+def test_a_travel_is_the_integral_of_the_rate(law, own: float, travel: float, first: float) -> None:
+    values, way = (own, 0.0, 0.0, 0.0), math.copysign(1.0, travel)
+
+    def slope(x: float, w: np.ndarray) -> list[float]:
+        return [way * law.rate(float(w[0]), way, REST, BREAKAWAY, values)[0]]
+
+    slow = solve_ivp(slope, (0.0, abs(travel)), [first], rtol=1e-10, atol=1e-15, max_step=abs(travel) / 400)
+    assert law.moved(first, travel, REST, BREAKAWAY, values) == pytest.approx(slow.y[0, -1], rel=1e-4, abs=2e-8)
+
+
+@pytest.mark.parametrize(("law", "own"), SINGLE)
+@pytest.mark.parametrize("w", [3e-5, 2.0e-4, -1.0e-4])
+def test_slopes_of_the_rate_are_its_differences(law, own: float, w: float) -> None:
+    values, step = (own, 0.0, 0.0, 0.0), 1e-6
+    value, by_w, by_rest = law.rate(w, 1.0, REST, BREAKAWAY, values)
+    up, down = (law.rate(w + sign * step * REST, 1.0, REST, BREAKAWAY, values)[0] for sign in (1, -1))
+    assert by_w == pytest.approx((up - down) / (2 * step * REST), rel=1e-3, abs=1.0)
+    up, down = (law.rate(w, 1.0, REST * math.exp(sign * step), BREAKAWAY, values)[0] for sign in (1, -1))
+    assert by_rest == pytest.approx((up - down) / (2 * step), rel=1e-3, abs=1e-4)
+    assert value >= 0.0
+
+
+def test_dahls_law_with_exponent_one_bends_as_lugre_does() -> None:
+    expected = REST + (5e-5 - REST) * math.exp(-1e-4 / REST)
+    assert dahl.moved(5e-5, 1e-4, REST, BREAKAWAY, (1.0, 0.0, 0.0, 0.0)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_an_elasto_plastic_bristle_does_not_drift_below_breakaway() -> None:
+    """LuGre's creeps in small loops; this one comes back to where it was (Dupont et al. 2002)."""
+    w, own = 0.0, (0.7, 0.0, 0.0, 0.0)
+    for travel in [6e-5, -6e-5] * 50:
+        w = elasto_plastic.moved(w, travel, REST, BREAKAWAY, own)
+    assert w == pytest.approx(0.0, abs=1e-18)
+
+
+@pytest.mark.parametrize("own", [(0.5, 0.0, 0.0, 0.0), (0.3, 0.6, -0.2, 0.3), (1.0, -0.9, 0.6, -0.6)])
+def test_shares_of_elements_sum_to_one(own: tuple[float, ...]) -> None:
+    shares = np.array([maxwell_slip.shape(k, own) for k in range(maxwell_slip.ELEMENTS)])
+    assert np.allclose(shares.sum(axis=0), 1.0) and np.all(shares > 0.0)
+
+
+def test_every_law_says_what_it_is() -> None:
+    names = {p.name for p in friction.PARAMETERS}
+    for law in LAWS.values():
+        assert law.title and law.meaning and law.source and set(law.absent) <= names
+        assert len(law.own) <= MOST_OWN and all(p.meaning for p in law.own)
+        model = Model("friction", law=law.name)
+        assert {p.name for p in model.parameters} == (names - set(law.absent)) | {p.name for p in law.own}
+        assert len({model.slot(p.name) for p in model.parameters}) == len(model.parameters)
+    with pytest.raises(UsageError, match="there is no friction law 'dahls'"):
+        find_law("dahls")
+
+
+def test_what_a_law_lacks_is_tied() -> None:
+    values = {"coulomb_force": 3.0, "static_force": 9.0, "mass": 0.7, "bristle_damping": 5.0}
+    vector = Model("friction", law="dahl").vector(values)
+    model = Model("friction")
+    assert vector[model.slot("static_force")] == 3.0 and vector[model.slot("bristle_damping")] == 0.0
+    vector = Model("friction", law="coulomb").vector(values)
+    assert vector[MASS] * 1e6 < vector[model.slot("bristle_stiffness")]
+
+
+def test_windings_go_with_lugre_only() -> None:
+    with pytest.raises(UsageError, match="not simulated together with the windings"):
+        Model("sine", (), "star", "maxwell_slip")
