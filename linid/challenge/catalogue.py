@@ -14,6 +14,7 @@ from linid.challenge.entries import (
     HiddenEffect,
     Random,
     constant,
+    coulombs,
     even,
     log_even,
     nothing,
@@ -128,19 +129,17 @@ def _gravity(r: Random, s: AxisSizes) -> dict[str, float]:
 
 PHASE: tuple[AxisKind, ...] = ("phase",)
 LISTED: dict[str, Entry] = {
-    "cogging": Entry(layout.COGGING, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _cogging),
+    "cogging": Entry(layout.COGGING, "all", coulombs(0.2), coulombs(4), _cogging),
     "force_ripple": Entry(None, "driven", constant(0.03), constant(0.5), _ripple),
     "phase_gain_imbalance": Entry(None, "driven", constant(0.05), constant(0.5), _gains, axes=PHASE),
     "current_offset": Entry(
         None, "driven", lambda s: 0.1 * s.coulomb / s.thrust, lambda s: s.limit, _offsets, axes=PHASE
     ),
     "asymmetric_friction": Entry(layout.ASYMMETRY, "all", constant(0.1), constant(0.7), _asymmetry, BOTH),
-    "constant_force": Entry(
-        layout.CONSTANT, "all", lambda s: 0.15 * s.coulomb, lambda s: 0.75 * s.coulomb, nothing, BOTH
-    ),
-    "cable_force": Entry(layout.CABLE_FORCE, "all", lambda s: 0.15 * s.coulomb, lambda s: s.coulomb, _cable),
+    "constant_force": Entry(layout.CONSTANT, "all", coulombs(0.15), coulombs(0.75), nothing, BOTH),
+    "cable_force": Entry(layout.CABLE_FORCE, "all", coulombs(0.15), coulombs(1), _cable),
     "position_dependent_friction": Entry(layout.BUMP, "all", constant(0.3), constant(8.0), _bump),
-    "quadratic_drag": Entry(layout.DRAG, "all", lambda s: 0.2 * s.coulomb, lambda s: 20 * s.coulomb, _drag),
+    "quadratic_drag": Entry(layout.DRAG, "all", coulombs(0.2), coulombs(20), _drag),
     "input_delay": Entry(layout.DELAY, "driven", constant(4e-4), constant(3e-3), _delay),
     "force_saturation": Entry(layout.SATURATION, "driven", lambda s: 0.3 / s.current, lambda s: 5 / s.current, nothing),
     "thermal_derating": Entry(
@@ -149,24 +148,14 @@ LISTED: dict[str, Entry] = {
     "end_effect": Entry(layout.END, "driven", constant(0.15), constant(0.9), _end),
     "flexible_load": Entry(layout.LOAD_SPRING, "all", constant(0.05), constant(0.6), _load),
     "encoder_periodic_error": Entry(layout.ENCODER, "all", constant(2e-6), constant(3e-4), _encoder),
-    "external_disturbance": Entry(
-        layout.DISTURBANCE, "chosen", lambda s: s.coulomb, lambda s: 50 * s.coulomb, _push, BOTH
-    ),
+    "external_disturbance": Entry(layout.DISTURBANCE, "chosen", coulombs(1), coulombs(50), _push, BOTH),
     "friction_drift": Entry(layout.DRIFT, "all", constant(0.15), constant(0.85), _drift, (-1, -1, 1)),
     "payload_change": Entry(None, "chosen", lambda s: 0.05 * s.mass, lambda s: 2 * s.mass, nothing),
     "backlash": Entry(layout.PLAY, "all", constant(1e-5), constant(5e-4), nothing, most=0.5),
-    "eddy_current_drag": Entry(layout.EDDY, "all", lambda s: 0.2 * s.coulomb, lambda s: 8 * s.coulomb, _eddy),
+    "eddy_current_drag": Entry(layout.EDDY, "all", coulombs(0.2), coulombs(8), _eddy),
     "dwell_stiction": Entry(layout.DWELL, "all", constant(0.2), constant(4.0), _dwell, most=0.25),
     "pole_pitch_error": Entry(layout.PITCH, "driven", constant(1e-3), constant(5e-3), _pitch, axes=PHASE),
-    "gravity": Entry(
-        layout.GRAVITY,
-        "all",
-        lambda s: 0.15 * s.coulomb,
-        lambda s: 0.75 * s.coulomb,
-        _gravity,
-        BOTH,
-        axes=("q_rotary",),
-    ),
+    "gravity": Entry(layout.GRAVITY, "all", coulombs(0.15), coulombs(0.75), _gravity, BOTH, axes=("q_rotary",)),
     "load_dependent_friction": Entry(layout.THRUST_FRICTION, "driven", constant(0.05), constant(0.8), nothing),
     "drive_train_backlash": Entry(layout.GEAR_PLAY, "all", constant(0.05), constant(0.6), _gear, most=0.35),
     "friction_level_change": Entry(layout.LEVEL, "chosen", constant(0.1), constant(0.6), nothing, BOTH),

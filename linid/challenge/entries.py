@@ -83,6 +83,16 @@ def constant(value: float) -> Callable[[AxisSizes], float]:
     return lambda s: value
 
 
+def coulombs(number: float) -> Callable[[AxisSizes], float]:
+    """So many times the Coulomb force of the axis."""
+    return lambda s: number * s.coulomb
+
+
+def waves(low: float, high: float) -> Callable[[Random, AxisSizes], dict[str, float]]:
+    """The shape of what sways at one frequency between two, in Hz."""
+    return lambda random, sizes: {"frequency": log_even(random, low, high), "phase": phase(random)}
+
+
 def nothing(random: Random, scales: AxisSizes) -> dict[str, float]:
     """The shape of an effect that has none."""
     return {}

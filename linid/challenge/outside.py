@@ -11,7 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from linid.challenge.entries import BOTH, AxisSizes, Entry, Random, constant, even, log_even, nothing, phase
+from linid.challenge.entries import (
+    BOTH,
+    AxisSizes,
+    Entry,
+    Random,
+    constant,
+    coulombs,
+    even,
+    log_even,
+    nothing,
+    phase,
+    waves,
+)
 from linid.challenge.kernel import layout
 
 ARGUMENTS = {
@@ -44,10 +56,6 @@ def _place(r: Random, s: AxisSizes, width: tuple[float, float] = (0.015, 0.035))
     return {"centre": s.stroke / 2 + s.reach * even(r, -0.45, 0.45), "width": s.stroke * even(r, *width)}
 
 
-def _vibration(r: Random, s: AxisSizes) -> dict[str, float]:
-    return {"frequency": log_even(r, 7, 25), "phase": phase(r)}
-
-
 def _walk(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"memory": even(r, 0.15, 0.4), "seed": float(r.integers(2**31))}
 
@@ -62,10 +70,6 @@ def _speed_cogging(r: Random, s: AxisSizes) -> dict[str, float]:
 
 def _phase_only(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"phase": phase(r)}
-
-
-def _beat(r: Random, s: AxisSizes) -> dict[str, float]:
-    return {"frequency": log_even(r, 8, 25), "phase": phase(r)}
 
 
 def _gated(r: Random, s: AxisSizes) -> dict[str, float]:
@@ -96,10 +100,6 @@ def _feed_line(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"from": s.stroke / 2 + s.reach * even(r, -0.3, 0.3), "length": s.stroke * even(r, 0.05, 0.12)}
 
 
-def _supply(r: Random, s: AxisSizes) -> dict[str, float]:
-    return {"frequency": log_even(r, 6, 20), "phase": phase(r)}
-
-
 def _loose(r: Random, s: AxisSizes) -> dict[str, float]:
     return {"acceleration": even(r, 4.0, 10.0), "lag": LAG}
 
@@ -128,13 +128,13 @@ CAUSES: dict[str, Outside] = {
     "floor_vibration": Outside(
         "the floor shakes at one frequency; each recording begins at some moment of it",
         ("time",),
-        Entry(layout.VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _vibration),
+        Entry(layout.VIBRATION, "all", coulombs(0.2), coulombs(4), waves(7, 25)),
         repeats=False,
     ),
     "clock_beat": Outside(
         "the encoder is read at an instant that sways about the sampling instant",
         ("time", "velocity"),
-        Entry(None, "all", constant(5e-5), constant(3e-3), _beat),
+        Entry(None, "all", constant(5e-5), constant(3e-3), waves(8, 25)),
     ),
     "walking_friction": Outside(
         "friction walks at random",
@@ -150,7 +150,7 @@ CAUSES: dict[str, Outside] = {
     "wandering_force": Outside(
         "a force walks at random",
         ("time",),
-        Entry(layout.WANDER, "all", lambda s: 0.1 * s.coulomb, lambda s: 2 * s.coulomb, _walk),
+        Entry(layout.WANDER, "all", coulombs(0.1), coulombs(2), _walk),
         repeats=False,
     ),
     "acceleration_dependent_friction": Outside(
@@ -161,7 +161,7 @@ CAUSES: dict[str, Outside] = {
     "speed_dependent_cogging": Outside(
         "cogging that grows and whose phase turns with speed",
         ("position", "velocity"),
-        Entry(layout.SPEED_COGGING, "all", lambda s: 0.3 * s.coulomb, lambda s: 6 * s.coulomb, _speed_cogging),
+        Entry(layout.SPEED_COGGING, "all", coulombs(0.3), coulombs(6), _speed_cogging),
     ),
     "reluctance_force": Outside(
         "a force that goes with the square of the current and turns with the pole pitch",
@@ -177,32 +177,32 @@ CAUSES: dict[str, Outside] = {
     "gated_vibration": Outside(
         "an exciter that starts with the recording shakes the axis, but only above a speed",
         ("time", "velocity"),
-        Entry(layout.GATED_VIBRATION, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _gated),
+        Entry(layout.GATED_VIBRATION, "all", coulombs(0.2), coulombs(4), _gated),
     ),
     "soft_rail": Outside(
         "at one place the rail gives way and costs force, but only where the motor pushes hard",
         ("position", "motor_force"),
-        Entry(layout.SOFT_RAIL, "driven", lambda s: 0.3 * s.coulomb, lambda s: 3 * s.coulomb, _soft_rail),
+        Entry(layout.SOFT_RAIL, "driven", coulombs(0.3), coulombs(3), _soft_rail),
     ),
     "place_damping": Outside(
         "at one place a damper, such as a sheet between magnets",
         ("position", "velocity"),
-        Entry(layout.PLACE_DAMPING, "all", lambda s: 0.3 * s.coulomb, lambda s: 20 * s.coulomb, _place),
+        Entry(layout.PLACE_DAMPING, "all", coulombs(0.3), coulombs(20), _place),
     ),
     "chain_ripple": Outside(
         "a chain's links roll over a guide with one period on the way forth, and another one back",
         ("position", "direction"),
-        Entry(layout.CHAIN, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _chain),
+        Entry(layout.CHAIN, "all", coulombs(0.2), coulombs(4), _chain),
     ),
     "place_magnet": Outside(
         "a magnet beside the track pulls to one place, or pushes away from it",
         ("position",),
-        Entry(layout.MAGNET, "all", lambda s: 0.2 * s.coulomb, lambda s: 2 * s.coulomb, _place, BOTH),
+        Entry(layout.MAGNET, "all", coulombs(0.2), coulombs(2), _place, BOTH),
     ),
     "resonance_drag": Outside(
         "at one speed the frame resonates and takes up power",
         ("velocity",),
-        Entry(layout.RESONANCE, "all", lambda s: 0.2 * s.coulomb, lambda s: 4 * s.coulomb, _resonance),
+        Entry(layout.RESONANCE, "all", coulombs(0.2), coulombs(4), _resonance),
     ),
     "feed_line_derating": Outside(
         "thrust per ampere falls with speed, and only towards one end, as where the feed line is long",
@@ -212,7 +212,7 @@ CAUSES: dict[str, Outside] = {
     "supply_ripple": Outside(
         "the supply's voltage sways, and thrust per ampere with it; its phase starts with the recording",
         ("time", "motor_force"),
-        Entry(layout.SUPPLY, "driven", constant(0.05), constant(0.6), _supply),
+        Entry(layout.SUPPLY, "driven", constant(0.05), constant(0.6), waves(6, 20)),
     ),
     "loose_mass": Outside(
         "a mass in a flat socket: it is carried only by large accelerations",

@@ -41,8 +41,7 @@ def oracle(
 
     recordings: both splits; known: SI values that are not identified.
     """
-    recordings = numbered(recordings)
-    base = fit_base_model(recordings, kind, known, Means(jobs, seed=seed), [])
+    base = _base(recordings, kind, known, jobs, seed)
     screening = Screening(base.judge.fits, base.fitted, jobs)
     found = fit_effects(base, screening, effects)
     if found is None:
@@ -66,14 +65,18 @@ def closure_of_term(
     bristles balance a force: there the term may have an amplitude of its own. Least squares on the fitted rows, each
     stretch of 50 ms in units of what is left in it. None where there is no excess, or no row to judge by.
     """
-    recordings = numbered(recordings)
-    base = fit_base_model(recordings, kind, known, Means(jobs, seed=seed), [])
+    base = _base(recordings, kind, known, jobs, seed)
     judge, split = base.judge, base.judge.balance.split
     before = judge.excess(base.fitted.residual) if split.any() else 0.0
     if before <= 0.0:
         return None
     left = _left_beside(base, judge.balance.smoothed(term))
     return 1.0 - judge.excess(left) / before
+
+
+def _base(recordings: Sequence[Recording], kind: ModelKind, known: dict[str, float], jobs: int, seed: int) -> Base:
+    """The base model without effects, fitted to both splits. known: SI values that are not identified."""
+    return fit_base_model(numbered(recordings), kind, known, Means(jobs, seed=seed), [])
 
 
 def _left_beside(base: Base, column: Array) -> Array:

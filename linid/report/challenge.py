@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,42 +86,36 @@ def _short(rate: Rate) -> str:
 
 def score_table(score: Score) -> Table:
     """The rates of a challenge with 95 % intervals, and its closures."""
-    from rich.text import Text
-
-    table = console_table("Score of the challenge")
-    table.add_column("Figure", overflow="fold")
-    table.add_column("Count", justify="right", no_wrap=True)
-    table.add_column("Rate (95 % interval)", justify="right", no_wrap=True)
-    for name, label in LABELS.items():
-        rate = score.rates[name]
-        table.add_row(Text(label), Text(f"{rate.count:g} of {rate.total}"), Text(rate_text(rate)))
-    table.add_section()
-    table.add_row(Text("closure of the gap, median"), "", Text(_number(score.closure)))
-    table.add_row(
-        Text("the same relative to the oracle's, median"),
-        Text(f"of {score.relative_count}"),
-        Text(_number(score.relative_closure)),
+    closures = (
+        ("closure of the gap, median", "", score.closure),
+        ("the same relative to the oracle's, median", f"of {score.relative_count}", score.relative_closure),
     )
-    return table
+    return _figures("Score of the challenge", LABELS, score.rates, closures)
 
 
 def proposal_table(score: Score) -> Table:
     """Terms proposed for causes outside the library, with 95 % intervals."""
+    told = score.proposals
+    closures = (("closure relative to the true term's, median", f"of {told.count}", told.closure),)
+    return _figures("Proposed terms", PROPOSAL_LABELS, told.rates, closures)
+
+
+def _figures(
+    title: str, labels: Mapping[str, str], rates: Mapping[str, Rate], closures: Iterable[tuple[str, str, float | None]]
+) -> Table:
+    """A table of rates by their labels, and of closures: label, count, value."""
     from rich.text import Text
 
-    table = console_table("Proposed terms")
+    table = console_table(title)
     table.add_column("Figure", overflow="fold")
     table.add_column("Count", justify="right", no_wrap=True)
     table.add_column("Rate (95 % interval)", justify="right", no_wrap=True)
-    for name, label in PROPOSAL_LABELS.items():
-        one = score.proposals.rates[name]
-        table.add_row(Text(label), Text(f"{one.count:g} of {one.total}"), Text(rate_text(one)))
+    for name, label in labels.items():
+        rate = rates[name]
+        table.add_row(Text(label), Text(f"{rate.count:g} of {rate.total}"), Text(rate_text(rate)))
     table.add_section()
-    table.add_row(
-        Text("closure relative to the true term's, median"),
-        Text(f"of {score.proposals.count}"),
-        Text(_number(score.proposals.closure)),
-    )
+    for label, count, value in closures:
+        table.add_row(Text(label), Text(count), Text(_number(value)))
     return table
 
 

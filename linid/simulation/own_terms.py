@@ -11,9 +11,10 @@ from typing import Any
 
 from linid.physics.model import ELAPSED, MEMORY_PLACE, OWN_STACK, OWN_START, OWN_VARIABLES, STATE_SIZE, STATE_START
 from linid.physics.own_terms import layout
-from linid.physics.own_terms.layout import FORCE_BIT, HEAD, LEAST_REST, LEVEL_BIT, MEMORY_BIT, PLAY, TERMS
+from linid.physics.own_terms.layout import HEAD, LEAST_REST, MEMORY_BIT, PLAY, TERMS
 from linid.simulation.binding import compiled, inlined
 
+FORCE, LEVEL = 0, 1  # parts of own terms: forces, and levels of friction
 LEAST_LEVEL = 0.05  # of Coulomb's force: friction that no own term takes away
 _MEMORY = STATE_START + MEMORY_PLACE
 _BEFORE = _MEMORY + STATE_SIZE  # the memory at the start of a step
@@ -227,29 +228,17 @@ def advance_memory(p, h, y):
         p[_MEMORY + 7] = p[_MEMORY + 6]
 
 
-def with_own_force(rest: Any) -> Any:
-    """The forces of effects that depend on the motor's, with those of own terms."""
+def with_own(rest: Any, part: int, bit: int) -> Any:
+    """What effects add to the forces (part 0) or to the level of friction (part 1), with what own terms add, which the
+    bit switches on; at least a share of Coulomb's force is left of all friction."""
 
     @inlined
     def total(value, on, push, t, y, v, currents, p):
         value = rest(value, on, push, t, y, v, currents, p)
-        if on & FORCE_BIT:
-            value += own_sum(p, on, 0, push, t, y, v)
-        return value
-
-    return total
-
-
-def with_own_level(rest: Any) -> Any:
-    """Friction that effects add, with what own terms add; at least a share of Coulomb's force is left of all."""
-
-    @inlined
-    def total(value, on, push, t, y, v, currents, p):
-        value = rest(value, on, push, t, y, v, currents, p)
-        if on & LEVEL_BIT:
-            value += own_sum(p, on, 1, push, t, y, v)
+        if on & bit:
+            value += own_sum(p, on, part, push, t, y, v)
             least = (LEAST_LEVEL - 1.0) * p[0]
-            if value < least:
+            if part == LEVEL and value < least:
                 value = least
         return value
 

@@ -8,7 +8,7 @@ holds only what is active.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from linid.physics.effects.effect import STATELESS, Effect
@@ -201,9 +201,9 @@ def _chain(term: str, effects: tuple[Effect, ...]) -> Any:
 
 
 # What own terms make of a term's value, and the bit that switches them on.
-_OWN = {
-    "pushed": (own_terms.with_own_force, FORCE_BIT),
-    "load": (own_terms.with_own_level, LEVEL_BIT),
+_OWN: dict[str, tuple[Callable[[Any], Any], int]] = {
+    "pushed": (partial(own_terms.with_own, part=own_terms.FORCE, bit=FORCE_BIT), FORCE_BIT),
+    "load": (partial(own_terms.with_own, part=own_terms.LEVEL, bit=LEVEL_BIT), LEVEL_BIT),
     "initial": (own_terms.with_memory_start, MEMORY_BIT),
     "advance": (own_terms.with_memory, MEMORY_BIT),
 }

@@ -33,7 +33,10 @@ def test_scopes_are_kept(axis: AxisDescription) -> None:
         if name == "external_disturbance":
             hidden = replace(hidden, shape={"start": 0.1, "length": 0.1})
         mode = mode_of(axis, "freewheel_1")
-        plain, run = simulate(axis, mode), simulate(axis, mode, [hidden])
+        plain = simulate(axis, mode)
+        if "centre" in hidden.shape:  # a place, which free wheels need not pass
+            hidden = replace(hidden, shape={**hidden.shape, "centre": float(np.mean(plain.y))})
+        run = simulate(axis, mode, [hidden])
         changed = not np.array_equal(plain.reading, run.reading)
         assert changed == (entry.scope != "driven"), name
         assert not run.currents.any()
