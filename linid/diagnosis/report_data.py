@@ -177,6 +177,90 @@ class LawFinding:
 
 
 @dataclass(frozen=True)
+class TermAxis:
+    """What one side of a proposed term's curve is drawn over.
+
+    argument: position, velocity, direction, motor_force, acceleration, travel, since_reversal, rest_time, time,
+    campaign_time or recording; label: for people; unit: SI; x: (n,) places, in that unit.
+    """
+
+    argument: str
+    label: str
+    unit: str
+    x: Array
+
+
+@dataclass(frozen=True)
+class TermCurve:
+    """A proposed term over the data's support.
+
+    axes: one or two; factor: what the shown values are multiplied by: "" (they are the force itself), direction,
+    motor_force or velocity; unit: of the shown values, SI; value, low, high: (n,) of one axis, or (n_2, n_1) of two,
+    with a 95 % band; nan where there are no data.
+    """
+
+    axes: tuple[TermAxis, ...]
+    factor: str
+    unit: str
+    value: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True)
+class ShortFormula:
+    """A formula with few numbers that predicts held-out rows as well as the curve.
+
+    text: with numbers, for people; closed: share of the excess that it closes on held-out rows; numbers: how many are
+    fitted.
+    """
+
+    text: str
+    closed: float
+    numbers: int
+
+
+@dataclass(frozen=True)
+class Resemblance:
+    """A known effect that a proposed term is like: alike: share of the term's variance that the effect reproduces;
+    difference: how the two differ, for people."""
+
+    effect: str
+    alike: float
+    difference: str
+
+
+@dataclass(frozen=True)
+class ProposedTerm:
+    """A term for what no effect of the library explains.
+
+    arguments: names of all that it depends on (as in TermAxis), the main one first; not_on: labels of what it does
+    not depend on beyond chance, though it was tried; closed, low, high: share of what the budget leaves that the term
+    closes on held-out rows, with a 95 % interval; p_value: against rolled residuals; curve: None where it has
+    coefficients per recording; short: None where no short formula is as good; resembles: known effects, the likest
+    first; effect: the term as an effect of the model (a user's own term), empty where no simulation can have it;
+    kept: whether the models after have it: with it no held-out recording is predicted worse; measures: the three
+    measures over the held-out recordings without it (`before`) and with it, empty where it was not simulated;
+    sentence, next_experiment: for people.
+    """
+
+    arguments: tuple[str, ...]
+    not_on: tuple[str, ...]
+    closed: float
+    low: float
+    high: float
+    p_value: float
+    curve: TermCurve | None
+    short: ShortFormula | None
+    resembles: tuple[Resemblance, ...]
+    effect: str
+    kept: bool
+    measures: dict[str, Change]
+    sentence: str
+    next_experiment: str
+
+
+@dataclass(frozen=True)
 class Verdict:
     """status: none (at the floor), explained (named effects bring the gap to the floor), partly explained (named
     effects with evidence, and a remainder), unknown (a gap and no effect with evidence).
@@ -231,7 +315,8 @@ class Diagnosis:
     "" where forces are in N, else what they are divided by ("kg"), since no recording tells the mass; where, pairs:
     coordinates and pairs of them that the base's residual depends on; tried: all effects that make sense here;
     measures: over all held-out recordings before and after; combinations: of base parameters, known although they are
-    not known one by one; friction_law: None where friction is known; checks: what the data themselves show;
+    not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None where the
+    data ask for none; checks: what the data themselves show;
     field_wavenumber: rad/m or None.
     """
 
@@ -255,3 +340,4 @@ class Diagnosis:
     combinations: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     friction_law: LawFinding | None = None
+    proposal: ProposedTerm | None = None

@@ -1,0 +1,1 @@
+"""The unknown as a term: on what a missing force depends, and its curve."""

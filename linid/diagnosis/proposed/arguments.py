@@ -1,0 +1,70 @@
+"""What a missing force may depend on: values of each row of the force balance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array
+from linid.diagnosis.proposed.history import direction_of, last_rest, since_reversal
+from linid.diagnosis.proposed.problem import Problem
+
+# What only passes comes last: between equals, what a designer can change is likelier the cause.
+PASSING = ("time", "campaign_time", "recording")
+LABELS = {
+    "position": "position",
+    "velocity": "velocity",
+    "direction": "direction of motion",
+    "motor_force": "motor force",
+    "acceleration": "acceleration",
+    "travel": "travel since the last reversal",
+    "since_reversal": "time since the last reversal",
+    "rest_time": "rest before the breakaway",
+    "time": "time in the recording",
+    "campaign_time": "time in the campaign",
+    "recording": "recording",
+}
+
+
+@dataclass(frozen=True)
+class Argument:
+    """One argument. name: as in `LABELS`; symbol: what a formula calls it, empty where none can; unit: of it;
+    values: (n,) of each row; period: of a periodic one in that unit, 0 for others."""
+
+    name: str
+    symbol: str
+    unit: str
+    values: Array
+    period: float = 0.0
+
+
+def arguments_of(problem: Problem) -> dict[str, Argument]:
+    """All arguments that these rows can tell, by a key of their own (two may be the same thing seen differently).
+
+    Not among them is the measured acceleration: it is a part of the residual, and its noise would explain itself.
+    That of the model stands for it.
+    """
+    rows = problem.rows
+    length, force = ("rad", "N m") if problem.rotary else ("m", "N")
+    travel, lasting = since_reversal(rows, direction_of(rows))
+    found = {
+        "position": Argument("position", "y", length, rows.y),
+        "velocity": Argument("velocity", "v", f"{length}/s", rows.v),
+        "speed": Argument("velocity", "abs(v)", f"{length}/s", np.abs(rows.v)),
+        "travel": Argument("travel", "travel", length, travel),
+        "since_reversal": Argument("since_reversal", "since_reversal", "s", lasting),
+        "rest_time": Argument("rest_time", "rest", "s", last_rest(rows)),
+        "acceleration": Argument("acceleration", "", f"{length}/s^2", rows.a - problem.residual),
+        "time": Argument("time", "t", "s", rows.t),
+    }
+    if problem.field is not None:
+        found["pole_phase"] = Argument("position", "y", length, rows.y, 2.0 * math.pi / problem.field)
+    if np.any(problem.push != 0.0):
+        found["motor_force"] = Argument("motor_force", "F", force, problem.push)
+        found["force_size"] = Argument("motor_force", "abs(F)", force, np.abs(problem.push))
+    if problem.elapsed.size > 1 and float(np.ptp(problem.elapsed)) > 0.0:
+        elapsed = problem.elapsed[rows.recording] + rows.t
+        found["campaign_time"] = Argument("campaign_time", "T", "s", elapsed)
+    return found

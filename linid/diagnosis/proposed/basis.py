@@ -1,0 +1,86 @@
+"""Smooth functions of an argument as columns: cubic B-splines, periodic ones, waves, and their products."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from linid.arrays import Array
+from linid.diagnosis.proposed.arguments import Argument
+
+_DEGREE = 3
+_ENDS = 0.002  # of the rows on either side: a curve needs more than a handful of rows to be drawn by
+_NOT_ROUGH = 1e-6  # penalty of functions that have no curvature to be punished
+
+
+@dataclass(frozen=True)
+class Basis:
+    """columns: (n, k), dimensionless; roughness: (k, k) whose quadratic form is a curve's penalty; call: the function
+    of a formula that these columns are, with its numbers, empty where a formula has none."""
+
+    columns: Array
+    roughness: Array
+    call: str = ""
+
+
+def constant(rows: int) -> Basis:
+    """One column of ones (rows, 1)."""
+    return Basis(np.ones((rows, 1)), _NOT_ROUGH * np.eye(1))
+
+
+def curve(argument: Argument, size: int) -> Basis:
+    """`size` cubic B-splines on equal intervals over the argument's support, periodic ones for a periodic argument.
+
+    Source: Eilers and Marx 1996, Stat. Sci. 11, 89 (P-splines).
+    """
+    if argument.period:
+        columns = _wrapped(argument.values, argument.period, size)
+        second = np.roll(np.eye(size), 1, axis=0) - 2.0 * np.eye(size) + np.roll(np.eye(size), -1, axis=0)
+        return Basis(columns, second.T @ second, f"periodic({argument.symbol}, {argument.period:.10g}, {size})")
+    low, high = support(argument.values)
+    inner = np.linspace(low, high, size - _DEGREE + 1)
+    step = inner[1] - inner[0]
+    knots = np.concatenate([low - step * np.arange(_DEGREE, 0, -1), inner, high + step * np.arange(1, _DEGREE + 1)])
+    columns = BSpline.design_matrix(np.clip(argument.values, low, high), knots, _DEGREE).toarray()
+    second = np.diff(np.eye(size), 2, axis=0)
+    call = f"spline({argument.symbol}, {low:.10g}, {high:.10g}, {size})" if argument.symbol else ""
+    return Basis(columns, second.T @ second, call)
+
+
+def support(values: Array) -> tuple[float, float]:
+    """Where all but a few of the values (n,) that are finite lie, in their unit."""
+    known = values[np.isfinite(values)]
+    low, high = np.quantile(known, [_ENDS, 1.0 - _ENDS]).tolist() if known.size else (0.0, 1.0)
+    return low, max(high, low + 1e-9 * max(abs(low), 1.0))
+
+
+def _wrapped(x: Array, period: float, size: int) -> Array:
+    """Periodic cubic B-splines (n, size) with knots at multiples of period / size."""
+    place = np.mod(x, period) * (size / period)
+    left = np.minimum(place.astype(np.int64), size - 1)
+    u = place - left
+    parts = ((1.0 - u) ** 3, 3.0 * u**3 - 6.0 * u**2 + 4.0, -3.0 * u**3 + 3.0 * u**2 + 3.0 * u + 1.0, u**3)
+    out = np.zeros((x.size, size))
+    for k, part in enumerate(parts):
+        out[np.arange(x.size), (left + k) % size] += part / 6.0
+    return out
+
+
+def waves(x: Array, wavenumbers: Sequence[float], symbol: str) -> Basis:
+    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,)."""
+    angles = np.multiply.outer(x, np.asarray(wavenumbers))
+    columns = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(x.size, -1)
+    return Basis(columns, _NOT_ROUGH * np.eye(columns.shape[1]), "" if not symbol else "waves")
+
+
+def product(one: Basis, other: Basis) -> Basis:
+    """All products of the functions of two bases, (n, k l); rough where it is rough along either."""
+    columns = np.einsum("ni,nj->nij", one.columns, other.columns).reshape(one.columns.shape[0], -1)
+    eyes = np.eye(one.roughness.shape[0]), np.eye(other.roughness.shape[0])
+    call = ""
+    if one.call.startswith("spline(") and other.call.startswith("spline("):
+        call = f"spline2({one.call[7:-1]}, {other.call[7:-1]})"
+    return Basis(columns, np.kron(one.roughness, eyes[1]) + np.kron(eyes[0], other.roughness), call)

@@ -1,0 +1,134 @@
+"""Families of terms: smooth functions of one or two arguments, alone or times direction, motor force or velocity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array, Integers
+from linid.diagnosis.proposed.arguments import PASSING, Argument
+from linid.diagnosis.proposed.basis import Basis, constant, curve, product
+from linid.diagnosis.proposed.problem import Problem
+
+ONE, TWO, ROUND = 14, 7, 12  # functions of one argument, of each of two, and around a period
+# Functions of two arguments that mechanics knows; all pairs would be too many to be tested against each other.
+_PAIRS = (
+    ("position", "velocity"),
+    ("position", "motor_force"),
+    ("velocity", "motor_force"),
+    ("pole_phase", "motor_force"),
+    ("pole_phase", "velocity"),
+    ("travel", "position"),
+)
+_FRICTION_PAIRS = (("position", "speed"), ("position", "force_size"), ("campaign_time", "speed"))
+
+
+@dataclass(frozen=True)
+class Family:
+    """A smooth function of some arguments.
+
+    arguments: names of all it depends on, each once; form: what makes it, for messages; columns: (n, k) acceleration
+    in m/s^2 per newton; roughness: (k, k); local: the length in s of the pieces that are left out in turn where each
+    recording has coefficients of its own, 0 where all share them; formula: of an own term, its coefficients to follow,
+    empty where none can be written; basis: (n, k) without what a force does to a row.
+    """
+
+    arguments: tuple[str, ...]
+    form: str
+    columns: Array
+    roughness: Array
+    local: float = 0.0
+    formula: str = ""
+
+    @property
+    def passing(self) -> int:
+        """How many of its arguments only pass."""
+        return sum(name in PASSING for name in self.arguments)
+
+
+def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Family]:
+    """All families with given shapes, those of fewer arguments first."""
+    rows = problem.rows.t.size
+    yield force(problem, (), "constant", constant(rows))
+    yield _one_way(problem)
+    for key, argument in arguments.items():
+        basis = curve(argument, ROUND if argument.period else ONE)
+        if key not in ("speed", "force_size"):
+            yield force(problem, (argument.name,), key, basis)
+        if key == "speed":  # an odd function of the velocity, with its presliding
+            yield friction(problem, ("velocity",), key, basis)
+        elif key not in ("velocity", "motor_force"):
+            yield friction(problem, (argument.name, "direction"), key, basis)
+        yield from _times(problem, arguments, key, argument, basis)
+    yield from _of_two(problem, arguments)
+
+
+def force(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, factor: Array | None = None) -> Family:
+    """A family of forces on the mass, times a factor (n,) in N."""
+    columns = basis.columns if factor is None else basis.columns * factor[:, None]
+    formula = basis.call if factor is None or not basis.call else f"F*{basis.call}"
+    return Family(tuple(dict.fromkeys(names)), form, problem.pushed(columns), basis.roughness, formula=formula)
+
+
+def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) -> Family:
+    """A family of levels of friction."""
+    formula = f"-{basis.call}*sign(v)" if basis.call else ""
+    columns = problem.resisted(basis.columns)
+    return Family(tuple(dict.fromkeys(names)), f"{form} x direction", columns, basis.roughness, formula=formula)
+
+
+def _one_way(problem: Problem) -> Family:
+    """Friction that differs with the direction by a constant."""
+    forward = (problem.friction < 0.0).astype(np.float64)[:, None]
+    return Family(("direction",), "one direction", problem.resisted(forward), 1e-6 * np.eye(1))
+
+
+def _times(
+    problem: Problem, arguments: Mapping[str, Argument], key: str, argument: Argument, basis: Basis
+) -> Iterator[Family]:
+    """Products of a curve with motor force and with velocity."""
+    pushing = "motor_force" in arguments
+    if pushing and key not in ("motor_force", "velocity", "force_size"):
+        yield force(problem, (argument.name, "motor_force"), f"{key} x motor force", basis, problem.push)
+    if key not in ("velocity", "speed"):
+        family = force(problem, (argument.name, "velocity"), f"{key} x velocity", basis, problem.rows.v)
+        formula = f"v*{basis.call}" if basis.call else ""
+        yield Family(family.arguments, family.form, family.columns, family.roughness, formula=formula)
+
+
+def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Family]:
+    """Functions of two arguments that are no products."""
+    for pairs, make in ((_PAIRS, force), (_FRICTION_PAIRS, friction)):
+        for keys in pairs:
+            if all(key in arguments for key in keys):
+                pair = [arguments[key] for key in keys]
+                one, other = (curve(a, ROUND if a.period else TWO) for a in pair)
+                names = tuple(a.name for a in pair) + (("direction",) if make is friction else ())
+                yield make(problem, names, " and ".join(keys), product(one, other))
+
+
+def per_recording(problem: Problem, piece: float) -> Iterator[Family]:
+    """Families with coefficients of their own in each recording: what acts there cannot be told from elsewhere.
+
+    piece: s that are left out in turn.
+    """
+    rows = problem.rows
+    owner = _indicators(rows.recording)
+    modelled = (rows.a - problem.residual)[:, None]
+    every: tuple[tuple[str, tuple[str, ...], Callable[[], Array]], ...] = (
+        ("inertia per recording", ("acceleration", "recording"), lambda: owner * modelled),
+        ("friction per recording", ("direction", "recording"), lambda: problem.resisted(owner)),
+        ("force per recording", ("recording",), lambda: problem.pushed(owner)),
+        ("damping per recording", ("velocity", "recording"), lambda: problem.pushed(owner * rows.v[:, None])),
+        ("thrust per recording", ("motor_force", "recording"), lambda: problem.pushed(owner * problem.push[:, None])),
+    )
+    for form, names, make in every:
+        columns = make()
+        if np.any(columns):
+            yield Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=piece)
+
+
+def _indicators(owner: Integers) -> Array:
+    return (owner[:, None] == np.arange(int(owner.max()) + 1)).astype(np.float64)

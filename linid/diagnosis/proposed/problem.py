@@ -1,0 +1,165 @@
+"""What a fitted model leaves, and what a force would do to it: the rows that a proposed term is sought on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array, Flags
+from linid.diagnosis.balance import Rows
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.judge import Judge
+from linid.diagnosis.locate import pushing_input, recording_masses
+from linid.diagnosis.proposed.history import last_where, travelled
+from linid.diagnosis.seen import field_wavenumber
+from linid.recording.recording import Recording
+
+# How far a base parameter may be wrong: share of its value, or of a logarithm's unit; what a step of that size costs,
+# as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
+# the thrust, is moved a hundred times its size to imitate something that is missing.
+WRONG, COST = 0.3, 0.03
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Rows (n,) with what a model leaves of them.
+
+    residual: m/s^2; weights: s^2/m, a residual times its weight is about 1 where all is left; noise: (m/s^2)^2 by
+    encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do, ridge: (r,) what holds
+    each; mass: kg; push: motor force in N; friction: of a Coulomb force of 1 N on the mass in N, with its
+    presliding; relaxed: m of travel in which a bristle forgets a rest; held: judging rows; elapsed: (R,) s of the
+    campaign at each recording's start; field: rad/m of the motor's field or None; rotary: whether lengths are angles.
+    """
+
+    rows: Rows
+    residual: Array
+    weights: Array
+    noise: Array
+    base: Array
+    ridge: Array
+    mass: Array
+    push: Array
+    friction: Array
+    relaxed: float
+    held: Flags
+    elapsed: Array
+    field: float | None
+    rotary: bool
+    seed: int
+
+    @property
+    def rest(self) -> Array:
+        """What is left (n,), weighted."""
+        return self.residual * self.weights
+
+    @property
+    def floor(self) -> float:
+        """Share of what is left on the judging rows that is noise, 0 to 1."""
+        mine = self.held
+        left = float(np.sum(self.rest[mine] ** 2))
+        return min(float(np.sum((self.noise * self.weights**2)[mine])) / max(left, 1e-300), 1.0)
+
+    def pushed(self, forces: Array) -> Array:
+        """What forces on the mass (n, k) in N give the rows, (n, k) in m/s^2: at rest the bristle takes them up, and
+        forgets that as it slides."""
+        last = last_where(self.rows.standstill, self.rows.recording)
+        path = travelled(self.rows)
+        place = np.maximum(last, 0)
+        kept = np.where(last >= 0, np.exp(-(path - path[place]) / self.relaxed), 0.0)
+        return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
+
+    def resisted(self, levels: Array) -> Array:
+        """What more friction (n, k) in N gives the rows, (n, k) in m/s^2."""
+        return np.asarray(levels * (self.friction / self.mass)[:, None])
+
+
+def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
+    """What a fitted model leaves on the rows of a judge. seed: of the null's draws."""
+    balance = judge.balance
+    rows, recordings = balance.rows, balance.recordings
+    fits = judge.fits
+    slopes = fits.slopes(step)
+    sizes = {c.name: c.scale if c.log else 0.0 for c in fits.unknowns(step)}
+    field = field_wavenumber(step.model.kind, step.values)
+    constant = step.values.get("force_constant", 0.0)
+    noise = (judge.noise.encoder + judge.noise.inputs)[rows.bin]
+    return assembled(
+        rows,
+        recordings,
+        residual=step.residual,
+        slopes=slopes,
+        sizes=sizes,
+        values=step.values,
+        noise=noise,
+        scale=judge.scale[rows.recording],
+        push=constant * pushing_input(rows, recordings, field) if constant else np.zeros(rows.t.size),
+        held=balance.split,
+        field=field,
+        seed=seed,
+    )
+
+
+def assembled(
+    rows: Rows,
+    recordings: Sequence[Recording],
+    *,
+    residual: Array,
+    slopes: Mapping[str, Array],
+    sizes: Mapping[str, float],
+    values: Mapping[str, float],
+    noise: Array,
+    scale: Array,
+    push: Array,
+    held: Flags,
+    field: float | None,
+    seed: int,
+) -> Problem:
+    """A problem from its pieces. slopes: d residual / d unknown (n,) by name; sizes: scale of those searched by their
+    logarithm, 0 of others; values: SI of the model; scale: (n,) m/s^2 in which residuals are counted; push: (n,) N."""
+    weights = _weights(rows, residual, scale, noise)
+    mass = recording_masses(recordings, values["mass"])[rows.recording]
+    names = list(slopes)
+    left = float(np.sum((residual * weights)[~held] ** 2))
+    plausible = np.array([_plausible(name, sizes[name], values, rows) for name in names])
+    return Problem(
+        rows=rows,
+        residual=residual,
+        weights=weights,
+        noise=noise,
+        base=np.array([-slopes[name] * weights for name in names]).T,
+        ridge=math.sqrt(COST * left) / plausible,
+        mass=mass,
+        push=push,
+        friction=-slopes["coulomb_force"] * mass,
+        relaxed=values["coulomb_force"] / values["bristle_stiffness"],
+        held=held,
+        elapsed=np.array([r.elapsed for r in recordings]),
+        field=field,
+        rotary=recordings[0].axis == "rotary",
+        seed=seed,
+    )
+
+
+def _weights(rows: Rows, residual: Array, scale: Array, noise: Array) -> Array:
+    """Weights (n,) in s^2/m: a bin that has more than the mean power of all counts less, so that a few bursts do not
+    decide, nor what is quiet everywhere."""
+    squares, floors = (residual / scale) ** 2, noise / scale**2
+    usual = float(np.mean(squares)) + float(np.mean(floors))
+    counts = np.maximum(np.bincount(rows.bin), 1)
+    power = (np.bincount(rows.bin, squares) / counts)[rows.bin]
+    return np.asarray(1.0 / (scale * np.sqrt(power + usual)))
+
+
+def _plausible(name: str, size: float, values: Mapping[str, float], rows: Rows) -> float:
+    """How far an unknown of the base may be wrong, in its own unit."""
+    if name in ("force_constant", "thrust_across"):
+        return WRONG * abs(values["force_constant"])
+    if name == "coulomb_force":
+        return WRONG * values[name]
+    if name == "viscous_friction":
+        top = max(float(np.quantile(np.abs(rows.v), 0.99)), 1e-12)
+        return WRONG * max(values[name], values["coulomb_force"] / top)
+    return WRONG * (size or abs(values.get(name, 1.0)) or 1.0)

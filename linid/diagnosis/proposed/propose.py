@@ -1,0 +1,131 @@
+"""On what a missing force depends: the family that predicts it best where it was not fitted, if any does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array
+from linid.diagnosis.proposed.arguments import Argument, arguments_of
+from linid.diagnosis.proposed.family import Family, families, per_recording
+from linid.diagnosis.proposed.problem import Problem
+from linid.diagnosis.proposed.regression import Regression, Sums
+from linid.diagnosis.proposed.waves import WAVE_PIECE, wave_families
+from linid.diagnosis.roll_null import p_value, with_rolled
+
+LEAST_EXCESS = 0.05  # floors: with less, there is nothing to be proposed
+AS_GOOD = 0.92  # of the best gain: families with this much predict alike, and the one of fewer arguments is taken
+TRIES = 3  # families that are tested by permutation, each at SURE / TRIES
+SURE = 0.05
+LEAST_CLOSED = 0.05  # of the excess, on the judging rows
+LEAST_GAIN = 0.01  # of what is left: a family that predicts less where it selects is none
+_KEPT = 12  # best families that are kept with their columns
+_RESAMPLES = 400
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A term for what no effect explains.
+
+    family; gain: share of the squares of fitted recordings, left out in turn, that it takes away; closed: share of the
+    excess over the floor on the judging rows, low: its lower bound (95 %); p_value: by rolled residuals; regression:
+    that found it.
+    """
+
+    family: Family
+    gain: float
+    closed: float
+    low: float
+    p_value: float
+    regression: Regression
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """What the missing force depends on."""
+        return self.family.arguments
+
+
+def propose(problem: Problem) -> Proposal | None:
+    """The term that the data ask for, or None where none predicts what it was not fitted to."""
+    if 1.0 / max(problem.floor, 1e-9) - 1.0 < LEAST_EXCESS:
+        return None
+    found = judged_families(problem)
+    for regression in candidates(found)[:TRIES]:
+        proposal = tested(problem, regression)
+        if proposal is not None:
+            return proposal
+    return None
+
+
+def tested(problem: Problem, regression: Regression) -> Proposal | None:
+    """A family as a proposal if it stands: no chance of rolled residuals, and beyond doubt on the judging rows."""
+    penalty, gain = regression.best
+    above = max(1.0 - problem.floor, 1e-9)
+    took, had = regression.block_gains(problem.rows.block)
+    generator = np.random.default_rng(problem.seed)
+    draws = generator.multinomial(took.size, np.full(took.size, 1.0 / took.size), _RESAMPLES)
+    whole = float(had.sum())
+    low = float(np.quantile(draws @ took / np.maximum(draws @ had, 1e-300), 0.025)) / above
+    closed = float(took.sum()) / max(whole, 1e-300) / above
+    if closed < LEAST_CLOSED or low <= 0.0:
+        return None
+    order = regression.sums.split.order
+    rolled = with_rolled(problem.rest, problem.rows.recording, problem.seed)[order].astype(np.float64)
+    gains = regression.gains(rolled, penalty, False)
+    chance = p_value(float(gains[0]), gains[1:])
+    if chance > SURE / TRIES:
+        return None
+    return Proposal(regression.family, gain, min(closed, 1.0), low, chance, regression)
+
+
+def judged_families(problem: Problem) -> list[Regression]:
+    """The best families, that with the largest gain first."""
+    arguments = arguments_of(problem)
+    shared = {0.0: Sums(problem, 0.0), WAVE_PIECE: Sums(problem, WAVE_PIECE)}
+    kept: list[Regression] = []
+    for family in _all_families(problem, arguments, leaves(problem)):
+        regression = Regression(shared[family.local], family)
+        if regression.best[1] < LEAST_GAIN:
+            continue
+        kept = sorted([*kept, regression], key=lambda one: -one.best[1])[:_KEPT]
+    return kept
+
+
+def _all_families(problem: Problem, arguments: dict[str, Argument], left: Callable[[Array], Array]) -> Iterator[Family]:
+    yield from families(problem, arguments)
+    yield from wave_families(problem, arguments, left)
+    yield from per_recording(problem, WAVE_PIECE)
+
+
+def leaves(problem: Problem) -> Callable[[Array], Array]:
+    """left(columns): what base and columns (n, k) in m/s^2 leave of the fitted rows, weighted, (n,); 0 on others."""
+    mine = ~problem.held
+    base, rest = problem.base[mine], problem.rest[mine]
+    prior = np.diag(problem.ridge**2)
+
+    def left(columns: Array) -> Array:
+        matrix = np.hstack([base, columns[mine] * problem.weights[mine, None]])
+        normal = matrix.T @ matrix
+        normal[: base.shape[1], : base.shape[1]] += prior
+        normal += 1e-9 * float(np.trace(normal)) / max(normal.shape[0], 1) * np.eye(normal.shape[0])
+        out = np.zeros(problem.rest.size)
+        out[mine] = rest - matrix @ np.linalg.solve(normal, matrix.T @ rest)
+        return out
+
+    return left
+
+
+def candidates(found: Sequence[Regression]) -> list[Regression]:
+    """The families in the order in which they are tested: of those as good as the best the one of fewest arguments,
+    what only passes last; then the rest."""
+    if not found:
+        return []
+    best = found[0].best[1]
+    alike = [one for one in found if one.best[1] >= AS_GOOD * best]
+
+    def order(one: Regression) -> tuple[int, int, float]:
+        return one.family.passing, len(one.family.arguments), -one.best[1]
+
+    return [*sorted(alike, key=order), *(one for one in found if one.best[1] < AS_GOOD * best)]

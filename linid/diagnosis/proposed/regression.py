@@ -1,0 +1,184 @@
+"""Penalised regression of what is left on a family, beside all that the base can do; judged where it is not fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from linid.arrays import Array, Integers
+from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.problem import Problem
+
+# Penalties that are tried, in parts of the mean square of the columns: from hardly bent to free.
+PENALTIES = tuple(10.0**k for k in range(-4, 4))
+FOLDS = 5
+_JUDGE = -2  # fold of the rows that judge
+
+
+@dataclass(frozen=True)
+class Split:
+    """Rows in groups that are left out in turn. fold: (n,) of each row; order: (n,) that sorts them by it; selecting,
+    judging: folds whose gain selects, and whose gain judges; apart: whether the judging rows are fitted to never."""
+
+    fold: Integers
+    order: Integers
+    selecting: tuple[int, ...]
+    judging: tuple[int, ...]
+    apart: bool
+
+    def slices(self) -> dict[int, slice]:
+        """Where each fold's rows lie once they are sorted."""
+        numbers, starts = np.unique(self.fold[self.order], return_index=True)
+        ends = [*starts[1:], self.order.size]
+        return {int(k): slice(int(a), int(b)) for k, a, b in zip(numbers, starts, ends, strict=True)}
+
+
+def split_of(problem: Problem, local: float) -> Split:
+    """The groups for families with common coefficients (fitted recordings in turn; the held-out ones judge), or for
+    those with coefficients per recording (local, s: pieces of that length in turn, everywhere)."""
+    rows, held = problem.rows, problem.held
+    if local:
+        piece = (rows.t / local).astype(np.int64) + rows.recording
+        fold = piece % FOLDS + np.where(held, FOLDS, 0)
+        groups = tuple(range(FOLDS)), tuple(range(FOLDS, 2 * FOLDS))
+    else:
+        fitted = np.unique(rows.recording[~held])
+        rank = np.searchsorted(fitted, rows.recording)
+        fold = np.where(held, _JUDGE, rank % FOLDS)
+        groups = tuple(range(min(FOLDS, fitted.size))), (_JUDGE,)
+    return Split(fold, np.argsort(fold, kind="stable"), *groups, not local)
+
+
+class Sums:
+    """The base's normal equations by fold, which all families of one split share."""
+
+    def __init__(self, problem: Problem, local: float) -> None:
+        self.problem = problem
+        self.split = split_of(problem, local)
+        self.slices = self.split.slices()
+        self.base = problem.base[self.split.order]
+        self.weights = problem.weights[self.split.order]
+        self.rest = problem.rest[self.split.order]
+        self.normals = {k: self.base[s].T @ self.base[s] for k, s in self.slices.items()}
+        self.prior = np.diag(problem.ridge**2)
+
+
+class Regression:
+    """One family beside the base: normal equations per fold, from which all penalties and draws follow."""
+
+    def __init__(self, sums: Sums, family: Family) -> None:
+        self.sums, self.family = sums, family
+        columns = family.columns[sums.split.order] * sums.weights[:, None]
+        size = float(np.sqrt(np.mean(columns**2)))
+        self.size = size if size > 0.0 else 1.0
+        self.columns = columns / self.size
+        r, k = sums.base.shape[1], columns.shape[1]
+        self.r = r
+        self.normals: dict[int, Array] = {}
+        for fold, rows in sums.slices.items():
+            out = np.empty((r + k, r + k))
+            out[:r, :r] = sums.normals[fold]
+            out[:r, r:] = sums.base[rows].T @ self.columns[rows]
+            out[r:, :r] = out[:r, r:].T
+            out[r:, r:] = self.columns[rows].T @ self.columns[rows]
+            self.normals[fold] = out
+        fitted = [n for fold, n in self.normals.items() if not (sums.split.apart and fold in sums.split.judging)]
+        self.total = np.sum(fitted, axis=0)
+        self.total[:r, :r] += sums.prior
+        rows_in_all = sums.weights.size
+        trace = max(float(np.trace(family.roughness)) / k, 1e-12)
+        self.rough = np.zeros_like(self.total)
+        self.rough[r:, r:] = rows_in_all / k * (family.roughness / trace + 1e-6 * np.eye(k))
+
+    def moments(self, draws: Array) -> dict[int, Array]:
+        """Products (r + k, D) of all columns with draws (n, D) of what is left, per fold; draws: in sorted order."""
+        out = {}
+        for fold, rows in self.sums.slices.items():
+            out[fold] = np.vstack([self.sums.base[rows].T @ draws[rows], self.columns[rows].T @ draws[rows]])
+        return out
+
+    def gains(self, draws: Array, penalty: float, judging: bool) -> Array:
+        """Shares (D,) of the squares of draws (n, D) that the family takes away where it is not fitted.
+
+        draws: in sorted order; penalty: in parts of the columns' mean square; judging: on the judging rows, else on
+        those that select.
+        """
+        moments = self.moments(draws)
+        split = self.sums.split
+        fitted = sum(m for fold, m in moments.items() if not (split.apart and fold in split.judging))
+        left = np.zeros((2, draws.shape[1]))
+        for fold in split.judging if judging else split.selecting:
+            inside = not (split.apart and fold in split.judging)
+            normal = self.total - self.normals[fold] if inside else self.total
+            moment = fitted - moments[fold] if inside else fitted
+            squares = np.sum(draws[self.sums.slices[fold]] ** 2, axis=0)
+            left += self._left(normal, moment, fold, squares, moments[fold], penalty)
+        return np.asarray(1.0 - left[1] / np.maximum(left[0], 1e-300))
+
+    def _left(self, normal: Array, moment: Array, fold: int, squares: Array, own: Array, penalty: float) -> Array:
+        """Squares (2, D) of a fold's rows that are left by the base alone and with the family, fitted elsewhere."""
+        out = []
+        for size in (self.r, self.total.shape[0]):
+            system = normal[:size, :size] + penalty * self.rough[:size, :size] + 1e-9 * np.eye(size)
+            solution = np.linalg.solve(system, moment[:size])
+            judged = self.normals[fold][:size, :size]
+            left = squares - 2.0 * np.sum(solution * own[:size], axis=0)
+            out.append(left + np.sum(solution * (judged @ solution), axis=0))
+        return np.array(out)
+
+    @cached_property
+    def best(self) -> tuple[float, float]:
+        """The penalty that predicts best, and its gain on the rows that select."""
+        own = self.sums.rest[:, None]
+        gains = [float(self.gains(own, penalty, False)[0]) for penalty in PENALTIES]
+        place = int(np.argmax(gains))
+        return PENALTIES[place], gains[place]
+
+    def judged(self) -> float:
+        """Gain on the judging rows."""
+        return float(self.gains(self.sums.rest[:, None], self.best[0], True)[0])
+
+    def solution(self) -> tuple[Array, Array, Array]:
+        """Coefficients (k,) in N, their covariance (k, k) in N^2, and steps (r,) of the base's unknowns, by all rows
+        that may be fitted; the covariance is that of rows with errors as large as what is left."""
+        split = self.sums.split
+        moments = self.moments(self.sums.rest[:, None])
+        moment = sum(m for fold, m in moments.items() if not (split.apart and fold in split.judging))
+        system = self.total + self.best[0] * self.rough + 1e-9 * np.eye(self.total.shape[0])
+        inverse = np.linalg.inv(system)
+        x = (inverse @ moment)[:, 0]
+        mine = np.concatenate([np.arange(s.start, s.stop) for f, s in self.sums.slices.items() if self._fitted(f)])
+        left = self.sums.rest[mine] - self.sums.base[mine] @ x[: self.r] - self.columns[mine] @ x[self.r :]
+        covariance = inverse[self.r :, self.r :] * float(np.mean(left**2)) / self.size**2
+        return x[self.r :] / self.size, np.asarray(covariance), x[: self.r]
+
+    def _fitted(self, fold: int) -> bool:
+        return not (self.sums.split.apart and fold in self.sums.split.judging)
+
+    def block_gains(self, block: Integers) -> tuple[Array, Array]:
+        """Squares that the family takes away and that the base alone leaves, on the judging rows, per block (b,) each.
+
+        block: (n,) number of each row's block.
+        """
+        split = self.sums.split
+        moments = self.moments(self.sums.rest[:, None])
+        fitted = sum(m for fold, m in moments.items() if self._fitted(fold))
+        took, had, owner = [], [], []
+        for fold in split.judging:
+            rows = self.sums.slices[fold]
+            inside = self._fitted(fold)
+            normal = self.total - self.normals[fold] if inside else self.total
+            moment = fitted - moments[fold] if inside else fitted
+            lefts = []
+            for size in (self.r, self.total.shape[0]):
+                system = normal[:size, :size] + self.best[0] * self.rough[:size, :size] + 1e-9 * np.eye(size)
+                x = np.linalg.solve(system, moment[:size])[:, 0]
+                left = self.sums.rest[rows] - self.sums.base[rows] @ x[: self.r]
+                lefts.append((left - self.columns[rows] @ x[self.r :] if size > self.r else left) ** 2)
+            took.append(lefts[0] - lefts[1])
+            had.append(lefts[0])
+            owner.append(block[split.order][rows])
+        numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
+        return np.bincount(numbers, np.concatenate(took)), np.bincount(numbers, np.concatenate(had))

@@ -1,0 +1,181 @@
+"""Waves of any wavenumber in position and time: a scan by Fourier transforms, and families of the strongest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from linid.arrays import Array, Integers
+from linid.diagnosis.proposed.arguments import Argument
+from linid.diagnosis.proposed.basis import curve, product, support, waves
+from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.problem import Problem
+
+MOST_WAVES = 5  # of one family
+LEAST_PART = 0.03  # of what is left: a wave that takes less is none
+SHORTEST, HIGHEST = 1.0 / 600.0, 60.0  # wave, as a share of the stroke; frequency in Hz
+_OVERSAMPLED = 4  # cells per shortest wave's half
+_LEAST_CYCLES = 2.0  # over the whole range; slower ones are curves
+_CLASSES, _GATES = 16, 16  # of velocity, in each of which a wave may have another phase; functions of it
+_NYQUIST = 0.4  # of the rows' rate
+WAVE_PIECE = 0.5  # s left out in turn where each recording has a phase of its own
+
+
+@dataclass(frozen=True)
+class _Sort:
+    """One sort of wave. name: arguments beside the axis; factor: (n,) on the force; resists: a level of friction;
+    classes: (n,) in each of which amplitude and phase are free, None: the same in all; formula: around the waves."""
+
+    names: tuple[str, ...]
+    form: str
+    factor: Array
+    resists: bool = False
+    classes: Integers | None = None
+    formula: str = ""
+
+
+def wave_families(
+    problem: Problem, arguments: Mapping[str, Argument], left: Callable[[Array], Array]
+) -> Iterator[Family]:
+    """Families of the strongest waves in position, in a recording's time and in each recording's time by itself.
+
+    left(columns): what base and these columns (n, k) leave of the fitted rows, weighted, (n,).
+    """
+    rows = problem.rows
+    stroke = float(np.ptp(rows.y))
+    step = np.diff(rows.t)
+    highest = 2.0 * math.pi * min(HIGHEST, _NYQUIST / float(np.median(step[step > 0.0])))
+    for argument, top in ((arguments["position"], 2.0 * math.pi / (SHORTEST * stroke)), (arguments["time"], highest)):
+        for sort in _sorts(problem, argument):
+            found = _strongest(problem, argument.values, sort, top, left)
+            if found:
+                yield _family(problem, arguments, argument, sort, found)
+
+
+def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
+    rows = problem.rows
+    one = np.ones(rows.t.size)
+    yield _Sort((), "force", one, formula="{}")
+    yield _Sort(("direction",), "friction", one, resists=True, formula="-({})*sign(v)")
+    if np.any(problem.push):
+        yield _Sort(("motor_force",), "motor force", problem.push, formula="F*({})")
+    yield _Sort(("velocity",), "velocity", rows.v, formula="v*({})")
+    fitted = rows.v[~problem.held]
+    edges = np.quantile(fitted, np.linspace(0.0, 1.0, _CLASSES + 1)[1:-1])
+    yield _Sort(("velocity",), "phase by velocity", one, classes=np.digitize(rows.v, edges))
+    if argument.name == "time":
+        yield _Sort((), "phase by recording", one, classes=rows.recording)
+
+
+def _columns(problem: Problem, x: Array, sort: _Sort, wavenumber: float) -> Array:
+    """Cosine and sine as acceleration (n, 2), or of each class (n, 2 classes)."""
+    columns = waves(x, (wavenumber,), "").columns * sort.factor[:, None]
+    if sort.classes is not None:
+        owner = (sort.classes[:, None] == np.unique(sort.classes)).astype(np.float64)
+        columns = np.einsum("ni,nj->nij", columns, owner).reshape(x.size, -1)
+    return problem.resisted(columns) if sort.resists else problem.pushed(columns)
+
+
+def _strongest(
+    problem: Problem, x: Array, sort: _Sort, top: float, left: Callable[[Array], Array]
+) -> tuple[float, ...]:
+    """Wavenumbers in rad per unit of x (n,), one after the other by what they take of what is left."""
+    found: list[float] = []
+    columns = np.empty((x.size, 0))
+    rest = left(columns)
+    whole = float(np.sum(rest**2))
+    most = MOST_WAVES if sort.classes is None else 1
+    while len(found) < most:
+        grid, gain = spectrum(problem, x, sort, rest, top)
+        best = int(np.argmax(gain))
+        if gain[best] < LEAST_PART * whole:
+            break
+        wavenumber = _refined(problem, x, sort, rest, float(grid[best]), float(grid[1]))
+        found.append(wavenumber)
+        columns = np.hstack([columns, _columns(problem, x, sort, wavenumber)])
+        rest = left(columns)
+    return tuple(found)
+
+
+def spectrum(problem: Problem, x: Array, sort: _Sort, rest: Array, top: float) -> tuple[Array, Array]:
+    """What a wave of each wavenumber (K,) takes of what is left (n,), about; gridded and transformed at once.
+
+    top: largest wavenumber in rad per unit of x (n,).
+    """
+    pull = rest * problem.weights / problem.mass
+    if sort.resists:
+        pull = pull * problem.friction
+    power = np.where(problem.held, 0.0, (problem.weights * sort.factor / problem.mass) ** 2)
+    low = float(x.min())
+    cell = math.pi / top / _OVERSAMPLED
+    size = 1 << math.ceil(math.log2(3.0 * (float(x.max()) - low) / cell + 4.0))
+    place = (x - low) / cell
+    left_cell = place.astype(np.int64)
+    share = place - left_cell
+    classes = np.zeros(x.size, dtype=np.int64) if sort.classes is None else sort.classes
+    count = size // 2 + 1
+    grid = np.arange(count) * (2.0 * math.pi / (size * cell))
+    wanted = (grid <= top) & (grid >= 2.0 * math.pi * _LEAST_CYCLES / max(float(np.ptp(x)), 1e-12))
+    gain = np.zeros(count)
+    strength = pull * sort.factor
+    for number in np.unique(classes):
+        mine = classes == number
+        sums = np.bincount(left_cell[mine], strength[mine] * (1.0 - share[mine]), size)
+        sums += np.bincount(left_cell[mine] + 1, strength[mine] * share[mine], size)
+        total = float(power[mine].sum())
+        if total > 0.0:
+            gain += 2.0 * np.abs(np.fft.rfft(sums)) ** 2 / total
+    return grid, np.where(wanted, gain / np.sinc(grid * cell / (2.0 * math.pi)) ** 4, 0.0)
+
+
+def _refined(problem: Problem, x: Array, sort: _Sort, rest: Array, first: float, width: float) -> float:
+    """The wavenumber near the first one that takes most, between the scan's cells."""
+    mine = ~problem.held
+    best = first
+    for step in (width / 2.0, width / 8.0):
+        tried = best + step * np.arange(-4, 5)
+        gains = []
+        for wavenumber in tried:
+            columns = (_columns(problem, x, sort, wavenumber) * problem.weights[:, None])[mine]
+            normal = columns.T @ columns + 1e-9 * np.trace(columns.T @ columns) * np.eye(columns.shape[1])
+            moment = columns.T @ rest[mine]
+            gains.append(float(moment @ np.linalg.solve(normal, moment)))
+        best = float(tried[int(np.argmax(gains))])
+    return best
+
+
+def _family(
+    problem: Problem, arguments: Mapping[str, Argument], argument: Argument, sort: _Sort, found: tuple[float, ...]
+) -> Family:
+    """The family of some waves."""
+    basis = waves(argument.values, found, argument.symbol)
+    per = 2.0 * math.pi
+    words = ", ".join(f"{k / per:.4g}" for k in found)
+    form = f"waves of {words} per {argument.unit}, {sort.form}"
+    names = (argument.name, *sort.names)
+    if sort.form == "phase by velocity":
+        velocity = arguments["velocity"]
+        basis = product(basis, curve(velocity, _GATES))
+        low, high = support(velocity.values[~problem.held])
+        # Beyond the fitted speeds nothing is known of the phase.
+        told = (velocity.values >= low) & (velocity.values <= high)
+        return Family(names, form, problem.pushed(basis.columns * told[:, None]), basis.roughness)
+    if sort.form == "phase by recording":
+        columns = _columns(problem, argument.values, sort, found[0])
+        return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=WAVE_PIECE)
+    columns = basis.columns * sort.factor[:, None]
+    columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
+    formula = sort.formula.format(_sum_of_waves(argument.symbol, found))
+    return Family(names, form, columns, basis.roughness, formula=formula)
+
+
+def _sum_of_waves(symbol: str, wavenumbers: tuple[float, ...]) -> str:
+    """The waves as a formula with coefficients c_1, c_2 ... in the order of their columns."""
+    parts = []
+    for k, wavenumber in enumerate(wavenumbers):
+        angle = f"{wavenumber:.10g}*{symbol}"
+        parts += [f"c_{2 * k + 1}*cos({angle})", f"c_{2 * k + 2}*sin({angle})"]
+    return " + ".join(parts)
