@@ -66,8 +66,8 @@ def term(curve: TermCurve | None, arguments: tuple[str, ...], **changes: Any) ->
         "curve": curve,
         "short": ShortFormula("-0.31 exp(-|v|/0.2) |F| sign(v)", 0.81, 2),
         "resembles": (
-            Resemblance("load_dependent_friction", 0.64, "which does not fall with the speed"),
-            Resemblance("force_ripple", 0.22, "which repeats with the pole pitch, as this term does not"),
+            Resemblance("load_dependent_friction", 0.64, "it does not fall with the speed"),
+            Resemblance("force_ripple", 0.22, "it repeats with the pole pitch, as this term does not"),
         ),
         "effect": "learned: spline2(v, -0.9, 0.9, 7, F, -14, 14, 7)",
         "kept": True,
@@ -125,7 +125,7 @@ def of_position_by_direction() -> Diagnosis:
         TermAxis("position", "position", "m", x),
         TermAxis("direction", "direction of motion", "1", np.array([-1.0, 1.0])),
     )
-    return replace(unknown(), proposal=term(banded(axes, value, 0.05), ("position", "direction"), kept=True, short=None))
+    return replace(unknown(), proposal=term(banded(axes, value, 0.05), ("position", "direction"), short=None))
 
 
 def per_recording() -> Diagnosis:
@@ -138,9 +138,7 @@ def per_recording() -> Diagnosis:
 def rotary_factor() -> Diagnosis:
     """A rotary axis whose inertia no recording tells: a part of the motor torque over the angle."""
     x = np.linspace(-20.0, 30.0, 120)
-    curve = banded(
-        (TermAxis("position", "position", "rad", x),), 0.031 * np.sin(x / 4.0), 0.006, "motor_force", "1"
-    )
+    curve = banded((TermAxis("position", "position", "rad", x),), 0.031 * np.sin(x / 4.0), 0.006, "motor_force", "1")
     short = ShortFormula("0.031 sin(0.25 y) F", 0.8, 2)
     made = term(curve, ("position", "motor_force"), short=short, effect="learned: F*spline(y, -20, 30, 14)")
     verdict = replace(rotary().verdict, status="partly explained")

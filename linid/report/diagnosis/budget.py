@@ -180,7 +180,7 @@ def rest_words(diagnosis: Diagnosis) -> str:
         return ""
     interval = interval_percent(budget.unexplained_low, budget.unexplained_high)
     text = f"Unexplained: {percent(budget.unexplained)}{f' {interval}' if interval else ''} of the gap."
-    if budget.depends_on:
+    if budget.depends_on and diagnosis.proposal is None:  # a term says it better: its arguments were tested together
         text += f" It depends on {', '.join(budget.depends_on)}."
     if math.isfinite(budget.ceiling):
         text += f" Smooth functions of pairs of coordinates reach {percent(max(budget.ceiling, 0.0))} of it."

@@ -54,8 +54,12 @@ def argument_words(diagnosis: Diagnosis) -> str:
 
     if diagnosis.proposal is None:
         return ""
-    labels = (LABELS.get(name, name.replace("_", " ")) for name in diagnosis.proposal.arguments)
-    return enumerated(tuple(fitting_words(label, diagnosis.axis, diagnosis.model) for label in labels))
+    shared = [name for name in diagnosis.proposal.arguments if name != "recording"]
+    labels = [LABELS.get(name, name.replace("_", " ")) for name in shared]
+    words = enumerated(tuple(fitting_words(label, diagnosis.axis, diagnosis.model) for label in labels))
+    if len(shared) == len(diagnosis.proposal.arguments):
+        return words
+    return f"{words}, another in each recording," if words else "the recording"
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -100,7 +104,7 @@ def term_lines(diagnosis: Diagnosis) -> tuple[TermLine, ...]:
     if term.short is not None:
         lines.append(TermLine("Short formula", code=term.short.text, text=_short_words(diagnosis, term, term.short)))
     for one in term.resembles:
-        text = f"reproduces {percent(one.alike)} of its variance" + (f"; {one.difference}" if one.difference else "")
+        text = f"reproduces {percent(one.alike)} of the term" + (f"; {one.difference}" if one.difference else "")
         lines.append(TermLine("Resembles", code=one.effect, text=_ended(text)))
     lines.append(TermLine("In the models", _model_words(diagnosis, term)))
     if term.next_experiment and term.next_experiment != diagnosis.verdict.next_experiment:

@@ -52,13 +52,15 @@ class TermSurface:
 
 @dataclass(frozen=True)
 class TermView:
-    """What is drawn. points: the first argument has few places (directions), which are no line."""
+    """What is drawn. cut_title: which argument tells the cuts apart; points: the first argument has few places, which
+    are no line; directions: it is the direction of motion."""
 
     x_title: str
     x_unit: str
     value_title: str
     value_unit: str
     cuts: tuple[TermCut, ...]
+    cut_title: str
     surface: TermSurface | None
     points: bool
     directions: bool
@@ -86,9 +88,17 @@ def term_view(diagnosis: Diagnosis) -> TermView | None:
         if axes[1].x.size >= FEWEST_OF_CURVE:
             title = titled(axes[1].label, displays[1].unit)
             surface = TermSurface(x, y, title, displays[1].unit, value, colour_limit(value))
-    title = titled(value_words(diagnosis, curve), shown.unit)
-    x_title, directions = titled(axes[0].label, displays[0].unit), axes[0].argument == "direction"
-    return TermView(x_title, displays[0].unit, title, shown.unit, cuts, surface, x.size < FEWEST_OF_CURVE, directions)
+    return TermView(
+        x_title=titled(axes[0].label, displays[0].unit),
+        x_unit=displays[0].unit,
+        value_title=titled(value_words(diagnosis, curve), shown.unit),
+        value_unit=shown.unit,
+        cuts=cuts,
+        cut_title=titled(axes[-1].label, displays[-1].unit),
+        surface=surface,
+        points=x.size < FEWEST_OF_CURVE,
+        directions=axes[0].argument == "direction",
+    )
 
 
 def titled(label: str, unit: str) -> str:
@@ -140,11 +150,11 @@ def rows_of_cuts(value: Array, all_rows: bool) -> list[int]:
 
 
 def place_words(axis: TermAxis, display: Display, place: int) -> str:
-    """Where a cut lies: `velocity 120 mm/s`, `forwards`."""
+    """Where a cut lies, in the unit of display: `120`, `forwards`."""
     at = float(axis.x[place])
     if axis.argument == "direction":
         return direction_words(at)
-    return f"{axis.label} {number(at * display.factor)} {display.unit}".strip()
+    return number(at * display.factor)
 
 
 def direction_words(at: float) -> str:

@@ -31,9 +31,12 @@ def term_figure(diagnosis: Diagnosis) -> Figure:
     """The curve over one argument; of two, a map and cuts; needs a `term_view`."""
     view = term_view(diagnosis)
     assert view is not None
-    words = argument_words(diagnosis)
+    words = argument_words(diagnosis).rstrip(",")
     with style():
-        figure = new_figure(78.0, textwrap.shorten(f"Proposed term of {words}", _TITLE_COLUMNS, placeholder=" …"))
+        figure = new_figure(
+            78.0 if view.surface is None else 86.0,
+            textwrap.shorten(f"Proposed term of {words}", _TITLE_COLUMNS, placeholder=" …"),
+        )
         panels: Any = figure.subplots(1, 1 if view.surface is None else 2, squeeze=False)[0]
         if view.surface is not None:
             _map(figure, panels[0], view)
@@ -79,12 +82,12 @@ def _cuts(axes: Any, view: TermView) -> None:
     axes.set_xlabel(textwrap.fill(view.x_title, along if view.surface is not None else 2 * along))
     axes.set_ylabel(textwrap.fill(view.value_title, up))
     if len(view.cuts) > 1:
-        axes.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, title=view.cut_title, alignment="left")
 
 
 def _line(axes: Any, cut: TermCut, colour: str) -> None:
     axes.fill_between(cut.x, cut.low, cut.high, color=colour, alpha=0.2, linewidth=0)
-    axes.plot(cut.x, cut.value, color=colour, linewidth=1.3, label=cut.words)
+    axes.plot(cut.x, cut.value, color=colour, linewidth=1.3, label=cut.words.replace("-", "\u2212"))
 
 
 def _points(axes: Any, cut: TermCut, colour: str) -> None:

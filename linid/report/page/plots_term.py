@@ -9,7 +9,7 @@ import numpy as np
 from linid.report.diagnosis.proposal import argument_words, term_closed_words
 from linid.report.diagnosis.term_view import direction_words, term_view, value_limits
 from linid.report.figures.diagnosis_term import cut_colours
-from linid.report.page.pieces import DIVERGING, Plot, band, base_layout, line, short, small_title, wrapped
+from linid.report.page.pieces import DIVERGING, Plot, band, base_layout, line, short, wrapped
 from linid.report.style import MUTED
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def _map(view: TermView, surface: TermSurface, said: str) -> Plot:
         "hovertemplate": hover,
     }
     layout = base_layout(view.x_title, wrapped(surface.y_title, _TITLE_COLUMNS), _HEIGHT)
-    layout |= {"plot_bgcolor": "#E4E4E4", "title": small_title("over both"), "showlegend": False}
+    layout |= {"plot_bgcolor": "#E4E4E4", "showlegend": False}
     layout["margin"] |= {"t": 34}
     for axis in ("xaxis", "yaxis"):
         layout[axis] |= {"showgrid": False, "zeroline": False}
@@ -73,8 +73,8 @@ def _cuts(view: TermView, said: str) -> Plot:
     layout = base_layout(view.x_title, wrapped(view.value_title, _TITLE_COLUMNS), _HEIGHT)
     layout["showlegend"] = len(view.cuts) > 1
     if view.surface is not None:
-        layout["legend"] |= {"x": 0}
         layout["margin"] |= {"t": 34}
+    layout["legend"] |= {"title": {"text": view.cut_title}}
     layout["yaxis"] |= {"range": short(value_limits(view)), "zeroline": True, "zerolinecolor": MUTED}
     if view.points:
         x = view.cuts[0].x
@@ -85,7 +85,11 @@ def _cuts(view: TermView, said: str) -> Plot:
 
 
 def _line(cut: TermCut, colour: str) -> list[dict[str, Any]]:
-    return [band(cut.x, cut.low, cut.high, colour), line(cut.x, cut.value, cut.words or "proposed term", colour)]
+    good = np.isfinite(cut.low) & np.isfinite(cut.high)
+    edges = np.flatnonzero(np.diff(good.astype(int))) + 1  # a band of each stretch with data: gaps stay gaps
+    stretches = [part for part in np.split(np.arange(good.size), edges) if part.size > 1 and good[part[0]]]
+    bands = [band(cut.x[part], cut.low[part], cut.high[part], colour) for part in stretches]
+    return [*bands, line(cut.x, cut.value, cut.words or "proposed term", colour)]
 
 
 def _points(cut: TermCut, colour: str) -> dict[str, Any]:
