@@ -136,9 +136,9 @@ def test_it_says_how_to_use_the_term() -> None:
 
     assert uses(of_position()) == [
         "linid fit-motor --model sine --effect learned CAMPAIGN --out motor",
-        "learned: -spline(y, -0.05, 0.62, 14)*sign(v)",
+        '--effect "learned: -spline(y, -0.05, 0.62, 14)*sign(v)"',
     ]
-    assert uses(replace(of_position(), model="friction")) == ["learned: -spline(y, -0.05, 0.62, 14)*sign(v)"]
+    assert uses(replace(of_position(), model="friction")) == ['--effect "learned: -spline(y, -0.05, 0.62, 14)*sign(v)"']
     assert uses(per_recording()) == []
 
 

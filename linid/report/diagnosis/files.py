@@ -68,7 +68,6 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
     from linid.recording.checks import checks_data
 
     diagnosis = in_axis_words(diagnosis)
-    verdict = diagnosis.verdict
     data = {
         "schema": SCHEMA,
         "kind": "linid diagnosis",
@@ -77,13 +76,7 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "model": diagnosis.model,
         "base_effects": diagnosis.base_effects,
         "force_scale": diagnosis.force_scale,
-        "verdict": {
-            "status": verdict.status,
-            "effects": verdict.effects,
-            "equivalent": verdict.equivalent,
-            "sentence": verdict.sentence,
-            "next_experiment": verdict.next_experiment,
-        },
+        "verdict": asdict(diagnosis.verdict),
         "budget": _budget(diagnosis.budget),
         "friction_law": None if diagnosis.friction_law is None else _law(diagnosis.friction_law),
         "proposal": None if diagnosis.proposal is None else _proposal(diagnosis.proposal),

@@ -154,7 +154,7 @@ def _use_lines(diagnosis: Diagnosis, term: ProposedTerm) -> list[TermLine]:
     if diagnosis.model != "friction":
         command = f"linid fit-motor --model {diagnosis.model} --effect learned CAMPAIGN --out motor"
         lines.append(TermLine("To use it", code=command, text="looks for it again and fits it with the motor."))
-    return [*lines, TermLine("Written out", code=term.effect, text="as a term of your own (--effect).")]
+    return [*lines, TermLine("Written out", code=f'--effect "{term.effect}"')]
 
 
 def _ended(text: str) -> str:

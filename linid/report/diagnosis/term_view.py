@@ -27,8 +27,11 @@ _NO_SPAN = 1e-12
 
 @dataclass(frozen=True)
 class TermCut:
-    """The term over its first argument, (n,) each in display units; words, at: where the second one stands ('' and 0
-    if there is none)."""
+    """The term over its first argument.
+
+    words, at: where the second one stands ('' and 0 if there is none); x, value, low, high: (n,) in display units, the
+    latter two a 95 % band.
+    """
 
     words: str
     at: float
@@ -40,7 +43,8 @@ class TermCut:
 
 @dataclass(frozen=True)
 class TermSurface:
-    """The term over two arguments: x (n,), y (m,) centres, value (m, n), nan without data; limit: of the colours."""
+    """The term over two arguments: x (n,), y (m,) centres, value (m, n), nan without data, all in display units; limit:
+    of the colours."""
 
     x: Array
     y: Array
@@ -141,7 +145,7 @@ def axis_display(diagnosis: Diagnosis, axis: TermAxis) -> Display:
 
 
 def rows_of_cuts(value: Array, all_rows: bool) -> list[int]:
-    """Rows of a surface (m, n) that are drawn as lines: all with data, or a low, a middle and a high one."""
+    """Rows of a surface that are drawn as lines: all with data, or a low, a middle and a high one. value: (m, n)."""
     count = np.isfinite(value).sum(axis=1)
     if all_rows:
         return [int(k) for k in np.flatnonzero(count)]
@@ -163,7 +167,7 @@ def direction_words(at: float) -> str:
 
 
 def colour_limit(value: Array) -> float:
-    """End of a symmetric colour scale that single cells do not blow up."""
+    """End of a symmetric colour scale that single cells do not blow up; value: (m, n) in any unit."""
     sizes = np.abs(value[np.isfinite(value)])
     limit = float(np.quantile(sizes, COLOURED)) if sizes.size else 0.0
     return limit if limit > 0 else 1.0
