@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from linid.diagnosis.diagnose import Found
     from linid.diagnosis.gap import RecordingGap, Trace
-    from linid.diagnosis.report_data import Budget, Verdict
+    from linid.diagnosis.report_data import Budget, ProposedTerm, Verdict
     from linid.identification.result import Estimate, FitResult
 
 
@@ -129,6 +129,11 @@ class Diagnosed:
         return self.found.diagnosis.budget
 
     @property
+    def proposal(self) -> ProposedTerm | None:
+        """A term for what no effect explains: its arguments, its curve, how far it closes; None where none is."""
+        return self.found.diagnosis.proposal
+
+    @property
     def before(self) -> Fit:
         """The model without the effects that were found."""
         return Fit(self.found.before)
@@ -167,4 +172,6 @@ class Diagnosed:
         rows = [{"effect": e.effect, "share": e.share, "low": e.low, "high": e.high} for e in self.budget.entries]
         table = pd.DataFrame(rows, columns=["effect", "share", "low", "high"])
         sentence = f"<p><b>{html.escape(self.verdict.status)}</b>: {html.escape(self.verdict.sentence)}</p>"
+        if self.proposal is not None:
+            sentence += f"<p>{html.escape(self.proposal.sentence)}</p>"
         return sentence + str(table.to_html(index=False, float_format="{:.3f}".format))

@@ -151,6 +151,7 @@ def _outcome(diagnosis: Diagnosis, folder: Path) -> Outcome:
         "status": verdict.status,
         "effects": list(verdict.effects),
         "equivalent": list(verdict.equivalent),
+        "proposal": None if diagnosis.proposal is None else list(diagnosis.proposal.arguments),
         "sentence": verdict.sentence,
         "next_experiment": verdict.next_experiment,
         "exit_code": DONE,
