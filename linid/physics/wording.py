@@ -56,3 +56,13 @@ def scaled_unit(unit: str, axis: str, scale: str) -> str:
     if axis != "rotary":
         return f"{unit}/kg"
     return "rad/s^2" if unit == "N m" else f"{unit} per kg m^2"
+
+
+def scaled_text(text: str, axis: str, scale: str) -> str:
+    """A text with quantities in N (rotary: N m) when all forces are divided by a mass or inertia that nobody knows.
+
+    scale: as in `scaled_unit`. Applied twice it changes nothing more.
+    """
+    if not scale:
+        return text
+    return re.sub(r"\bN m\b", "rad/s²", text) if axis == "rotary" else re.sub(r"\bN\b(?! m\b|/kg)", "N/kg", text)

@@ -64,25 +64,29 @@ def term(curve: TermCurve | None, arguments: tuple[str, ...], **changes: Any) ->
         "high": 0.88,
         "p_value": 0.002,
         "curve": curve,
-        "short": ShortFormula("-0.31 exp(-|v|/0.2) |F| sign(v)", 0.81, 2),
+        "short": ShortFormula("0.31 · exp(−|v|/200 mm/s) · |F| · sign(v)", 0.81, 2),
         "resembles": (
-            Resemblance("load_dependent_friction", 0.64, "it does not fall with the speed"),
-            Resemblance("force_ripple", 0.22, "it repeats with the pole pitch, as this term does not"),
+            Resemblance(
+                "load_dependent_friction",
+                0.64,
+                "load dependent friction depends on motor force and direction; the term also on velocity",
+            ),
+            Resemblance("force_ripple", 0.22, "force ripple depends on position too; the term does not"),
         ),
         "effect": "learned: spline2(v, -0.9, 0.9, 7, F, -14, 14, 7)",
         "kept": True,
         "measures": MEASURES,
-        "sentence": f"What is left depends on {words}, not on time in the recording (p < 0.01); a term of {words} "
-        "closes 83 % of it on held-out recordings.",
-        "next_experiment": "Record moves at 0.1, 0.4 and 0.8 m/s over the whole stroke with 5 kg more: the term then "
-        "predicts 0.4 N more at 0.1 m/s, and the load-dependent friction 0.9 N at all of them.",
+        "sentence": f"What is left depends on {words}, not on time in the recording (p ≤ 0.01); a term of "
+        "these closes 83 % [77, 88] of it.",
+        "next_experiment": "To test it, record moves at 0.1, 0.4 and 0.8 m/s over the whole stroke with 5 kg more: "
+        "the term then predicts 0.4 N more at 0.1 m/s, and the load-dependent friction 0.9 N at all of them.",
     }
     return ProposedTerm(**{**values, **changes})
 
 
 def of_position() -> Diagnosis:
     """Named effects, and a ripple of friction over position that is kept in the model."""
-    short = ShortFormula("-(0.06 + 0.18 sin(88.5 y)) sign(v)", 0.79, 3)
+    short = ShortFormula("(0.06 N + 0.18 N · sin(2π y/71 mm)) · sign(v)", 0.79, 3)
     effect = "learned: -spline(y, -0.05, 0.62, 14)*sign(v)"
     return replace(
         partly(), proposal=term(ripple_curve(), ("position", "direction"), short=short, effect=effect, not_on=())

@@ -15,7 +15,7 @@ import pytest
 from rich.console import Console
 
 from linid.challenge.answers import read_answer
-from linid.diagnosis.report_data import Change, Diagnosis
+from linid.diagnosis.report_data import Change, Diagnosis, ShortFormula
 from linid.report.diagnosis.budget import closed_words, rest_words, waterfall, waterfall_words, which_words
 from linid.report.diagnosis.console import diagnosis_console
 from linid.report.diagnosis.content import after_words, changed
@@ -68,7 +68,7 @@ def test_every_output_says_the_same(name: str) -> None:
     for text in texts:
         for part in (headline(told), told.proposal.sentence, TERM_TITLE, closed_words(told)):
             assert part in text
-        for line in term_lines(told)[1:]:
+        for line in term_lines(told):
             assert all(part in text for part in (line.title, line.lead, line.code, line.text))
         for one in term_measures(told):
             assert all(part in text for part in (one.before, one.after, one.floor, one.state))
@@ -121,7 +121,7 @@ def test_whether_the_models_have_it_is_told_with_the_reason() -> None:
         return next(line.lead for line in lines if line.title == "In the models")
 
     assert told().startswith("model_after.json has it as a term of its own")
-    assert "each recording has its own coefficients" in told(kept=False, curve=None)
+    assert "each recording has its own coefficients" in told(kept=False, curve=None, effect="")
     assert "a simulation cannot know" in told(kept=False, effect="")
     assert told(kept=False, measures={}) == "Left out: no simulation with it was made."
     assert "not every held-out recording" in told(kept=False)
@@ -140,6 +140,8 @@ def test_it_says_how_to_use_the_term() -> None:
     ]
     assert uses(replace(of_position(), model="friction")) == ['--effect "learned: -spline(y, -0.05, 0.62, 14)*sign(v)"']
     assert uses(per_recording()) == []
+    bare = replace(of_position(), proposal=term(None, ("position",), effect="spline(y, 0, 1, 6)"), model="friction")
+    assert uses(bare) == ['--effect "learned: spline(y, 0, 1, 6)"']
 
 
 def test_what_the_term_does_not_depend_on_and_how_to_test_it_are_said_once() -> None:
@@ -162,7 +164,7 @@ def test_a_rotary_axis_is_told_in_its_words_and_units() -> None:
         for text in (diagnosis_markdown(made), console_of(made, 300), body):
             assert not re.search(r"stroke|pole pitch|motor force", text)
     short = next(line.text for line in term_lines(scaled) if line.title == "Short formula")
-    assert "y position in rad, F motor torque in rad/s²" in short
+    assert "(y: position, F: motor torque)" in short
     view = view_of(rotary_factor())
     assert (view.x_title, view.value_title) == ("position (rad)", "share of the motor torque (%)")
     assert np.nanmax(view.cuts[0].value) == pytest.approx(3.1, rel=0.01)
@@ -173,6 +175,19 @@ def test_a_rotary_axis_is_told_in_its_words_and_units() -> None:
     again = view_of(scaled_curve)
     assert again.value_title == "proposed torque (mrad/s²)" and again.value_unit == "mrad/s²"
     assert diagnosis_data(scaled_curve)["proposal"]["curve"]["unit"] == "rad/s^2"
+
+
+def test_quantities_of_a_formula_are_per_mass_where_no_recording_tells_it() -> None:
+    for axis, scale, given, told in (
+        ("linear", "kg", "0.3 N/(m/s)³ · v³ beyond 2 N", "0.3 N/kg/(m/s)³ · v³ beyond 2 N/kg"),
+        ("rotary", "kg m^2", "0.3 N m/(rad/s) · v", "0.3 rad/s²/(rad/s) · v"),
+        ("linear", "", "0.3 N · sin(y)", "0.3 N · sin(y)"),
+    ):
+        short = ShortFormula(given, 0.8, 1)
+        made = replace(unknown(), axis=axis, force_scale=scale, proposal=term(None, ("velocity",), short=short))
+        once = in_axis_words(made)
+        assert once.proposal is not None and once.proposal.short is not None
+        assert once.proposal.short.text == told and in_axis_words(once).proposal == once.proposal
 
 
 def test_json_holds_the_term_and_the_challenge_reads_it(tmp_path: Path) -> None:
@@ -238,7 +253,7 @@ def test_a_curve_is_a_line_with_a_band_and_its_gaps_stay() -> None:
     view = view_of(of_position())
     (cut,) = view.cuts
     assert view.surface is None and not view.points and view.x_title == "position (mm)"
-    assert view.value_title == "proposed force, positive along the motion (N)"
+    assert view.value_title == "proposed friction, positive: resists more (N)"
     assert cut.x[-1] == pytest.approx(620.0) and np.isnan(cut.value[104])
     low, high = value_limits(view)
     assert -0.35 < low < np.nanmin(cut.value) and np.nanmax(cut.value) < high < 0.6  # the band is far wider

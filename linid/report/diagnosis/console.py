@@ -74,7 +74,7 @@ def _term(diagnosis: Diagnosis) -> list[Text | Table]:
     if diagnosis.proposal is None:
         return []
     parts: list[Text | Table] = [Text(), Text.assemble((f"{TERM_TITLE}: ", "bold"), diagnosis.proposal.sentence)]
-    for line in term_lines(diagnosis)[1:]:  # how far is said above
+    for line in term_lines(diagnosis):
         words = " ".join(word for word in (line.lead, line.code, line.text) if word)
         parts.append(Text.assemble((f"{line.title}: ", "bold"), words))
     lines = term_measures(diagnosis)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from linid.diagnosis.report_data import MEASURES
-from linid.physics.wording import fitting_words, scaled_unit
+from linid.physics.wording import fitting_words
 from linid.report.diagnosis.content import STATUS_WORDS, force_word, interval_percent, p_words, percent
 from linid.report.diagnosis.measures import WORSE, MeasureLine, measure_lines, state
-from linid.report.symbols import unit_label
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis, ProposedTerm, ShortFormula
@@ -17,20 +17,17 @@ if TYPE_CHECKING:
 TERM_TITLE = "A term for what is left"
 MODEL_AFTER = "model_after.json"
 _SPOKEN = {"free_run": "the free run", "ahead": "the prediction 0.1 s ahead"}
-# What a formula calls an argument, and its SI unit on linear axes.
+# What a formula calls an argument.
 _LETTERS = {
-    "position": ("y", "position", "m"),
-    "velocity": ("v", "velocity", "m/s"),
-    "direction": ("v", "velocity", "m/s"),
-    "motor_force": ("F", "motor force", "N"),
-    "acceleration": ("a", "acceleration", "m/s^2"),
-    "travel": ("travel", "distance since the last reversal", "m"),
-    "since_reversal": ("since_reversal", "time since the last reversal", "s"),
-    "rest_time": ("rest", "rest before the breakaway", "s"),
-    "time": ("t", "time in the recording", "s"),
-    "campaign_time": ("T", "time in the campaign", "s"),
+    "position": "y",
+    "velocity": "v",
+    "motor_force": "F",
+    "acceleration": "a",
+    "time": "t",
+    "campaign_time": "T",
 }
-_ROTARY_UNITS = {"m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N m"}
+_NAMED = re.compile(r"\w+\s*:")  # an own term with its name
+_TEST = "To test it, "
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ def term_lines(diagnosis: Diagnosis) -> tuple[TermLine, ...]:
     term = diagnosis.proposal
     if term is None:
         return ()
-    lines = [TermLine("How far", term_closed_words(diagnosis))]
+    lines = []
     left_out = [label for label in term.not_on if label not in term.sentence]
     if left_out:
         lines.append(TermLine("Not on", f"{enumerated(tuple(left_out))}, beyond chance."))
@@ -108,7 +105,8 @@ def term_lines(diagnosis: Diagnosis) -> tuple[TermLine, ...]:
         lines.append(TermLine("Resembles", code=one.effect, text=_ended(text)))
     lines.append(TermLine("In the models", _model_words(diagnosis, term)))
     if term.next_experiment and term.next_experiment != diagnosis.verdict.next_experiment:
-        lines.append(TermLine("To test it", term.next_experiment))
+        asked = term.next_experiment.removeprefix(_TEST)
+        lines.append(TermLine("To test it", asked[0].upper() + asked[1:]))
     return (*lines, *_use_lines(diagnosis, term))
 
 
@@ -118,13 +116,14 @@ def term_measures(diagnosis: Diagnosis) -> tuple[MeasureLine, ...]:
 
 
 def _short_words(diagnosis: Diagnosis, term: ProposedTerm, short: ShortFormula) -> str:
+    from linid.diagnosis.proposed.arguments import LABELS
+
     count = f"{short.numbers} fitted number{'' if short.numbers == 1 else 's'}"
-    letters = dict.fromkeys(_LETTERS[name] for name in term.arguments if name in _LETTERS)
-    said = []
-    for letter, words, unit in letters:
-        own = _ROTARY_UNITS.get(unit, unit) if diagnosis.axis == "rotary" else unit
-        own = scaled_unit(own, diagnosis.axis, diagnosis.force_scale)
-        said.append(f"{letter} {fitting_words(words, diagnosis.axis, diagnosis.model)} in {unit_label(own)}")
+    said = [
+        f"{letter}: {fitting_words(LABELS[name], diagnosis.axis, diagnosis.model)}"
+        for name, letter in _LETTERS.items()
+        if re.search(rf"\b{letter}\b", short.text)
+    ]
     return f"closes {percent(short.closed)} of what is left with {count}" + (f" ({', '.join(said)})." if said else ".")
 
 
@@ -132,7 +131,7 @@ def _model_words(diagnosis: Diagnosis, term: ProposedTerm) -> str:
     """Whether the models after have the term, and if not, why."""
     if term.kept:
         return f"{MODEL_AFTER} has it as a term of its own: with it no held-out recording is predicted worse."
-    if term.curve is None:
+    if not term.effect and term.curve is None:
         return "Left out: each recording has its own coefficients, which say nothing of a new recording."
     if not term.effect:
         return "Left out: a simulation cannot know what it depends on."
@@ -150,11 +149,11 @@ def _use_lines(diagnosis: Diagnosis, term: ProposedTerm) -> list[TermLine]:
     """How to have the term in a fit: by name, and written out."""
     if not term.effect:
         return []
-    lines = []
+    lines, effect = [], term.effect if _NAMED.match(term.effect) else f"learned: {term.effect}"
     if diagnosis.model != "friction":
         command = f"linid fit-motor --model {diagnosis.model} --effect learned CAMPAIGN --out motor"
         lines.append(TermLine("To use it", code=command, text="looks for it again and fits it with the motor."))
-    return [*lines, TermLine("Written out", code=f'--effect "{term.effect}"')]
+    return [*lines, TermLine("Written out", code=f'--effect "{effect}"')]
 
 
 def _ended(text: str) -> str:

@@ -117,7 +117,7 @@ def value_words(diagnosis: Diagnosis, curve: TermCurve) -> str:
         return f"share of the motor {word}"
     if curve.factor == "velocity":
         return f"proposed {word} per velocity"
-    return f"proposed {word}" + (", positive along the motion" if curve.factor == "direction" else "")
+    return "proposed friction, positive: resists more" if curve.factor == "direction" else f"proposed {word}"
 
 
 def value_display(diagnosis: Diagnosis, curve: TermCurve) -> Display:

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from linid.physics.wording import fitting_words, scaled_unit
+from linid.physics.wording import fitting_words, scaled_text, scaled_unit
 from linid.report.symbols import typeset
 
 if TYPE_CHECKING:
@@ -79,6 +79,9 @@ def _term(term: ProposedTerm, diagnosis: Diagnosis, say: Callable[[str], str]) -
     def unit(one: str) -> str:
         return scaled_unit(one, diagnosis.axis, diagnosis.force_scale)
 
+    def formula(text: str) -> str:
+        return scaled_text(say(text), diagnosis.axis, diagnosis.force_scale)
+
     def curve(one: TermCurve) -> TermCurve:
         axes = tuple(replace(axis, label=say(axis.label), unit=unit(axis.unit)) for axis in one.axes)
         return replace(one, axes=axes, unit=unit(one.unit))
@@ -87,7 +90,7 @@ def _term(term: ProposedTerm, diagnosis: Diagnosis, say: Callable[[str], str]) -
         term,
         not_on=tuple(map(say, term.not_on)),
         curve=None if term.curve is None else curve(term.curve),
-        short=None if term.short is None else replace(term.short, text=say(term.short.text)),
+        short=None if term.short is None else replace(term.short, text=formula(term.short.text)),
         resembles=tuple(replace(one, difference=say(one.difference)) for one in term.resembles),
         measures=_with_floors(term.measures, diagnosis),
         sentence=say(term.sentence),
