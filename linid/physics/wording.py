@@ -6,6 +6,7 @@ import re
 
 _ROTARY = (
     (r"\b(in the middle and at|near|at) both ends of the stroke", r"\1 both ends of the range"),
+    (r"\bthe (?:whole|full) stroke of\b", "the whole range of"),
     (r"\bthe (?:whole|full) stroke\b", "whole revolutions"),
     (r"\bthe middle of the stroke\b", "the middle of the range"),
     (r"\bthe same stroke\b", "the same range"),

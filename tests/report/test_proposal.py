@@ -146,9 +146,15 @@ def test_it_says_how_to_use_the_term() -> None:
 
 def test_what_the_term_does_not_depend_on_and_how_to_test_it_are_said_once() -> None:
     titles = [line.title for line in term_lines(of_velocity_and_force())]
-    assert titles.count("Not on") == 1 and titles.count("Resembles") == 2
-    (not_on,) = [line for line in term_lines(of_velocity_and_force()) if line.title == "Not on"]
+    assert titles.count("Nor on") == 1 and titles.count("Resembles") == 2
+    (not_on,) = [line for line in term_lines(of_velocity_and_force()) if line.title == "Nor on"]
     assert not_on.lead == "acceleration, beyond chance."  # the sentence names the other one
+    bare = replace(unknown(), proposal=term(None, ("position",), sentence="It depends on position."))
+    assert [line.lead for line in term_lines(bare) if line.title == "Not on"] == [
+        "time in the recording and acceleration, beyond chance."
+    ]
+    cubic = replace(unknown(), proposal=term(None, ("velocity",), short=ShortFormula("−2 N/(m/s)³ · v³", 0.8, 1)))
+    assert "with 1 fitted number (v: velocity)." in [line.text for line in term_lines(cubic)][1]
     made = of_position()
     assert made.proposal is not None
     same = replace(made, verdict=replace(made.verdict, next_experiment=made.proposal.next_experiment))

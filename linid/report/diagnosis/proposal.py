@@ -97,7 +97,12 @@ def term_lines(diagnosis: Diagnosis) -> tuple[TermLine, ...]:
     lines = []
     left_out = [label for label in term.not_on if label not in term.sentence]
     if left_out:
-        lines.append(TermLine("Not on", f"{enumerated(tuple(left_out))}, beyond chance."))
+        lines.append(
+            TermLine(
+                "Nor on" if len(left_out) < len(term.not_on) else "Not on",
+                f"{enumerated(tuple(left_out))}, beyond chance.",
+            )
+        )
     if term.short is not None:
         lines.append(TermLine("Short formula", code=term.short.text, text=_short_words(diagnosis, term, term.short)))
     for one in term.resembles:
@@ -122,7 +127,7 @@ def _short_words(diagnosis: Diagnosis, term: ProposedTerm, short: ShortFormula) 
     said = [
         f"{letter}: {fitting_words(LABELS[name], diagnosis.axis, diagnosis.model)}"
         for name, letter in _LETTERS.items()
-        if re.search(rf"\b{letter}\b", short.text)
+        if re.search(rf"(?<![A-Za-z]){letter}(?![A-Za-z])", short.text)
     ]
     return f"closes {percent(short.closed)} of what is left with {count}" + (f" ({', '.join(said)})." if said else ".")
 

@@ -191,4 +191,4 @@ def view_words(view: TermView) -> str:
     words = "Points: the proposed term; bars: 95 %." if view.points else "Line: the proposed term; shade: 95 %."
     if view.surface is not None:
         words = f"Map: the proposed term; grey: no data. Lines: cuts through the map; {words.split('; ')[1]}"
-    return words
+    return f"{words} What the model's own parameters can do is not in it."

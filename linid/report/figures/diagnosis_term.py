@@ -82,7 +82,14 @@ def _cuts(axes: Any, view: TermView) -> None:
     axes.set_xlabel(textwrap.fill(view.x_title, along if view.surface is not None else 2 * along))
     axes.set_ylabel(textwrap.fill(view.value_title, up))
     if len(view.cuts) > 1:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, title=view.cut_title, alignment="left")
+        axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=3,
+            columnspacing=1.2,
+            title=view.cut_title,
+            alignment="left",
+        )
 
 
 def _line(axes: Any, cut: TermCut, colour: str) -> None:
