@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from linid.diagnosis.proposed.arguments import PASSING, Argument
 from linid.diagnosis.proposed.basis import Basis, constant, curve, product
 from linid.diagnosis.proposed.problem import Problem
 
-ONE, TWO, ROUND = 14, 7, 12  # functions of one argument, of each of two, and around a period
+ONE, TWO, ROUND = 20, 7, 12  # functions of one argument, of each of two, and around a period
+_FINELY = ("position", "campaign_time")
+FINE = 40  # of position and of the running time: what sits at one place may be narrow
 # Functions of two arguments that mechanics knows; all pairs would be too many to be tested against each other.
 _PAIRS = (
     ("position", "velocity"),
@@ -22,7 +24,8 @@ _PAIRS = (
     ("pole_phase", "velocity"),
     ("travel", "position"),
 )
-_FRICTION_PAIRS = (("position", "speed"), ("position", "force_size"), ("campaign_time", "speed"))
+_FRICTION_PAIRS = (("position", "speed"), ("position", "force_size"), ("campaign_time", "speed"), ("rest_time", "slid"))
+_THRUST_PAIRS = (("position", "speed"),)  # times the motor's force
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Family:
     arguments: names of all it depends on, each once; form: what makes it, for messages; columns: (n, k) acceleration
     in m/s^2 per newton; roughness: (k, k); local: the length in s of the pieces that are left out in turn where each
     recording has coefficients of its own, 0 where all share them; formula: of an own term, its coefficients to follow,
-    empty where none can be written; basis: (n, k) without what a force does to a row.
+    empty where none can be written; wanders: each moment is told by those beside it, and by nothing else.
     """
 
     arguments: tuple[str, ...]
@@ -41,6 +44,7 @@ class Family:
     roughness: Array
     local: float = 0.0
     formula: str = ""
+    wanders: bool = False
 
     @property
     def passing(self) -> int:
@@ -54,7 +58,9 @@ def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fa
     yield force(problem, (), "constant", constant(rows))
     yield _one_way(problem)
     for key, argument in arguments.items():
-        basis = curve(argument, ROUND if argument.period else ONE)
+        if key == "slid":
+            continue
+        basis = curve(argument, ROUND if argument.period else FINE if key in _FINELY else ONE)
         if key not in ("speed", "force_size"):
             yield force(problem, (argument.name,), key, basis)
         if key == "speed":  # an odd function of the velocity, with its presliding
@@ -107,6 +113,12 @@ def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fam
                 one, other = (curve(a, ROUND if a.period else TWO) for a in pair)
                 names = tuple(a.name for a in pair) + (("direction",) if make is friction else ())
                 yield make(problem, names, " and ".join(keys), product(one, other))
+    for keys in _THRUST_PAIRS:
+        if all(key in arguments for key in (*keys, "motor_force")):
+            one, other = (curve(arguments[key], TWO) for key in keys)
+            names = (*(arguments[key].name for key in keys), "motor_force")
+            form = f"{' and '.join(keys)} x motor force"
+            yield force(problem, names, form, product(one, other), problem.push)
 
 
 def per_recording(problem: Problem, piece: float) -> Iterator[Family]:
@@ -128,6 +140,19 @@ def per_recording(problem: Problem, piece: float) -> Iterator[Family]:
         columns = make()
         if np.any(columns):
             yield Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=piece)
+
+
+def of_running_time(problem: Problem, arguments: Mapping[str, Argument], piece: float) -> Iterator[Family]:
+    """Families of the campaign's running time, which no other recording repeats. piece: s that are left out in turn."""
+    if "campaign_time" in arguments:
+        basis = curve(arguments["campaign_time"], FINE)
+        for family in (
+            force(problem, ("campaign_time",), "campaign_time", basis),
+            friction(problem, ("campaign_time", "direction"), "campaign_time", basis),
+            force(problem, ("campaign_time", "motor_force"), "campaign_time x motor force", basis, problem.push),
+        ):
+            if np.any(family.columns):
+                yield replace(family, form=f"{family.form}, piece by piece", local=piece)
 
 
 def _indicators(owner: Integers) -> Array:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from linid.arrays import Array, Flags, Integers
 from linid.diagnosis.balance import Rows
+from linid.physics.own_terms.memory import memory_along
 
 
 def direction_of(rows: Rows) -> Array:
@@ -15,17 +18,35 @@ def direction_of(rows: Rows) -> Array:
     return np.where(last >= 0, sign[np.maximum(last, 0)], 0.0)
 
 
-def since_reversal(rows: Rows, direction: Array) -> tuple[Array, Array]:
-    """Travel (n,) in m and time (n,) in s since the last reversal, infinite before the first one.
+@dataclass(frozen=True)
+class Memory:
+    """travel: (n,) m and lasting: (n,) s since the last reversal, before the first one since the start; rest: (n,) s
+    that the last rest took; slid: (n,) m since it."""
 
-    direction: (n,) 1, -1 or 0, dimensionless.
-    """
-    turned = np.zeros(direction.size, dtype=np.bool_)
-    turned[1:] = (direction[1:] != direction[:-1]) & (rows.recording[1:] == rows.recording[:-1])
-    last = last_where(turned, rows.recording)
-    known, place = last >= 0, np.maximum(last, 0)
+    travel: Array
+    lasting: Array
+    rest: Array
+    slid: Array
+
+
+def memory_of(rows: Rows) -> Memory:
+    """What the axis remembers at each row, as simulations keep it for own terms."""
+    parts = []
+    for number in np.unique(rows.recording):
+        mine = rows.recording == number
+        parts.append(memory_along(rows.t[mine], rows.y[mine]))
+    travel, lasting, rest = (
+        np.concatenate([part[name] for part in parts]) for name in ("travel", "since_reversal", "rest")
+    )
+    longer = np.zeros(rest.size, dtype=np.bool_)
+    longer[1:] = rest[1:] != rest[:-1]
     path = travelled(rows)
-    return np.where(known, path - path[place], np.inf), np.where(known, rows.t - rows.t[place], np.inf)
+    return Memory(travel, lasting, rest, path - path[np.maximum(last_where(longer, rows.recording), _first(rows))])
+
+
+def _first(rows: Rows) -> Integers:
+    """The first row (n,) of each row's recording."""
+    return np.searchsorted(rows.recording, rows.recording).astype(np.int64)
 
 
 def last_rest(rows: Rows) -> Array:

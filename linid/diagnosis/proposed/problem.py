@@ -21,6 +21,7 @@ from linid.recording.recording import Recording
 # as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
 # the thrust, is moved a hundred times its size to imitate something that is missing.
 WRONG, COST = 0.3, 0.03
+_SMOOTH = 5.0  # usual distances of rows, beyond which two say nothing of a rate between them
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Problem:
     push: Array
     friction: Array
     relaxed: float
+    damped: float
     held: Flags
     elapsed: Array
     field: float | None
@@ -72,8 +74,13 @@ class Problem:
         return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
 
     def resisted(self, levels: Array) -> Array:
-        """What more friction (n, k) in N gives the rows, (n, k) in m/s^2."""
-        return np.asarray(levels * (self.friction / self.mass)[:, None])
+        """What more friction (n, k) in N gives the rows, (n, k) in m/s^2: where its level rises, the bristles bend
+        further, and their damping adds to it."""
+        rising = np.zeros_like(levels)
+        t, owner = self.rows.t, self.rows.recording
+        inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
+        rising[1:-1][inner] = (levels[2:] - levels[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
+        return np.asarray((levels + self.damped * rising) * (self.friction / self.mass)[:, None])
 
 
 def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
@@ -135,6 +142,7 @@ def assembled(
         push=push,
         friction=-slopes["coulomb_force"] * mass,
         relaxed=values["coulomb_force"] / values["bristle_stiffness"],
+        damped=values["bristle_damping"] / values["bristle_stiffness"],
         held=held,
         elapsed=np.array([r.elapsed for r in recordings]),
         field=field,

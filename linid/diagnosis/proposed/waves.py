@@ -12,6 +12,7 @@ from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import Argument
 from linid.diagnosis.proposed.basis import curve, product, support, waves
 from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.history import direction_of
 from linid.diagnosis.proposed.problem import Problem
 
 MOST_WAVES = 5  # of one family
@@ -20,6 +21,8 @@ SHORTEST, HIGHEST = 1.0 / 600.0, 60.0  # wave, as a share of the stroke; frequen
 _OVERSAMPLED = 4  # cells per shortest wave's half
 _LEAST_CYCLES = 2.0  # over the whole range; slower ones are curves
 _CLASSES, _GATES = 16, 16  # of velocity, in each of which a wave may have another phase; functions of it
+_SLOW = 0.5  # Hz, up to which the running time of a campaign may sway something
+_TURNING = 1e-3  # m/s, at which a force turns that differs with the direction
 _NYQUIST = 0.4  # of the rows' rate
 WAVE_PIECE = 0.5  # s left out in turn where each recording has a phase of its own
 
@@ -48,7 +51,10 @@ def wave_families(
     stroke = float(np.ptp(rows.y))
     step = np.diff(rows.t)
     highest = 2.0 * math.pi * min(HIGHEST, _NYQUIST / float(np.median(step[step > 0.0])))
-    for argument, top in ((arguments["position"], 2.0 * math.pi / (SHORTEST * stroke)), (arguments["time"], highest)):
+    axes = [(arguments["position"], 2.0 * math.pi / (SHORTEST * stroke)), (arguments["time"], highest)]
+    if "campaign_time" in arguments:
+        axes.append((arguments["campaign_time"], 2.0 * math.pi * _SLOW))
+    for argument, top in axes:
         for sort in _sorts(problem, argument):
             found = _strongest(problem, argument.values, sort, top, left)
             if found:
@@ -62,7 +68,11 @@ def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
     yield _Sort(("direction",), "friction", one, resists=True, formula="-({})*sign(v)")
     if np.any(problem.push):
         yield _Sort(("motor_force",), "motor force", problem.push, formula="F*({})")
+    if argument.name == "campaign_time":
+        return
     yield _Sort(("velocity",), "velocity", rows.v, formula="v*({})")
+    if argument.name == "position":
+        yield _Sort(("direction",), "phase by direction", one, classes=(direction_of(rows) > 0.0).astype(np.int64))
     fitted = rows.v[~problem.held]
     edges = np.quantile(fitted, np.linspace(0.0, 1.0, _CLASSES + 1)[1:-1])
     yield _Sort(("velocity",), "phase by velocity", one, classes=np.digitize(rows.v, edges))
@@ -87,7 +97,7 @@ def _strongest(
     columns = np.empty((x.size, 0))
     rest = left(columns)
     whole = float(np.sum(rest**2))
-    most = MOST_WAVES if sort.classes is None else 1
+    most = MOST_WAVES if sort.classes is None or sort.form == "phase by direction" else 1
     while len(found) < most:
         grid, gain = spectrum(problem, x, sort, rest, top)
         best = int(np.argmax(gain))
@@ -166,16 +176,26 @@ def _family(
     if sort.form == "phase by recording":
         columns = _columns(problem, argument.values, sort, found[0])
         return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=WAVE_PIECE)
+    if sort.form == "phase by direction":
+        one_way = [_one_way(argument.symbol, found, sign, 2 * len(found) * (sign < 0)) for sign in (1, -1)]
+        forth = (sort.classes == 1)[:, None] if sort.classes is not None else np.ones((1, 1), dtype=np.bool_)
+        columns = problem.pushed(np.hstack([basis.columns * forth, basis.columns * ~forth]))
+        return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), formula=" + ".join(one_way))
     columns = basis.columns * sort.factor[:, None]
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
     formula = sort.formula.format(_sum_of_waves(argument.symbol, found))
     return Family(names, form, columns, basis.roughness, formula=formula)
 
 
-def _sum_of_waves(symbol: str, wavenumbers: tuple[float, ...]) -> str:
+def _one_way(symbol: str, wavenumbers: tuple[float, ...], sign: int, before: int) -> str:
+    """The waves as they act in one direction of motion; before: coefficients that come before them."""
+    return f"0.5*(1 {'+' if sign > 0 else '-'} tanh(v/{_TURNING:g}))*({_sum_of_waves(symbol, wavenumbers, before)})"
+
+
+def _sum_of_waves(symbol: str, wavenumbers: tuple[float, ...], before: int = 0) -> str:
     """The waves as a formula with coefficients c_1, c_2 ... in the order of their columns."""
     parts = []
     for k, wavenumber in enumerate(wavenumbers):
-        angle = f"{wavenumber:.10g}*{symbol}"
-        parts += [f"c_{2 * k + 1}*cos({angle})", f"c_{2 * k + 2}*sin({angle})"]
+        angle, first = f"{wavenumber:.10g}*{symbol}", before + 2 * k + 1
+        parts += [f"c_{first}*cos({angle})", f"c_{first + 1}*sin({angle})"]
     return " + ".join(parts)
