@@ -119,6 +119,17 @@ def held_at_start(terms, axis, bristles, course, motion, currents, factor):
 
 
 @inlined
+def reached_by(piece, pieces, travel, v, v_next, dt):
+    """How far the axis has come in m by the end of a piece of the time between two samples."""
+    reached = travel
+    if piece < pieces - 1:  # cubic through both samples with their speeds
+        s = (piece + 1) / pieces
+        reached = s * s * (3.0 - 2.0 * s) * travel
+        reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+    return reached
+
+
+@inlined
 def bristle_along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
     to 1; the travel between in m, the speeds at both in m/s."""
@@ -127,11 +138,7 @@ def bristle_along(axis, bristles, resistance, w, travel, v, v_next, dt, want_mea
     pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
     done = mean = late = 0.0  # of the way
     for piece in range(pieces):
-        reached = travel
-        if piece < pieces - 1:  # cubic through both samples with their speeds
-            s = (piece + 1) / pieces
-            reached = s * s * (3.0 - 2.0 * s) * travel
-            reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+        reached = reached_by(piece, pieces, travel, v, v_next, dt)
         part = reached - done
         done = reached
         rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0

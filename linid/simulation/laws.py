@@ -14,7 +14,7 @@ from linid.physics.friction import stribeck
 from linid.physics.laws.law import Law
 from linid.physics.laws.registry import find_law
 from linid.physics.model import ELEMENT_START
-from linid.simulation.along import PIECES, REST_AVERAGE, UNEVEN, bristle_along, bristle_at_rest
+from linid.simulation.along import PIECES, REST_AVERAGE, UNEVEN, bristle_along, bristle_at_rest, reached_by
 from linid.simulation.binding import inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.law_steps import bristle_terms, element_terms, own_of
@@ -60,11 +60,7 @@ def _single_along(law: Law) -> Any:
         pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            reached = travel
-            if piece < pieces - 1:  # cubic through both samples with their speeds
-                s = (piece + 1) / pieces
-                reached = s * s * (3.0 - 2.0 * s) * travel
-                reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+            reached = reached_by(piece, pieces, travel, v, v_next, dt)
             part = reached - done
             done = reached
             rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
@@ -96,11 +92,7 @@ def _elements_along(law: Law) -> tuple[Any, Any]:
         pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            reached = travel
-            if piece < pieces - 1:  # cubic through both samples with their speeds
-                s = (piece + 1) / pieces
-                reached = s * s * (3.0 - 2.0 * s) * travel
-                reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+            reached = reached_by(piece, pieces, travel, v, v_next, dt)
             part = reached - done
             done = reached
             rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
