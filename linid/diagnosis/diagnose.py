@@ -69,16 +69,7 @@ def diagnose(
     _require_both_splits(name, recordings, fitted)
     assumptions: list[str] = []
     plain = fit_base_model(recordings, kind, known, means, assumptions)
-    base, choice = base_with_law(plain, known)
-
-    def selected(start: Base) -> Selection:
-        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
-        return select(_with_effects(start, screening, kind, effects), screening, means.watch)
-
-    base, found, choice = select_under_law(plain, base, choice, selected)
-    law = law_finding(base.judge, choice)
-    if choice is not None and untold(choice):
-        assumptions.append(untold(choice))
+    base, found, law = _decided(plain, kind, effects, known, means, assumptions)
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
@@ -121,6 +112,24 @@ def _require_both_splits(name: str, recordings: Sequence[Recording], fitted: Seq
             "has no held-out recordings" if fitted else "has no recordings to fit",
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
+
+
+def _decided(
+    plain: Base, kind: str, effects: Sequence[str], known: dict[str, float], means: Means, assumptions: list[str]
+) -> tuple[Base, Selection, LawFinding | None]:
+    """The base with its friction law, the effects beside it, and what is said of the law. plain: the base under LuGre;
+    assumptions: gains what these recordings do not tell of the law.
+    """
+    first, choice = base_with_law(plain, known)
+
+    def selected(start: Base) -> Selection:
+        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
+        return select(_with_effects(start, screening, kind, effects), screening, means.watch)
+
+    base, found, choice = select_under_law(plain, first, choice, selected)
+    if choice is not None and untold(choice):
+        assumptions.append(untold(choice))
+    return base, found, law_finding(base.judge, choice)
 
 
 def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence[str]) -> Base:
