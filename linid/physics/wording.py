@@ -14,6 +14,7 @@ _ROTARY = (
     (r"\bseveral pole pitches\b", "several poles"),
     (r"\bmore pole pitches\b", "more poles"),
     (r"\bpole pitch\b", "angle of a pole"),
+    (r"\bmotor force\b", "motor torque"),
     (r"\balong the guideway\b", "around the turn"),
     (r"\bguideway\b", "rotor"),
     (r"\b1 to 20 mm/s\b", "0.01 to 1 rad/s"),

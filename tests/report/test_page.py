@@ -26,6 +26,7 @@ from linid.report.symbols import typeset
 
 from .diagnosis_parts import recordings, traces
 from .diagnosis_samples import SAMPLES, explained
+from .proposal_samples import of_position, of_velocity_and_force
 
 CHROMIUM = shutil.which("chromium")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
@@ -65,7 +66,14 @@ def hostile() -> Diagnosis:
     return explained(traces=made, recordings=recordings(made), name=HOSTILE, where=explained().where)
 
 
-PAGES = {"explained": explained, "partly": SAMPLES["partly"], "unknown": SAMPLES["unknown"], "hostile": hostile}
+PAGES = {
+    "explained": explained,
+    "partly": SAMPLES["partly"],
+    "unknown": SAMPLES["unknown"],
+    "hostile": hostile,
+    "curve": of_position,
+    "surface": of_velocity_and_force,
+}
 
 
 @cache

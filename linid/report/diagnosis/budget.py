@@ -18,6 +18,7 @@ from linid.report.diagnosis.content import (
     significant,
 )
 from linid.report.diagnosis.measures import MeasureLine, measure_lines
+from linid.report.diagnosis.proposal import proposed_words, term_closed_words
 from linid.report.numbers import estimate_text, interval_text
 from linid.report.symbols import symbol_parts, unit_label
 from linid.report.tables import rounded
@@ -62,7 +63,8 @@ class BudgetLine:
 class Step:
     """One bar of the waterfall, shares of the gap: from start to end; low, high: ends of its whisker (nan: none).
 
-    kind: gap, effect or rest; words: its share and interval; reach: of the rest, how much smooth functions reach.
+    kind: gap, effect or rest; words: its share and interval; reach: of the rest, how much the proposed term closes or,
+    without one, smooth functions reach.
     """
 
     kind: Literal["gap", "effect", "rest"]
@@ -97,10 +99,15 @@ def waterfall(diagnosis: Diagnosis) -> tuple[Step, ...]:
         steps.append(Step("effect", label(entry), level, end, level - entry.high, level - entry.low, words))
         level = end
     rest, low, high = budget.unexplained, budget.unexplained_low, budget.unexplained_high
-    reach = budget.ceiling * rest if math.isfinite(budget.ceiling * rest) else 0.0
+    reach = reached(diagnosis) * rest if math.isfinite(reached(diagnosis) * rest) else 0.0
     words = f"{percent(rest)} {interval_percent(low, high)}".strip()
     start = rest if math.isfinite(rest) else level
     return (*steps, Step("rest", "unexplained", start, 0.0, low, high, words, max(reach, 0.0)))
+
+
+def reached(diagnosis: Diagnosis) -> float:
+    """Share of the rest that the proposed term closes or, without one, that smooth functions reach."""
+    return diagnosis.budget.ceiling if diagnosis.proposal is None else diagnosis.proposal.closed
 
 
 def gap_words(diagnosis: Diagnosis) -> str:
@@ -120,13 +127,19 @@ def waterfall_words(diagnosis: Diagnosis) -> str:
     text += " Whiskers: 95 %." if budget.entries else ""
     if any(entry.rivals for entry in budget.entries):
         text += " Green: any of the named would do."
-    if math.isfinite(budget.ceiling) and budget.unexplained > 0:
-        text += " Hatched: part of the rest that smooth functions of pairs of coordinates reach."
+    if math.isfinite(reached(diagnosis)) and budget.unexplained > 0:
+        what = "smooth functions of pairs of coordinates reach"
+        text += f" Hatched: part of the rest that {what if diagnosis.proposal is None else 'the proposed term closes'}."
     return text
 
 
 def closed_words(diagnosis: Diagnosis) -> str:
-    """How far the gap closes, in one sentence; the definition of closed that all tables share."""
+    """How far the gap closes, in one sentence, and one more on a proposed term; the definition of closed that all
+    tables share."""
+    return f"{_budget_closed_words(diagnosis)} {term_closed_words(diagnosis)}".strip()
+
+
+def _budget_closed_words(diagnosis: Diagnosis) -> str:
     budget, force = diagnosis.budget, force_display(diagnosis)
     before, after, floor = (number(x * force.factor) for x in (budget.before, budget.after, budget.floor))
     word = force_word(diagnosis.axis)
@@ -144,8 +157,10 @@ def closed_words(diagnosis: Diagnosis) -> str:
 def which_words(diagnosis: Diagnosis) -> str:
     """The effects with their shares on one line."""
     if not diagnosis.budget.entries:
-        return "no effect is missing" if not has_gap(diagnosis) else "no effect of the library has evidence"
-    return ", ".join(f"{label(entry)} ({percent(entry.share)})" for entry in diagnosis.budget.entries)
+        words = "no effect is missing" if not has_gap(diagnosis) else "no effect of the library has evidence"
+    else:
+        words = ", ".join(f"{label(entry)} ({percent(entry.share)})" for entry in diagnosis.budget.entries)
+    return words + proposed_words(diagnosis)
 
 
 def where_words(diagnosis: Diagnosis) -> str:
@@ -165,7 +180,7 @@ def rest_words(diagnosis: Diagnosis) -> str:
         return ""
     interval = interval_percent(budget.unexplained_low, budget.unexplained_high)
     text = f"Unexplained: {percent(budget.unexplained)}{f' {interval}' if interval else ''} of the gap."
-    if budget.depends_on:
+    if budget.depends_on and diagnosis.proposal is None:  # a term says it better: its arguments were tested together
         text += f" It depends on {', '.join(budget.depends_on)}."
     if math.isfinite(budget.ceiling):
         text += f" Smooth functions of pairs of coordinates reach {percent(max(budget.ceiling, 0.0))} of it."

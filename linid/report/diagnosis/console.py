@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from linid.report.diagnosis.budget import budget_lines, closed_words, rest_words, where_words
-from linid.report.diagnosis.content import STATUS_WORDS, before_words, changed, findings, held_out, scale_words
+from linid.report.diagnosis.content import before_words, changed, findings, held_out, scale_words
 from linid.report.diagnosis.measures import measure_lines, measure_remarks
+from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
 from linid.report.diagnosis.words import in_print
 from linid.report.tables import console_table
 
 if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
+    from rich.text import Text
 
     from linid.diagnosis.report_data import Diagnosis
 
@@ -26,7 +28,7 @@ def diagnosis_console(diagnosis: Diagnosis) -> Group:
 
     diagnosis = in_print(diagnosis)
     verdict = diagnosis.verdict
-    status = (STATUS_WORDS[verdict.status], f"bold {_COLOURS[verdict.status]}")
+    status = (headline(diagnosis), f"bold {_COLOURS[verdict.status]}")
     parts: list[Text | Table] = [Text.assemble((diagnosis.name, "bold"), ": ", status, ". ", verdict.sentence)]
     parts += [Text(f"Warning: {warning}", style="yellow") for warning in diagnosis.warnings]
     parts += [Text(f"Warning: {text}", style="yellow") for text in _data_warnings(diagnosis)]
@@ -39,6 +41,7 @@ def diagnosis_console(diagnosis: Diagnosis) -> Group:
     parts += [Text(line.label + ": " + line.worsens) for line in budget_lines(diagnosis) if line.worsens]
     if scale_words(diagnosis):
         parts.append(Text(scale_words(diagnosis)))
+    parts += _term(diagnosis)
     if diagnosis.measures:
         parts += [Text(), _measures(diagnosis)]
         parts += [Text(one) for one in measure_remarks(diagnosis, diagnosis.measures)]
@@ -62,6 +65,29 @@ def _budget(diagnosis: Diagnosis) -> Table:
         cells = (line.label, line.share, line.interval or "-", line.alone, line.missed)
         table.add_row(*(Text(cell) for cell in cells))
     return table
+
+
+def _term(diagnosis: Diagnosis) -> list[Text | Table]:
+    """What is proposed for what no effect explains, on lines of their own."""
+    from rich.text import Text
+
+    if diagnosis.proposal is None:
+        return []
+    parts: list[Text | Table] = [Text(), Text.assemble((f"{TERM_TITLE}: ", "bold"), diagnosis.proposal.sentence)]
+    for line in term_lines(diagnosis)[1:]:  # how far is said above
+        words = " ".join(word for word in (line.lead, line.code, line.text) if word)
+        parts.append(Text.assemble((f"{line.title}: ", "bold"), words))
+    lines = term_measures(diagnosis)
+    if lines:
+        table = console_table("The term, on held-out recordings")
+        table.add_column("Measure", no_wrap=True)
+        for title in ("Without", "With", "Floor", "To the\nfloor"):
+            table.add_column(title, justify="right", no_wrap=True)
+        for m in lines:
+            cells = (f"{m.label.split(',')[0]} ({m.unit})", m.before, m.after, m.floor, m.state)
+            table.add_row(*(Text(cell) for cell in cells))
+        parts.append(table)
+    return parts
 
 
 def _measures(diagnosis: Diagnosis) -> Table:

@@ -101,7 +101,12 @@ def tried_rows(diagnosis: Diagnosis) -> tuple[tuple[str, ...], tuple[tuple[str, 
 
 def changed(diagnosis: Diagnosis) -> bool:
     """Whether there is an `after` besides the `before`: the verdict may add nothing to the model."""
-    return bool(diagnosis.budget.entries)
+    return bool(diagnosis.budget.entries) or term_kept(diagnosis)
+
+
+def term_kept(diagnosis: Diagnosis) -> bool:
+    """Whether the model after has a proposed term."""
+    return diagnosis.proposal is not None and diagnosis.proposal.kept
 
 
 def before_words(diagnosis: Diagnosis) -> str:
@@ -110,10 +115,11 @@ def before_words(diagnosis: Diagnosis) -> str:
 
 
 def after_words(diagnosis: Diagnosis) -> str:
-    """How the extended model is called in legends: `with cogging`."""
+    """How the extended model is called in legends: `with cogging + proposed term`."""
     effects = [entry.effect for entry in diagnosis.budget.entries]
     if len(effects) > _ONE_BY_ONE:
-        return f"with the {len(effects)} effects"
+        effects = [f"the {len(effects)} effects"]
+    effects += ["proposed term"] if term_kept(diagnosis) else []
     return "with " + " + ".join(effects) if effects else "after"
 
 

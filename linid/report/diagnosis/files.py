@@ -14,7 +14,17 @@ from linid.report.diagnosis.words import in_axis_words
 from linid.report.files import finite, write_atomic
 
 if TYPE_CHECKING:
-    from linid.diagnosis.report_data import Budget, Change, Diagnosis, Entry, LawFinding, PairShare, Share
+    from linid.diagnosis.report_data import (
+        Budget,
+        Change,
+        Diagnosis,
+        Entry,
+        LawFinding,
+        PairShare,
+        ProposedTerm,
+        Share,
+        TermCurve,
+    )
     from linid.identification.result import Estimate
     from linid.report.figures.write import Progress
 
@@ -58,7 +68,6 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
     from linid.recording.checks import checks_data
 
     diagnosis = in_axis_words(diagnosis)
-    verdict = diagnosis.verdict
     data = {
         "schema": SCHEMA,
         "kind": "linid diagnosis",
@@ -67,15 +76,10 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "model": diagnosis.model,
         "base_effects": diagnosis.base_effects,
         "force_scale": diagnosis.force_scale,
-        "verdict": {
-            "status": verdict.status,
-            "effects": verdict.effects,
-            "equivalent": verdict.equivalent,
-            "sentence": verdict.sentence,
-            "next_experiment": verdict.next_experiment,
-        },
+        "verdict": asdict(diagnosis.verdict),
         "budget": _budget(diagnosis.budget),
         "friction_law": None if diagnosis.friction_law is None else _law(diagnosis.friction_law),
+        "proposal": None if diagnosis.proposal is None else _proposal(diagnosis.proposal),
         "tried": [
             {
                 "effect": one.effect,
@@ -118,6 +122,38 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
 def _law(law: LawFinding) -> dict[str, Any]:
     gains = {name: {"gain": gain, "certainty": certainty} for name, (gain, certainty) in law.gains.items()}
     return {**asdict(law), "gains": gains}
+
+
+def _proposal(term: ProposedTerm) -> dict[str, Any]:
+    return {
+        "arguments": term.arguments,
+        "not_on": term.not_on,
+        "closed": term.closed,
+        "low": term.low,
+        "high": term.high,
+        "p_value": term.p_value,
+        "curve": None if term.curve is None else _curve(term.curve),
+        "short": None if term.short is None else asdict(term.short),
+        "resembles": [asdict(one) for one in term.resembles],
+        "effect": term.effect,
+        "kept": term.kept,
+        "measures": _changes(term.measures),
+        "sentence": term.sentence,
+        "next_experiment": term.next_experiment,
+    }
+
+
+def _curve(curve: TermCurve) -> dict[str, Any]:
+    return {
+        "axes": [
+            {"argument": one.argument, "label": one.label, "unit": one.unit, "x": one.x.tolist()} for one in curve.axes
+        ],
+        "factor": curve.factor,
+        "unit": curve.unit,
+        "value": curve.value.tolist(),
+        "low": curve.low.tolist(),
+        "high": curve.high.tolist(),
+    }
 
 
 def _budget(budget: Budget) -> dict[str, Any]:

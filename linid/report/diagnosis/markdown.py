@@ -17,7 +17,6 @@ from linid.report.diagnosis.budget import (
     which_words,
 )
 from linid.report.diagnosis.content import (
-    STATUS_WORDS,
     TRIED_MEANING,
     by_share,
     changed,
@@ -33,6 +32,7 @@ from linid.report.diagnosis.content import (
     tried_rows,
 )
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
+from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
 from linid.report.diagnosis.words import in_print
 
 if TYPE_CHECKING:
@@ -45,15 +45,15 @@ def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> s
     verdict = diagnosis.verdict
     parts = [
         f"# Diagnosis of {_safe(diagnosis.name)}",
-        f"**{STATUS_WORDS[verdict.status]}.** {_safe(verdict.sentence)}",
+        f"**{headline(diagnosis)}.** {_safe(verdict.sentence)}",
         f"- **Where:** {_safe(where_words(diagnosis))}.\n- **Which:** {_safe(which_words(diagnosis))}.\n"
         f"- **How far:** {_safe(closed_words(diagnosis))}",
     ]
     parts += [f"> **Warning:** {_safe(warning)}" for warning in diagnosis.warnings]
     if verdict.next_experiment:
         parts += ["## What to record next", _safe(verdict.next_experiment)]
-    parts += _budget(diagnosis) + _how_far(diagnosis) + _checks(diagnosis) + _where(diagnosis) + _which(diagnosis)
-    parts += _per_recording(diagnosis) + _setting(diagnosis)
+    parts += _budget(diagnosis) + _term(diagnosis) + _how_far(diagnosis) + _checks(diagnosis) + _where(diagnosis)
+    parts += _which(diagnosis) + _per_recording(diagnosis) + _setting(diagnosis)
     if pictures:
         parts += [
             "## Figures",
@@ -98,6 +98,22 @@ def _entry(line: BudgetLine) -> list[str]:
         rows = ((p.name, p.value, p.interval or "-", p.unit or "-", p.note) for p in line.parameters)
         parts.append(_table(("Parameter", "Value ± std", "95 % interval", "Unit", "Note"), rows))
     return [*parts, *(f"- {_safe(one)}" for one in line.combinations)]
+
+
+def _term(diagnosis: Diagnosis) -> list[str]:
+    if diagnosis.proposal is None:
+        return []
+    facts = [
+        " ".join(part for part in (f"- **{one.title}:**", _safe(one.lead), _code(one.code), _safe(one.text)) if part)
+        for one in term_lines(diagnosis)
+    ]
+    parts = [f"## {TERM_TITLE}", _safe(diagnosis.proposal.sentence), "\n".join(facts)]
+    rows = [
+        (f"{m.label} ({m.unit})", m.before, m.after, m.interval or "-", m.floor, m.state)
+        for m in term_measures(diagnosis)
+    ]
+    header = ("Held-out recordings", "Without the term", "With it", "95 % for a new recording", "Floor", "To the floor")
+    return [*parts, _table(header, rows)] if rows else parts
 
 
 def _how_far(diagnosis: Diagnosis) -> list[str]:
@@ -181,6 +197,10 @@ def _setting(diagnosis: Diagnosis) -> list[str]:
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(_safe(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def _code(text: str) -> str:
+    return f"`{' '.join(text.split())}`" if text else ""
 
 
 def _safe(text: str) -> str:

@@ -12,7 +12,7 @@ from linid.report.symbols import typeset
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from linid.diagnosis.report_data import Diagnosis, Entry, PairShare
+    from linid.diagnosis.report_data import Change, Diagnosis, Entry, PairShare, ProposedTerm, TermCurve
     from linid.identification.result import Estimate
 
 
@@ -38,18 +38,12 @@ def in_axis_words(diagnosis: Diagnosis, sign: Callable[[str], str] = str) -> Dia
         return replace(one, unit=scaled_unit(one.unit, diagnosis.axis, diagnosis.force_scale), note=say(one.note))
 
     def entry(one: Entry) -> Entry:
-        measures = {
-            name: replace(change, floor=diagnosis.measures[name].floor)
-            if math.isnan(change.floor) and name in diagnosis.measures
-            else change
-            for name, change in one.measures.items()
-        }
         return replace(
             one,
             parameters=tuple(map(estimate, parameters_in_use(one))),
             combinations=all_of(one.combinations),
             note=say(one.note),
-            measures=measures,
+            measures=_with_floors(one.measures, diagnosis),
         )
 
     def pair(one: PairShare) -> PairShare:
@@ -65,6 +59,39 @@ def in_axis_words(diagnosis: Diagnosis, sign: Callable[[str], str] = str) -> Dia
         assumptions=all_of(diagnosis.assumptions),
         combinations=all_of(diagnosis.combinations),
         warnings=all_of(diagnosis.warnings),
+        proposal=None if diagnosis.proposal is None else _term(diagnosis.proposal, diagnosis, say),
+    )
+
+
+def _with_floors(measures: dict[str, Change], diagnosis: Diagnosis) -> dict[str, Change]:
+    """Measures over the held-out recordings; those without a floor get that of the whole diagnosis."""
+    return {
+        name: replace(change, floor=diagnosis.measures[name].floor)
+        if math.isnan(change.floor) and name in diagnosis.measures
+        else change
+        for name, change in measures.items()
+    }
+
+
+def _term(term: ProposedTerm, diagnosis: Diagnosis, say: Callable[[str], str]) -> ProposedTerm:
+    """A proposed term in the words and units of its axis; its effect stays as the program reads it."""
+
+    def unit(one: str) -> str:
+        return scaled_unit(one, diagnosis.axis, diagnosis.force_scale)
+
+    def curve(one: TermCurve) -> TermCurve:
+        axes = tuple(replace(axis, label=say(axis.label), unit=unit(axis.unit)) for axis in one.axes)
+        return replace(one, axes=axes, unit=unit(one.unit))
+
+    return replace(
+        term,
+        not_on=tuple(map(say, term.not_on)),
+        curve=None if term.curve is None else curve(term.curve),
+        short=None if term.short is None else replace(term.short, text=say(term.short.text)),
+        resembles=tuple(replace(one, difference=say(one.difference)) for one in term.resembles),
+        measures=_with_floors(term.measures, diagnosis),
+        sentence=say(term.sentence),
+        next_experiment=say(term.next_experiment),
     )
 
 

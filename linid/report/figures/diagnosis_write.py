@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 from linid.report.diagnosis.budget import waterfall
 from linid.report.diagnosis.content import shown_pairs, significant
+from linid.report.diagnosis.term_view import term_view
 from linid.report.figures.diagnosis_measures import measures_figure
 from linid.report.figures.diagnosis_pairs import pairs_figure
+from linid.report.figures.diagnosis_term import term_figure
 from linid.report.figures.diagnosis_traces import residual_trace_figure
 from linid.report.figures.diagnosis_waterfall import waterfall_figure
 from linid.report.figures.diagnosis_where import (
@@ -44,6 +46,8 @@ def write_diagnosis_figures(
     wanted: list[tuple[str, Callable[[Diagnosis], Figure]]] = []
     if waterfall(diagnosis):
         wanted.append(("waterfall", waterfall_figure))
+    if term_view(diagnosis) is not None:
+        wanted.append(("proposed_term", term_figure))
     if diagnosis.measures:
         wanted.append(("measures", measures_figure))
     if diagnosis.where:

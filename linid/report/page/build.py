@@ -17,7 +17,6 @@ from linid.report.diagnosis.budget import (
     which_words,
 )
 from linid.report.diagnosis.content import (
-    STATUS_WORDS,
     TRIED_MEANING,
     after_words,
     before_words,
@@ -31,12 +30,15 @@ from linid.report.diagnosis.content import (
     tried_rows,
 )
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
+from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
+from linid.report.diagnosis.term_view import term_view, view_words
 from linid.report.diagnosis.words import in_print
 from linid.report.figures.diagnosis_pairs import PAIRS_MEANING
 from linid.report.figures.diagnosis_where import map_words
 from linid.report.page.pieces import Plot
 from linid.report.page.plots import curve_plots, map_plots, pole_pair_plot, shares_plot, spectrum_plot, trace_plot
 from linid.report.page.plots_budget import measure_plots, pair_plots, waterfall_plot
+from linid.report.page.plots_term import term_plots
 from linid.report.residual_views import worst_first
 
 if TYPE_CHECKING:
@@ -78,6 +80,7 @@ def _plots(diagnosis: Diagnosis) -> dict[str, list[Plot]]:
     poles = traces and diagnosis.field_wavenumber is not None
     return {
         "waterfall": [waterfall_plot(diagnosis)] if waterfall(diagnosis) else [],
+        "term": term_plots(diagnosis),
         "measures": measure_plots(diagnosis),
         "shares": [shares_plot(diagnosis)] if diagnosis.where else [],
         "curves": curve_plots(diagnosis),
@@ -96,8 +99,9 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "name": diagnosis.name,
         "status": diagnosis.verdict.status.split()[0],
-        "status_words": STATUS_WORDS[diagnosis.verdict.status],
+        "status_words": headline(diagnosis),
         "verdict": diagnosis.verdict,
+        **_term_words(diagnosis),
         "where_words": where_words(diagnosis),
         "which_words": which_words(diagnosis),
         "closed_words": closed_words(diagnosis),
@@ -130,6 +134,18 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "seed": diagnosis.seed,
         "recordings": len(diagnosis.recordings),
         "held_out": len(held_out(diagnosis)),
+    }
+
+
+def _term_words(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What the page says of a proposed term."""
+    view = term_view(diagnosis)
+    return {
+        "term": diagnosis.proposal,
+        "term_title": TERM_TITLE,
+        "term_lines": term_lines(diagnosis),
+        "term_measures": term_measures(diagnosis),
+        "term_words": view_words(view) if view is not None else "",
     }
 
 
