@@ -19,16 +19,18 @@ _NOT_ROUGH = 1e-6  # penalty of functions that have no curvature to be punished
 @dataclass(frozen=True)
 class Basis:
     """columns: (n, k), dimensionless; roughness: (k, k) whose quadratic form is a curve's penalty; call: the function
-    of a formula that these columns are, with its numbers, empty where a formula has none."""
+    of a formula that these columns are, with its numbers, empty where a formula has none; factors: the columns one by
+    one as formulas, where each has one."""
 
     columns: Array
     roughness: Array
     call: str = ""
+    factors: tuple[str, ...] = ()
 
 
 def constant(rows: int) -> Basis:
     """One column of ones (rows, 1)."""
-    return Basis(np.ones((rows, 1)), _NOT_ROUGH * np.eye(1))
+    return Basis(np.ones((rows, 1)), _NOT_ROUGH * np.eye(1), "c_1", ("1",))
 
 
 def curve(argument: Argument, size: int) -> Basis:
@@ -69,11 +71,15 @@ def _wrapped(x: Array, period: float, size: int) -> Array:
     return out
 
 
-def waves(x: Array, wavenumbers: Sequence[float], symbol: str) -> Basis:
-    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,)."""
+def waves(x: Array, wavenumbers: Sequence[float], symbol: str, mean: bool = False) -> Basis:
+    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,), after a constant where `mean` says so."""
     angles = np.multiply.outer(x, np.asarray(wavenumbers))
     columns = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(x.size, -1)
-    return Basis(columns, _NOT_ROUGH * np.eye(columns.shape[1]), "" if not symbol else "waves")
+    factors = tuple(f"{name}({k:.10g}*{symbol})" for k in wavenumbers for name in ("cos", "sin"))
+    if mean:
+        columns, factors = np.hstack([np.ones((x.size, 1)), columns]), ("1", *factors)
+    call = " + ".join(f"c_{number}*{factor}" for number, factor in enumerate(factors, 1))
+    return Basis(columns, _NOT_ROUGH * np.eye(columns.shape[1]), call, factors)
 
 
 def product(one: Basis, other: Basis) -> Basis:
@@ -83,4 +89,6 @@ def product(one: Basis, other: Basis) -> Basis:
     call = ""
     if one.call.startswith("spline(") and other.call.startswith("spline("):
         call = f"spline2({one.call[7:-1]}, {other.call[7:-1]})"
+    elif one.factors and other.call.startswith("spline("):
+        call = " + ".join(f"{factor}*{other.call}" for factor in one.factors)
     return Basis(columns, np.kron(one.roughness, eyes[1]) + np.kron(eyes[0], other.roughness), call)

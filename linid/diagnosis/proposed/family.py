@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -9,9 +10,11 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import PASSING, Argument
-from linid.diagnosis.proposed.basis import Basis, constant, curve, product
+from linid.diagnosis.proposed.basis import Basis, constant, curve, product, waves
 from linid.diagnosis.proposed.problem import Problem
 
+ONE_WAY = ("max(0, tanh(v/0.001))", "max(0, tanh(-v/0.001))")  # factors that are 1 in one direction, 0 in the other
+HARMONICS = 3  # of the pole pitch, where each may depend on something else too
 ONE, TWO, ROUND = 20, 7, 12  # functions of one argument, of each of two, and around a period
 _FINELY = ("position", "campaign_time")
 FINE = 40  # of position and of the running time: what sits at one place may be narrow
@@ -74,13 +77,13 @@ def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fa
 def force(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, factor: Array | None = None) -> Family:
     """A family of forces on the mass, times a factor (n,) in N."""
     columns = basis.columns if factor is None else basis.columns * factor[:, None]
-    formula = basis.call if factor is None or not basis.call else f"F*{basis.call}"
+    formula = basis.call if factor is None or not basis.call else f"F*({basis.call})"
     return Family(tuple(dict.fromkeys(names)), form, problem.pushed(columns), basis.roughness, formula=formula)
 
 
 def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) -> Family:
     """A family of levels of friction."""
-    formula = f"-{basis.call}*sign(v)" if basis.call else ""
+    formula = f"-({basis.call})*sign(v)" if basis.call else ""
     columns = problem.resisted(basis.columns)
     return Family(tuple(dict.fromkeys(names)), f"{form} x direction", columns, basis.roughness, formula=formula)
 
@@ -88,7 +91,8 @@ def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) 
 def _one_way(problem: Problem) -> Family:
     """Friction that differs with the direction by a constant."""
     forward = (problem.friction < 0.0).astype(np.float64)[:, None]
-    return Family(("direction",), "one direction", problem.resisted(forward), 1e-6 * np.eye(1))
+    formula = f"-c_1*{ONE_WAY[0]}*sign(v)"
+    return Family(("direction",), "one direction", problem.resisted(forward), 1e-6 * np.eye(1), formula=formula)
 
 
 def _times(
@@ -100,7 +104,7 @@ def _times(
         yield force(problem, (argument.name, "motor_force"), f"{key} x motor force", basis, problem.push)
     if key not in ("velocity", "speed"):
         family = force(problem, (argument.name, "velocity"), f"{key} x velocity", basis, problem.rows.v)
-        formula = f"v*{basis.call}" if basis.call else ""
+        formula = f"v*({basis.call})" if basis.call else ""
         yield Family(family.arguments, family.form, family.columns, family.roughness, formula=formula)
 
 
@@ -110,7 +114,7 @@ def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fam
         for keys in pairs:
             if all(key in arguments for key in keys):
                 pair = [arguments[key] for key in keys]
-                one, other = (curve(a, ROUND if a.period else TWO) for a in pair)
+                one, other = (_round(a) if a.period else curve(a, TWO) for a in pair)
                 names = tuple(a.name for a in pair) + (("direction",) if make is friction else ())
                 yield make(problem, names, " and ".join(keys), product(one, other))
     for keys in _THRUST_PAIRS:
@@ -119,6 +123,12 @@ def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fam
             names = (*(arguments[key].name for key in keys), "motor_force")
             form = f"{' and '.join(keys)} x motor force"
             yield force(problem, names, form, product(one, other), problem.push)
+
+
+def _round(argument: Argument) -> Basis:
+    """The mean and the first waves of a periodic argument."""
+    wavenumbers = [2.0 * math.pi * k / argument.period for k in range(1, HARMONICS + 1)]
+    return waves(argument.values, wavenumbers, argument.symbol, mean=True)
 
 
 def per_recording(problem: Problem, piece: float) -> Iterator[Family]:

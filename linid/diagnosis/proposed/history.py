@@ -49,17 +49,6 @@ def _first(rows: Rows) -> Integers:
     return np.searchsorted(rows.recording, rows.recording).astype(np.int64)
 
 
-def last_rest(rows: Rows) -> Array:
-    """Duration (n,) in s of the last rest before each row, 0 before the first one; while it rests, so far."""
-    still = rows.standstill
-    begun = still.copy()
-    begun[1:] &= ~(still[:-1] & (rows.recording[1:] == rows.recording[:-1]))
-    first, latest = last_where(begun, rows.recording), last_where(still, rows.recording)
-    known = (first >= 0) & (latest >= 0)
-    duration = rows.t[np.maximum(latest, 0)] - rows.t[np.maximum(first, 0)]
-    return np.where(known, np.maximum(duration, 0.0), 0.0)
-
-
 def travelled(rows: Rows) -> Array:
     """Distance gone (n,) in m since the first row of all, over all recordings."""
     step = np.zeros(rows.y.size)

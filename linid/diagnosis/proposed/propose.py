@@ -18,6 +18,7 @@ from linid.diagnosis.roll_null import p_value, with_rolled
 
 LEAST_EXCESS = 0.05  # floors: with less, there is nothing to be proposed
 AS_GOOD = 0.92  # of the best gain: families with this much predict alike, and the one of fewer arguments is taken
+WORTH = 0.5  # of the best gain: where the best one does not stand, much less is not the answer
 TRIES = 3  # families that are tested by permutation, each at SURE / TRIES
 SURE = 0.05
 LEAST_CLOSED = 0.05  # of the excess, on the judging rows
@@ -53,7 +54,8 @@ def propose(problem: Problem) -> Proposal | None:
     if 1.0 / max(problem.floor, 1e-9) - 1.0 < LEAST_EXCESS:
         return None
     found = judged_families(problem)
-    for regression in candidates(found)[:TRIES]:
+    worth = [one for one in candidates(found) if one.best[1] >= WORTH * found[0].best[1]]
+    for regression in worth[:TRIES]:
         proposal = tested(problem, regression)
         if proposal is not None:
             return proposal

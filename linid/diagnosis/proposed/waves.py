@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -10,8 +11,8 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import Argument
-from linid.diagnosis.proposed.basis import curve, product, support, waves
-from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.basis import Basis, curve, product, waves
+from linid.diagnosis.proposed.family import ONE_WAY, Family, force
 from linid.diagnosis.proposed.history import direction_of
 from linid.diagnosis.proposed.problem import Problem
 
@@ -22,7 +23,6 @@ _OVERSAMPLED = 4  # cells per shortest wave's half
 _LEAST_CYCLES = 2.0  # over the whole range; slower ones are curves
 _CLASSES, _GATES = 16, 16  # of velocity, in each of which a wave may have another phase; functions of it
 _SLOW = 0.5  # Hz, up to which the running time of a campaign may sway something
-_TURNING = 1e-3  # m/s, at which a force turns that differs with the direction
 _NYQUIST = 0.4  # of the rows' rate
 WAVE_PIECE = 0.5  # s left out in turn where each recording has a phase of its own
 
@@ -167,35 +167,18 @@ def _family(
     form = f"waves of {words} per {argument.unit}, {sort.form}"
     names = (argument.name, *sort.names)
     if sort.form == "phase by velocity":
-        velocity = arguments["velocity"]
-        basis = product(basis, curve(velocity, _GATES))
-        low, high = support(velocity.values[~problem.held])
-        # Beyond the fitted speeds nothing is known of the phase.
-        told = (velocity.values >= low) & (velocity.values <= high)
-        return Family(names, form, problem.pushed(basis.columns * told[:, None]), basis.roughness)
+        return force(problem, names, form, product(basis, curve(arguments["velocity"], _GATES)))
     if sort.form == "phase by recording":
         columns = _columns(problem, argument.values, sort, found[0])
         return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=WAVE_PIECE)
     if sort.form == "phase by direction":
-        one_way = [_one_way(argument.symbol, found, sign, 2 * len(found) * (sign < 0)) for sign in (1, -1)]
-        forth = (sort.classes == 1)[:, None] if sort.classes is not None else np.ones((1, 1), dtype=np.bool_)
-        columns = problem.pushed(np.hstack([basis.columns * forth, basis.columns * ~forth]))
-        return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), formula=" + ".join(one_way))
+        forth = (direction_of(problem.rows) > 0.0)[:, None]
+        columns = np.hstack([basis.columns * forth, basis.columns * ~forth])
+        parts = (
+            f"c_{k}*{way}*{factor}" for k, (way, factor) in enumerate(itertools.product(ONE_WAY, basis.factors), 1)
+        )
+        basis = Basis(columns, 1e-6 * np.eye(columns.shape[1]), " + ".join(parts))
+        return force(problem, names, form, basis)
     columns = basis.columns * sort.factor[:, None]
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
-    formula = sort.formula.format(_sum_of_waves(argument.symbol, found))
-    return Family(names, form, columns, basis.roughness, formula=formula)
-
-
-def _one_way(symbol: str, wavenumbers: tuple[float, ...], sign: int, before: int) -> str:
-    """The waves as they act in one direction of motion; before: coefficients that come before them."""
-    return f"0.5*(1 {'+' if sign > 0 else '-'} tanh(v/{_TURNING:g}))*({_sum_of_waves(symbol, wavenumbers, before)})"
-
-
-def _sum_of_waves(symbol: str, wavenumbers: tuple[float, ...], before: int = 0) -> str:
-    """The waves as a formula with coefficients c_1, c_2 ... in the order of their columns."""
-    parts = []
-    for k, wavenumber in enumerate(wavenumbers):
-        angle, first = f"{wavenumber:.10g}*{symbol}", before + 2 * k + 1
-        parts += [f"c_{first}*cos({angle})", f"c_{first + 1}*sin({angle})"]
-    return " + ".join(parts)
+    return Family(names, form, columns, basis.roughness, formula=sort.formula.format(basis.call))
