@@ -14,7 +14,7 @@ from typing import Any
 from linid.physics.effects.effect import STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
-from linid.simulation.binding import inlined, values_at
+from linid.simulation.binding import inlined, part, values_at
 from linid.simulation.bundle import Bundle
 from linid.simulation.motor_terms import motor_terms
 
@@ -188,7 +188,7 @@ def _chain(term: str, effects: tuple[Effect, ...]) -> Any:
     total, link = _CHAINS[term]
     for effect in effects:
         if term in effect.terms:
-            known = [total, effect.terms[term], 1 << EFFECTS.index(effect), _places(effect, term)]
+            known = [total, part(effect.terms[term]), 1 << EFFECTS.index(effect), _places(effect, term)]
             if term in ("initial", "advance"):
                 known += [STATE_START + STATE_PLACES[effect.name], effect.states]
             total = link(*known)
