@@ -18,7 +18,7 @@ class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code that is linked into that of its callers and never called by itself: no machine code is made of it.
 
     numba would optimise and assemble every function with all that it calls, though only the entries of a kernel are
-    ever run; that was a fifth of the time.
+    ever run: a sixth of the time.
     """
 
     def _optimize_final_module(self) -> None:
