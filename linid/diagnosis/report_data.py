@@ -194,9 +194,10 @@ class TermAxis:
 class TermCurve:
     """A proposed term over the data's support.
 
-    axes: one or two; factor: what the shown values are multiplied by: "" (they are the force itself), direction,
-    motor_force or velocity; unit: of the shown values, SI; value, low, high: (n,) of one axis, or (n_2, n_1) of two,
-    with a 95 % band; nan where there are no data.
+    axes: one or two; factor: what the shown values are multiplied by: "" (they are the force itself), direction (they
+    are a level of friction, positive where it resists more), motor_force or velocity; unit: of the shown values, SI;
+    value, low, high: (n,) of one axis, or (n_2, n_1) of two, with a 95 % band; nan where there are no data. What the
+    model's own parameters can do is not in them, such as a mean friction or a mean force constant.
     """
 
     axes: tuple[TermAxis, ...]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import Argument
-from linid.diagnosis.proposed.basis import curve, product, support, waves
+from linid.diagnosis.proposed.basis import Side, curve, product, support, waves
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.problem import Problem
 
@@ -151,7 +151,8 @@ def _family(
     problem: Problem, arguments: Mapping[str, Argument], argument: Argument, sort: _Sort, found: tuple[float, ...]
 ) -> Family:
     """The family of some waves."""
-    basis = waves(argument.values, found, argument.symbol)
+    side = Side(argument, *support(argument.values), 2 * len(found), found)
+    basis = replace(waves(argument.values, found, argument.symbol), sides=(side,))
     per = 2.0 * math.pi
     words = ", ".join(f"{k / per:.4g}" for k in found)
     form = f"waves of {words} per {argument.unit}, {sort.form}"
@@ -162,14 +163,15 @@ def _family(
         low, high = support(velocity.values[~problem.held])
         # Beyond the fitted speeds nothing is known of the phase.
         told = (velocity.values >= low) & (velocity.values <= high)
-        return Family(names, form, problem.pushed(basis.columns * told[:, None]), basis.roughness)
+        return Family(names, form, problem.pushed(basis.columns * told[:, None]), basis.roughness, sides=basis.sides)
     if sort.form == "phase by recording":
         columns = _columns(problem, argument.values, sort, found[0])
         return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=WAVE_PIECE)
     columns = basis.columns * sort.factor[:, None]
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
     formula = sort.formula.format(_sum_of_waves(argument.symbol, found))
-    return Family(names, form, columns, basis.roughness, formula=formula)
+    factor = sort.names[0] if sort.names else ""
+    return Family(names, form, columns, basis.roughness, formula=formula, sides=basis.sides, factor=factor)
 
 
 def _sum_of_waves(symbol: str, wavenumbers: tuple[float, ...]) -> str:
