@@ -316,8 +316,8 @@ class Diagnosis:
     "" where forces are in N, else what they are divided by ("kg"), since no recording tells the mass; where, pairs:
     coordinates and pairs of them that the base's residual depends on; tried: all effects that make sense here;
     measures: over all held-out recordings before and after; combinations: of base parameters, known although they are
-    not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None where the
-    data ask for none; checks: what the data themselves show;
+    not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None
+    where the data ask for none; checks: what the data themselves show;
     field_wavenumber: rad/m or None.
     """
 

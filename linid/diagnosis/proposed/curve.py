@@ -99,10 +99,7 @@ def _seen(problem: Problem, sides: tuple[Side, ...], places: list[Array]) -> Fla
     around = np.pad(counts, 1)
     for axis, side in enumerate(reversed(sides)):
         first, last = np.take(around, [1], axis), np.take(around, [-2], axis)
-        if period_of(side):
-            edges = last, first
-        else:
-            edges = np.zeros_like(first), np.zeros_like(last)
+        edges = (last, first) if period_of(side) else (np.zeros_like(first), np.zeros_like(last))
         middle = np.take(around, np.arange(1, around.shape[axis] - 1), axis)
         around = np.concatenate([edges[0], middle, edges[1]], axis)
     total = np.zeros(shape, dtype=np.int64)
