@@ -13,7 +13,7 @@ from linid.diagnosis.proposed.arguments import Argument, arguments_of
 from linid.diagnosis.proposed.basis import support
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.quantities import per, quantity
+from linid.diagnosis.proposed.quantities import over, quantity
 from linid.diagnosis.proposed.shapes import Shape, Variable, less, shapes, wave_words
 
 _FACTORS = ("direction", "motor_force", "velocity", "recording")  # of other arguments, where there are any
@@ -68,6 +68,8 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
             yield _times(problem, factor, shape)
     if names == {"position", "velocity"}:
         yield from _turning(problem, variable)
+    if names == {"position", "direction"} and len(variable.wavenumbers) > 1:
+        yield _forth_and_back(problem, variable)
     if names == {"time", "velocity"}:
         yield _gated(problem, variable)
     if names == {"position", "motor_force"}:
@@ -87,7 +89,7 @@ def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[s
         pairs = [("force_size", friction, False)]
     elif "velocity" in names:
         pairs = [("speed", _Factor("F", "", problem.push), False)]
-        damping = _Factor("v", _force(problem) + per(_speed(problem), 1.0), problem.rows.v)
+        damping = _Factor("v", over(_force(problem), _speed(problem)), problem.rows.v)
         pairs += [("force_size", damping, False)]
     for key, factor, base in pairs:
         if key in arguments:
@@ -104,15 +106,15 @@ def _factors(problem: Problem, others: set[str]) -> tuple[_Factor, ...]:
     if others == {"direction"}:
         return (_Factor("sign(v)", force, one, True),)
     if others == {"velocity"}:
-        return (_Factor("v", force + per(speed, 1.0), problem.rows.v),)
+        return (_Factor("v", over(force, speed), problem.rows.v),)
     if others == {"motor_force"}:
-        squares = _Factor("F²", per(force, 1.0), push**2)
+        squares = _Factor("F²", over("", force), push**2)
         return _Factor("F", "", push), squares, _Factor("|F|", "", np.abs(push))
     if others == {"motor_force", "direction"}:
-        squares = _Factor("F² · sign(v)", per(force, 1.0), push**2, True)
+        squares = _Factor("F² · sign(v)", over("", force), push**2, True)
         return _Factor("|F| · sign(v)", "", np.abs(push), True), squares
     if others == {"motor_force", "velocity"}:
-        return (_Factor("F · |v|", per(speed, 1.0), push * np.abs(problem.rows.v)),)
+        return (_Factor("F · |v|", over("", speed), push * np.abs(problem.rows.v)),)
     return ()
 
 
@@ -161,6 +163,23 @@ def _turning(problem: Problem, x: Variable) -> Iterator[Formula]:
             yield Formula(f"wave turning with {text}", columns, starts, (True, False), words)
 
 
+def _forth_and_back(problem: Problem, x: Variable) -> Formula:
+    """A wave in position on the way forth, and another one on the way back."""
+    forth = (problem.rows.v > 0.0).astype(np.float64)
+
+    def columns(theta: Array) -> Array:
+        parts = [way * wave(k * x.values) for k, way in zip(theta, (forth, 1.0 - forth), strict=True) for wave in both]
+        return problem.pushed(np.stack(parts, axis=1))
+
+    def words(a: Array, theta: Array) -> str:
+        ways = [wave_words(x, a[2 * k : 2 * k + 2], theta[k : k + 1], _force(problem)) for k in range(2)]
+        return f"{ways[0]} · [v > 0] + {ways[1]} · [v < 0]"
+
+    both = (np.cos, np.sin)
+    starts = np.array([(one, other) for one in x.wavenumbers for other in x.wavenumbers if one != other])
+    return Formula("a wave each way", columns, starts, (True, True), words)
+
+
 def _gated(problem: Problem, x: Variable) -> Formula:
     """A wave in time above a speed."""
     speed = np.abs(problem.rows.v)
@@ -206,10 +225,9 @@ def _variable(problem: Problem, argument: Argument, wavenumbers: tuple[float, ..
     low, high = support(fitted)
     unit = argument.unit.replace("^2", "²")
     values = np.where(np.isfinite(argument.values), argument.values, high)
-    ends = argument.name == "position"
-    if argument.name in ("time", "campaign_time"):
-        low = 0.0
-    return Variable(symbol, unit, values, low, high, wavenumbers, ends)
+    place, passing = argument.name == "position", argument.name in ("time", "campaign_time")
+    low = 0.0 if passing else low
+    return Variable(symbol, unit, values, low, high, wavenumbers, place, place or passing)
 
 
 def _likely(problem: Problem, family: Family, main: str) -> tuple[float, ...]:

@@ -26,12 +26,14 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return f"{number(value, digits)} {unit}".strip()
 
 
-def per(unit: str, power: float) -> str:
-    """What divides by a power of a unit, as the end of another unit; empty for a number."""
-    if not unit or power == 0.0:
-        return ""
-    inner = f"({unit})" if "/" in unit or " " in unit or power not in _RAISED or power != 1.0 else unit
-    if power not in _RAISED:
-        return f"/{inner}^{power:g}"
-    plain = inner if "/" in unit or " " in unit else unit
-    return f"/{plain}{_RAISED[power]}"
+def over(unit: str, divisor: str, power: float = 1.0) -> str:
+    """A unit divided by a power of another one; one that starts with a stroke is one over what follows."""
+    if unit and unit == divisor:
+        unit, power = "", power - 1.0
+    if not divisor or power == 0.0:
+        return unit
+    compound = "/" in divisor or " " in divisor
+    inner = f"({divisor})" if compound else divisor
+    if power == 0.5:
+        return f"{unit}/√{inner}"
+    return f"{unit}/{inner}{_RAISED.get(power, f'^{power:g}')}"

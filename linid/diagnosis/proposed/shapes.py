@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.proposed.quantities import number, per, quantity
+from linid.diagnosis.proposed.quantities import number, over, quantity
 
 _SOFT = 0.01  # of the range: how far a step is smeared, so that its place can be searched
+_WIDTHS = 0.003, 0.2  # of the range: least and largest width of a place
 _LEAST_PERIODS = 0.7  # of a wave in the range: what bends less is none
 _EXACT = 5  # digits of a period: with fewer, its phase far from zero would say nothing
 
@@ -22,7 +23,8 @@ _EXACT = 5  # digits of a period: with fewer, its phase far from zero would say 
 @dataclass(frozen=True)
 class Variable:
     """What a shape is a function of. symbol, unit: of texts; values: (n,) in that unit; low, high: their range;
-    wavenumbers: rad per unit, of waves that are likely; ends: whether it is a place, with two ends and no zero."""
+    wavenumbers: rad per unit, of waves that are likely; ends: whether it is a place, with two ends and no zero; sways:
+    whether there are waves in it."""
 
     symbol: str
     unit: str
@@ -31,6 +33,7 @@ class Variable:
     high: float
     wavenumbers: tuple[float, ...] = ()
     ends: bool = False
+    sways: bool = False
 
     @property
     def range(self) -> float:
@@ -58,19 +61,23 @@ def shapes(x: Variable, base: bool) -> Iterator[Shape]:
     if not x.ends and x.low >= 0.0:
         yield from (_power(x, p) for p in powers)
         yield _saturating(x)
+        yield _critical(x)
         yield _logarithm(x)
         yield _decay(x, 0.0, 1.0)
     if x.low < 0.0 and not x.ends:  # of both signs
         yield _odd(x, 2.0)
         yield _odd(x, 3.0)
         yield _beyond(x)
+        yield _switch(x)
     if x.ends:
         yield _decay(x, x.low, 1.0)
         yield _decay(x, x.high, -1.0)
         yield _bump(x, True)
+        yield _bend(x)
     yield _bump(x, False)
     yield _step(x)
-    yield from _all_waves(x)
+    if x.sways:
+        yield from _all_waves(x)
 
 
 def _amplitude(value: float, unit: str) -> str:
@@ -90,7 +97,7 @@ def _no_theta() -> Array:
 def _power(x: Variable, power: float) -> Shape:
     def words(a: Array, theta: Array, unit: str) -> str:
         text = {0.5: f"√{x.symbol}", 1.0: x.symbol, 2.0: f"{x.symbol}²", 3.0: f"{x.symbol}³"}[power]
-        return f"{_amplitude(a[0], unit + per(x.unit, power))} · {text}"
+        return f"{_amplitude(a[0], over(unit, x.unit, power))} · {text}"
 
     return Shape(f"power {power:g}", lambda theta: np.abs(x.values[:, None]) ** power, _no_theta(), (), words)
 
@@ -98,7 +105,7 @@ def _power(x: Variable, power: float) -> Shape:
 def _odd(x: Variable, power: float) -> Shape:
     def words(a: Array, theta: Array, unit: str) -> str:
         text = {2.0: f"{x.symbol} · |{x.symbol}|", 3.0: f"{x.symbol}³"}[power]
-        return f"{_amplitude(a[0], unit + per(x.unit, power))} · {text}"
+        return f"{_amplitude(a[0], over(unit, x.unit, power))} · {text}"
 
     values = (np.sign(x.values) * np.abs(x.values) ** power)[:, None]
     return Shape(f"odd {power:g}", lambda theta: values, _no_theta(), (), words)
@@ -106,7 +113,7 @@ def _odd(x: Variable, power: float) -> Shape:
 
 def _linear(x: Variable) -> Shape:
     def words(a: Array, theta: Array, unit: str) -> str:
-        amplitude = _amplitude(a[0], unit + per(x.unit, 1.0))
+        amplitude = _amplitude(a[0], over(unit, x.unit))
         return f"{amplitude} · {less(x, -a[1] / a[0] if a[0] else 0.0)}"
 
     columns = np.stack([x.values, np.ones(x.values.size)], axis=1)
@@ -131,7 +138,7 @@ def _logarithm(x: Variable) -> Shape:
 
 def _decay(x: Variable, start: float, sign: float) -> Shape:
     def columns(theta: Array) -> Array:
-        return np.exp(-np.maximum(sign * (x.values - start), 0.0) / theta[0])[:, None]
+        return np.asarray(np.exp(-np.maximum(sign * (x.values - start), 0.0) / theta[0])[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
         distance = less(x, start) if start else x.symbol
@@ -145,12 +152,12 @@ def _bump(x: Variable, pull: bool) -> Shape:
     """A Gauss bell at a place, or (pull) its derivative: a force towards the place or away from it."""
 
     def columns(theta: Array) -> Array:
-        u = (x.values - theta[0]) / theta[1]
+        u = (x.values - theta[0]) / _narrow(x, theta[1])
         bell = np.exp(-0.5 * np.minimum(u * u, 1e4))
-        return (u * bell if pull else bell)[:, None]
+        return np.asarray((u * bell if pull else bell)[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
-        u = f"{less(x, theta[0])}/{quantity(theta[1], x.unit)}"
+        u = f"{less(x, theta[0])}/{quantity(_narrow(x, theta[1]), x.unit)}"
         front = f"{u} · " if pull else ""
         return f"{_amplitude(a[0], unit)} · {front}exp(−½ ({u})²)"
 
@@ -159,10 +166,58 @@ def _bump(x: Variable, pull: bool) -> Shape:
     return Shape("pull to a place" if pull else "bump", columns, starts, (False, True), words)
 
 
+def _narrow(x: Variable, width: float) -> float:
+    """A width that a place has: neither that of the whole range nor less than a place can be told by."""
+    return min(max(width, _WIDTHS[0] * x.range), _WIDTHS[1] * x.range)
+
+
+def _bend(x: Variable) -> Shape:
+    """What rises about a place and levels off on both sides."""
+
+    def columns(theta: Array) -> Array:
+        return np.asarray(np.tanh((x.values - theta[0]) / theta[1])[:, None])
+
+    def words(a: Array, theta: Array, unit: str) -> str:
+        return f"{_amplitude(a[0], unit)} · tanh({less(x, theta[0])}/{quantity(theta[1], x.unit)})"
+
+    places = x.low + x.range * np.linspace(0.1, 0.9, 7)
+    starts = np.array([(place, x.range * width) for place in places for width in (0.1, 0.3)])
+    return Shape("bend", columns, starts, (False, True), words)
+
+
+def _critical(x: Variable) -> Shape:
+    """What grows up to a critical value and falls beyond it, as induced currents brake."""
+
+    def columns(theta: Array) -> Array:
+        u = x.values / theta[0]
+        return np.asarray((2.0 * u / (1.0 + u * u))[:, None])
+
+    def words(a: Array, theta: Array, unit: str) -> str:
+        u = f"{x.symbol}/{quantity(theta[0], x.unit)}"
+        return f"{_amplitude(a[0], unit)} · 2 {u}/(1 + ({u})²)"
+
+    return Shape("critical", columns, x.high * np.array([[0.1], [0.2], [0.4], [0.8]]), (True,), words)
+
+
+def _switch(x: Variable) -> Shape:
+    """A constant beyond a limit on either side."""
+
+    def columns(theta: Array) -> Array:
+        u = np.clip((np.abs(x.values) - theta[0]) / (_SOFT * x.range), -50.0, 50.0)
+        return np.asarray((np.sign(x.values) / (1.0 + np.exp(-u)))[:, None])
+
+    def words(a: Array, theta: Array, unit: str) -> str:
+        s = x.symbol
+        return f"{_amplitude(a[0], unit)} · [|{s}| > {quantity(theta[0], x.unit)}] · sign({s})"
+
+    top = max(abs(x.low), abs(x.high))
+    return Shape("switch", columns, top * np.linspace(0.05, 0.9, 12)[:, None], (True,), words)
+
+
 def _step(x: Variable) -> Shape:
     def columns(theta: Array) -> Array:
         u = np.clip((x.values - theta[0]) / (_SOFT * x.range), -50.0, 50.0)
-        return (1.0 / (1.0 + np.exp(-u)))[:, None]
+        return np.asarray((1.0 / (1.0 + np.exp(-u)))[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
         return f"{_amplitude(a[0], unit)} · [{x.symbol} > {quantity(theta[0], x.unit)}]"
@@ -175,11 +230,11 @@ def _beyond(x: Variable) -> Shape:
     """What is beyond a limit on either side."""
 
     def columns(theta: Array) -> Array:
-        return (np.sign(x.values) * np.maximum(np.abs(x.values) - theta[0], 0.0))[:, None]
+        return np.asarray((np.sign(x.values) * np.maximum(np.abs(x.values) - theta[0], 0.0))[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
         limit, s = quantity(theta[0], x.unit), x.symbol
-        return f"{_amplitude(a[0], unit + per(x.unit, 1.0))} · max(|{s}| − {limit}, 0) · sign({s})"
+        return f"{_amplitude(a[0], over(unit, x.unit))} · max(|{s}| − {limit}, 0) · sign({s})"
 
     top = max(abs(x.low), abs(x.high))
     return Shape("beyond", columns, top * np.linspace(0.1, 0.9, 9)[:, None], (True,), words)

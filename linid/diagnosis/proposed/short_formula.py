@@ -50,7 +50,8 @@ def short_formula(problem: Problem, proposal: Proposal) -> ShortFormula | None:
     for fit in _in_order(refined, search, count)[:JUDGED]:
         family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), _flat(fit))
         regression = Regression(curve.sums, family)
-        if as_good(problem, curve, regression):
+        folds = curve.sums.split
+        if all(as_good(problem, curve, regression, some) for some in (folds.selecting, folds.judging)):
             text = fit.formula.words(_amplitudes(regression), fit.theta)
             return ShortFormula(text, _closed(problem, regression), fit.numbers)
     return None
@@ -148,9 +149,8 @@ def _aicc(fit: Fitted, rows: int, count: float) -> float:
     return count * math.log(max(fit.squares / rows, 1e-300)) + 2.0 * p + 2.0 * p * (p + 1) / max(count - p - 1, 1.0)
 
 
-def as_good(problem: Problem, curve: Regression, formula: Regression) -> bool:
-    """Whether a formula predicts fitted recordings that are left out in turn as well as the curve, beyond chance."""
-    folds = curve.sums.split.selecting
+def as_good(problem: Problem, curve: Regression, formula: Regression, folds: tuple[int, ...]) -> bool:
+    """Whether a formula predicts some folds that it is not fitted to as well as the curve, but for chance."""
     block = problem.rows.block
     base, with_curve = block_squares(curve, curve.best[0], folds, block)
     with_formula = block_squares(formula, 0.0, folds, block)[1]
@@ -189,7 +189,7 @@ def block_squares(
         owner.append(block[split.order][rows])
     numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
     before, after = (np.bincount(numbers, np.concatenate(part)) for part in squares)
-    return before, after
+    return before.astype(np.float64), after.astype(np.float64)
 
 
 def _closed(problem: Problem, regression: Regression) -> float:
