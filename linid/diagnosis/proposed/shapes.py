@@ -193,8 +193,8 @@ def _critical(x: Variable) -> Shape:
         return np.asarray((2.0 * u / (1.0 + u * u))[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
-        u = f"{x.symbol}/{quantity(theta[0], x.unit)}"
-        return f"{_amplitude(a[0], unit)} · 2 {u}/(1 + ({u})²)"
+        u = f"({x.symbol}/{quantity(theta[0], x.unit)})"
+        return f"{_amplitude(a[0], unit)} · 2 {u}/(1 + {u}²)"
 
     return Shape("critical", columns, x.high * np.array([[0.1], [0.2], [0.4], [0.8]]), (True,), words)
 

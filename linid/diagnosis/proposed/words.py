@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +16,7 @@ from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.quantities import quantity
 from linid.diagnosis.proposed.regression import Regression
 
+MOSTLY = 0.5  # of what is left: a term that closes less says nothing of what the rest depends on
 CLEARLY = 0.7  # of the term's gain: an argument whose families all gain less is not what it depends on
 KEPT = 12  # families that are kept: what is not among so many gained less than the least of them
 _SAID = 3  # arguments that a sentence rules out
@@ -37,8 +39,10 @@ def not_on(problem: Problem, proposal: Proposal, judged: Sequence[Regression]) -
     """Names of arguments that were tried and that the term does not depend on: families with them, which lack one of
     the term's own, gain clearly less, and with the term's own hardly more.
 
-    judged: the best families, that with the largest gain first.
+    judged: the best families, that with the largest gain first. Empty where the term closes too little to tell.
     """
+    if proposal.closed < MOSTLY:
+        return ()
     mine = set(proposal.arguments)
     tried = {argument.name for argument in arguments_of(problem).values()} - mine
     unknown = judged[-1].best[1] if len(judged) >= KEPT else 0.0  # what families that were not kept may have gained
@@ -59,7 +63,7 @@ def sentence(problem: Problem, proposal: Proposal, without: Sequence[str], low: 
 
     without: names of arguments that it does not depend on; low, high: 95 % interval of the share that it closes.
     """
-    ruled = [name for name in without if name != "acceleration" or not proposal.arguments][:_SAID]
+    ruled = [name for name in without if name != "acceleration"][:_SAID]
     other = f", not on {listed(term_labels(problem, ruled), 'or')}" if ruled else ""
     chance = "p ≤ 0.01" if proposal.p_value <= 0.01 else f"p = {proposal.p_value:.2g}"
     closes = f"closes {_percent(proposal.closed)} % [{_percent(low)}, {_percent(high)}] of it"
@@ -68,33 +72,34 @@ def sentence(problem: Problem, proposal: Proposal, without: Sequence[str], low: 
         kind = "torque" if problem.rotary else "force"
         each = ", another one in each recording" if proposal.arguments else ""
         return f"What is left is a constant {kind}{each} ({chance}); it {closes}."
-    manner = _manner(problem, proposal)
-    term = "a term of it" if len(names) == 1 else "a term of these"
-    if len(names) == 1 and ("direction" in names):
-        term = "a friction that differs with it"
-    return f"What is left depends on {listed(term_labels(problem, names))}{manner}{other} ({chance}); {term} {closes}."
+    labels = term_labels(problem, names)
+    how = _manners(proposal)
+    told = listed(
+        [f"{label} ({how[name]})" if name in how else label for name, label in zip(names, labels, strict=True)]
+    )
+    each = ", with another size in each recording" if "recording" in proposal.arguments else ""
+    term = f"a term of {labels[0]} alone" if len(names) == 1 else "a term of these"
+    return f"What is left depends on {told}{each}{other} ({chance}); {term} {closes}."
 
 
-def _manner(problem: Problem, proposal: Proposal) -> str:
-    """How it depends on them, where a few words say it."""
+def _manners(proposal: Proposal) -> dict[str, str]:
+    """How it depends on some of its arguments, where a few words say it."""
     family = proposal.family
     if "recording" in family.arguments:
-        return ", with another size in each recording"
-    found = []
+        return {}
+    out = {}
     if family.local:
-        start = family.form.removeprefix("waves of ").split(" ", 1)[0]
-        if start.replace(".", "", 1).isdigit():
-            found.append(f"at {start} Hz")
-        found.append("with a phase of its own in each recording")
+        out["time"] = "another phase in each recording"
+        wave = re.match(r"waves of ([\d.]+) per s\b", family.form)
+        if wave:
+            out["time"] = f"{quantity(float(wave[1]), 'Hz')}, {out['time']}"
     for side in family.sides:
         period = period_of(side)
-        if not period:
-            continue
-        if side.argument.unit == "s":
-            found.append(f"at {quantity(1.0 / period, 'Hz')}")
-        else:
-            found.append(f"with a period of {quantity(period, side.argument.unit)}")
-    return f", {' and '.join(found)}" if found else ""
+        if period and side.argument.unit == "s":
+            out[side.argument.name] = quantity(1.0 / period, "Hz")
+        elif period:
+            out[side.argument.name] = f"period {quantity(period, side.argument.unit)}"
+    return out
 
 
 def _percent(share: float) -> str:
@@ -172,8 +177,10 @@ def _over_rests(problem: Problem) -> str:
 
 
 def _over_time(problem: Problem) -> str:
-    lasting = 5.0 * math.ceil(3.0 * _lengths(problem)[4] / 5.0)
-    return f"{quantity(lasting, 's')} at standstill and at constant speed, started at different moments"
+    _, speed, _, top, longest = _lengths(problem)
+    lasting = quantity(5.0 * math.ceil(3.0 * longest / 5.0), "s")
+    quick = quantity(_neat(top / 4.0), speed)
+    return f"{lasting} at rest and {lasting} of moves to and fro at {quick}, each begun at some other moment"
 
 
 def _over_campaign(problem: Problem) -> str:
