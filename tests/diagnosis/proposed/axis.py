@@ -27,7 +27,7 @@ Force = Callable[[Problem], Array]
 def axis(
     missing: Force | None, seed: int = 0, *, noise: float = NOISE, memory: float = 0.0, rotary: bool = False
 ) -> Problem:
-    """Swings over the stroke with a known mass, Coulomb and viscous friction and force constant that may be wrong.
+    """Swings over the stroke with a known mass, Coulomb and viscous friction and force constant fitted.
 
     missing: force (n,) in N that the model lacks; noise: deviation in m/s^2; memory: of the noise, from row to row.
     """
@@ -36,8 +36,10 @@ def axis(
     force = np.zeros(bare.rows.t.size) if missing is None else missing(bare)
     white = random.standard_normal(force.size) * noise * np.sqrt(1.0 - memory**2)
     residual = bare.pushed(force[:, None])[:, 0] + lfilter([1.0], [1.0, -memory], white)
+    known = np.stack([bare.rows.a, bare.friction, -bare.rows.v, bare.push], axis=1) / MASS
+    fitted = ~bare.held
+    residual -= known @ np.linalg.lstsq(known[fitted], residual[fitted], rcond=None)[0]
     weight = 1.0 / float(np.sqrt(np.mean(residual**2)))
-    known = np.stack([bare.rows.a / MASS, bare.friction / MASS, -bare.rows.v / MASS, bare.push / MASS], axis=1)
     return Problem(
         rows=bare.rows,
         residual=residual,
