@@ -127,7 +127,8 @@ def _times(problem: Problem, factor: _Factor, shape: Shape) -> Formula:
 
     def words(a: Array, theta: Array) -> str:
         text = shape.words(a, theta, factor.unit)
-        return f"{text} · {factor.text}" if factor.text else text
+        whole = f"{text} · {factor.text}" if factor.text else text
+        return whole.replace("|v|² · sign(v)", "v · |v|").replace("|v|³ · sign(v)", "v³")
 
     return Formula(f"{shape.name} {factor.text}", columns, shape.starts, shape.logs, words)
 

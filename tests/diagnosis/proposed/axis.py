@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -35,13 +36,14 @@ def axis(
     bare = _bare(random, rotary)
     force = np.zeros(bare.rows.t.size) if missing is None else missing(bare)
     white = random.standard_normal(force.size) * noise * np.sqrt(1.0 - memory**2)
-    residual = bare.pushed(force[:, None])[:, 0] + lfilter([1.0], [1.0, -memory], white)
+    error = lfilter([1.0], [1.0, -memory], white)
+    residual = bare.pushed(force[:, None])[:, 0] + error
     known = np.stack([bare.rows.a, bare.friction, -bare.rows.v, bare.push], axis=1) / MASS
     fitted = ~bare.held
     residual -= known @ np.linalg.lstsq(known[fitted], residual[fitted], rcond=None)[0]
     weight = 1.0 / float(np.sqrt(np.mean(residual**2)))
     return Problem(
-        rows=bare.rows,
+        rows=replace(bare.rows, a=bare.rows.a + error),
         residual=residual,
         weights=np.full(force.size, weight),
         noise=np.full(force.size, noise**2),

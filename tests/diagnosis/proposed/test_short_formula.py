@@ -34,8 +34,8 @@ def bell(problem: Problem) -> np.ndarray:
 
 
 CASES: list[tuple[str, Force, str, list[float], float]] = [
-    ("velocity", lambda p: -2.0 * p.rows.v**3, "N/(m/s)³ · |v|³ · sign(v)", [-2.0], 0.05),
-    ("velocity", lambda p: -0.8 * p.rows.v * np.abs(p.rows.v), "N/(m/s)² · |v|² · sign(v)", [-0.8], 0.05),
+    ("velocity", lambda p: -2.0 * p.rows.v**3, "N/(m/s)³ · v³", [-2.0], 0.05),
+    ("velocity", lambda p: -0.8 * p.rows.v * np.abs(p.rows.v), "N/(m/s)² · v · |v|", [-0.8], 0.05),
     ("speed x motor force", lambda p: -0.1 * np.abs(p.rows.v) * p.push, "per (m/s) · |v| · F", [-0.1], 0.03),
     ("motor_force", lambda p: -1e-3 * p.push**3, "per N² · F³", [-1e-3], 0.05),
     ("force_size x direction", lambda p: 0.2 * np.abs(p.push) * p.friction, "|F| · sign(v)", [-0.2], 0.05),
