@@ -10,7 +10,7 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import PASSING, Argument
-from linid.diagnosis.proposed.basis import Basis, constant, curve, product, waves
+from linid.diagnosis.proposed.basis import Basis, Side, constant, curve, product, waves
 from linid.diagnosis.proposed.problem import Problem
 
 ONE_WAY = ("max(0, tanh(v/0.001))", "max(0, tanh(-v/0.001))")  # factors that are 1 in one direction, 0 in the other
@@ -38,7 +38,8 @@ class Family:
     arguments: names of all it depends on, each once; form: what makes it, for messages; columns: (n, k) acceleration
     in m/s^2 per newton; roughness: (k, k); local: the length in s of the pieces that are left out in turn where each
     recording has coefficients of its own, 0 where all share them; formula: of an own term, its coefficients to follow,
-    empty where none can be written; wanders: each moment is told by those beside it, and by nothing else.
+    empty where none can be written; wanders: each moment is told by those beside it, and by nothing else; sides,
+    factor: how it is drawn (factor: "", direction, motor_force or velocity).
     """
 
     arguments: tuple[str, ...]
@@ -48,6 +49,8 @@ class Family:
     local: float = 0.0
     formula: str = ""
     wanders: bool = False
+    sides: tuple[Side, ...] = ()
+    factor: str = ""
 
     @property
     def passing(self) -> int:
@@ -78,21 +81,46 @@ def force(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, fac
     """A family of forces on the mass, times a factor (n,) in N."""
     columns = basis.columns if factor is None else basis.columns * factor[:, None]
     formula = basis.call if factor is None or not basis.call else f"F*({basis.call})"
-    return Family(tuple(dict.fromkeys(names)), form, problem.pushed(columns), basis.roughness, formula=formula)
+    return Family(
+        tuple(dict.fromkeys(names)),
+        form,
+        problem.pushed(columns),
+        basis.roughness,
+        formula=formula,
+        sides=basis.sides,
+        factor="" if factor is None else names[-1],
+    )
 
 
 def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) -> Family:
     """A family of levels of friction."""
     formula = f"-({basis.call})*sign(v)" if basis.call else ""
     columns = problem.resisted(basis.columns)
-    return Family(tuple(dict.fromkeys(names)), f"{form} x direction", columns, basis.roughness, formula=formula)
+    return Family(
+        tuple(dict.fromkeys(names)),
+        f"{form} x direction",
+        columns,
+        basis.roughness,
+        formula=formula,
+        sides=basis.sides,
+        factor="direction",
+    )
 
 
 def _one_way(problem: Problem) -> Family:
     """Friction that differs with the direction by a constant."""
     forward = (problem.friction < 0.0).astype(np.float64)[:, None]
     formula = f"-c_1*{ONE_WAY[0]}*sign(v)"
-    return Family(("direction",), "one direction", problem.resisted(forward), 1e-6 * np.eye(1), formula=formula)
+    way = Argument("direction", "sign(v)", "", np.sign(problem.rows.v))
+    return Family(
+        ("direction",),
+        "one direction",
+        problem.resisted(forward),
+        1e-6 * np.eye(1),
+        formula=formula,
+        sides=(Side(way, -1.0, 1.0, 1),),
+        factor="direction",
+    )
 
 
 def _times(
@@ -105,7 +133,7 @@ def _times(
     if key not in ("velocity", "speed"):
         family = force(problem, (argument.name, "velocity"), f"{key} x velocity", basis, problem.rows.v)
         formula = f"v*({basis.call})" if basis.call else ""
-        yield Family(family.arguments, family.form, family.columns, family.roughness, formula=formula)
+        yield replace(family, formula=formula)
 
 
 def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Family]:
@@ -128,7 +156,7 @@ def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fam
 def _round(argument: Argument) -> Basis:
     """The mean and the first waves of a periodic argument."""
     wavenumbers = [2.0 * math.pi * k / argument.period for k in range(1, HARMONICS + 1)]
-    return waves(argument.values, wavenumbers, argument.symbol, mean=True)
+    return waves(argument, wavenumbers, mean=True)
 
 
 def per_recording(problem: Problem, piece: float) -> Iterator[Family]:

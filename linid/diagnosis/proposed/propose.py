@@ -49,11 +49,13 @@ class Proposal:
         return self.family.arguments
 
 
-def propose(problem: Problem) -> Proposal | None:
-    """The term that the data ask for, or None where none predicts what it was not fitted to."""
+def propose(problem: Problem, found: Sequence[Regression]) -> Proposal | None:
+    """The term that the data ask for, or None where none predicts what it was not fitted to.
+
+    found: `judged_families` of the problem.
+    """
     if 1.0 / max(problem.floor, 1e-9) - 1.0 < LEAST_EXCESS:
         return None
-    found = judged_families(problem)
     worth = [one for one in candidates(found) if one.best[1] >= WORTH * found[0].best[1]]
     for regression in worth[:TRIES]:
         proposal = tested(problem, regression)

@@ -82,7 +82,7 @@ def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
 
 def _columns(problem: Problem, x: Array, sort: _Sort, wavenumber: float) -> Array:
     """Cosine and sine as acceleration (n, 2), or of each class (n, 2 classes)."""
-    columns = waves(x, (wavenumber,), "").columns * sort.factor[:, None]
+    columns = np.stack([np.cos(wavenumber * x), np.sin(wavenumber * x)], axis=1) * sort.factor[:, None]
     if sort.classes is not None:
         owner = (sort.classes[:, None] == np.unique(sort.classes)).astype(np.float64)
         columns = np.einsum("ni,nj->nij", columns, owner).reshape(x.size, -1)
@@ -161,7 +161,7 @@ def _family(
     problem: Problem, arguments: Mapping[str, Argument], argument: Argument, sort: _Sort, found: tuple[float, ...]
 ) -> Family:
     """The family of some waves."""
-    basis = waves(argument.values, found, argument.symbol)
+    basis = waves(argument, found)
     per = 2.0 * math.pi
     words = ", ".join(f"{k / per:.4g}" for k in found)
     form = f"waves of {words} per {argument.unit}, {sort.form}"
@@ -181,4 +181,5 @@ def _family(
         return force(problem, names, form, basis)
     columns = basis.columns * sort.factor[:, None]
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
-    return Family(names, form, columns, basis.roughness, formula=sort.formula.format(basis.call))
+    formula, factor = sort.formula.format(basis.call), sort.names[0] if sort.names else ""
+    return Family(names, form, columns, basis.roughness, formula=formula, sides=basis.sides, factor=factor)
