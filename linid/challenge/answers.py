@@ -16,6 +16,7 @@ STATUSES = ("none", "explained", "partly explained", "unknown")
 FAILED = "failed"
 ORACLE_FILE = "oracle.json"
 FRESH_FILE = "fresh.json"
+_LAW = {"maxwell_slip": "maxwell"}  # the plant's names of laws that the diagnosis calls otherwise
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Answer:
     entries: of its budget, the largest share first; unexplained: the share that it leaves; closure: share of the gap
     closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of what the
     others leave; covered, fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for
-    them; excess: held-out excess of the base over the floor, in floors; proposal: None where no term is proposed.
+    them; excess: held-out excess of the base over the floor, in floors; proposal: None where no term is proposed; law:
+    of friction, by the plant's name, None where it is not told.
     """
 
     status: str
@@ -69,6 +71,7 @@ class Answer:
     fresh: int = 0
     excess: float | None = None
     proposal: Proposal | None = None
+    law: str | None = None
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -93,6 +96,7 @@ def read_answer(folder: Path) -> Answer:
         unexplained = Stated(_finite(left.get("share")), _finite(left.get("low")), _finite(left.get("high")))
         closure, excess = _finite(budget.get("closed")), _finite(budget.get("gap"))
         proposal = _proposal(body.get("proposal"))
+        law = _law(body.get("friction_law"))
     except (KeyError, TypeError, AttributeError, IndexError):
         raise _bad(folder / DIAGNOSIS_FILE, "does not follow the schema of a diagnosis") from None
     if status not in STATUSES:
@@ -111,6 +115,7 @@ def read_answer(folder: Path) -> Answer:
         len(gaps),
         excess,
         proposal,
+        law,
     )
 
 
@@ -144,6 +149,13 @@ def _proposal(body: Mapping[str, Any] | None) -> Proposal | None:
     if not body:
         return None
     return Proposal(tuple(map(str, body["arguments"])), _finite(body.get("closed")))
+
+
+def _law(body: Mapping[str, Any] | None) -> str | None:
+    """The friction law that a diagnosis tells: another than LuGre's, or LuGre's where all others are refuted."""
+    if not body or (body["law"] == "lugre" and not body["told"]):
+        return None
+    return _LAW.get(str(body["law"]), str(body["law"]))
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ from linid.cli.options import (
 from linid.stop_signals import raise_on_sigterm
 from linid.threads import load_with_one_thread
 
+COLLECT_AFTER = 50_000  # new objects: modules and compiled code live on, and looking through them is a tenth of a start
+
 MODEL = click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.json")
 
 
@@ -43,6 +46,7 @@ def cli() -> None:
     Exit codes: 0 done, 1 internal error, 2 usage, 3 configuration, 4 bad data, 5 finished but not converged,
     130 interrupted by Ctrl-C and 143 terminated by SIGTERM (state saved).
     """
+    gc.set_threshold(COLLECT_AFTER)
     load_with_one_thread()
 
 

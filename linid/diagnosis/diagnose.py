@@ -16,6 +16,7 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
+from linid.diagnosis.lacking import Models, lacking_term
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
@@ -25,7 +26,7 @@ from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
 from linid.diagnosis.shares import shares_of
-from linid.diagnosis.verdict import advice, decide
+from linid.diagnosis.verdict import advice, decide, status_of
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import canonical, find_effect
@@ -69,16 +70,7 @@ def diagnose(
     _require_both_splits(name, recordings, fitted)
     assumptions: list[str] = []
     plain = fit_base_model(recordings, kind, known, means, assumptions)
-    base, choice = base_with_law(plain, known)
-
-    def selected(start: Base) -> Selection:
-        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
-        return select(_with_effects(start, screening, kind, effects), screening, means.watch)
-
-    base, found, choice = select_under_law(plain, base, choice, selected)
-    law = law_finding(base.judge, choice)
-    if choice is not None and untold(choice):
-        assumptions.append(untold(choice))
+    base, found, law = _decided(plain, kind, effects, known, means, assumptions)
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
@@ -88,6 +80,12 @@ def diagnose(
     known_mass = "mass" in known or "mass" not in base.held
     measures = together(changes, traces_after, means.seed)
     budget = seen.budget(shares, entries_of(found, shares, after, recordings, measures, means.seed))
+    models, term = Models(after, found.best, changes, traces_after), None
+    if status_of(budget) in ("unknown", "partly explained"):
+        told = lacking_term(base.judge, found, models, recordings, means)
+        term, models = told if told is not None else (None, models)
+    if models.result is not after:
+        measures = together(models.changes, models.traces, means.seed)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
         name=name,
@@ -101,17 +99,18 @@ def diagnose(
         where=seen.where,
         pairs=seen.pairs,
         measures=measures,
-        recordings=changes,
-        traces=residual_traces(base.judge, found.base, found.best, seen.masses),
+        recordings=models.changes,
+        traces=residual_traces(base.judge, found.base, models.fitted, seen.masses),
         checks=checks,
         force_scale="" if known_mass else "kg m^2" if recordings[0].axis == "rotary" else "kg",
         field_wavenumber=seen.field,
         seed=means.seed,
-        combinations=base_combinations(after, known_mass),
+        combinations=base_combinations(models.result, known_mass),
         warnings=tuple(before.warnings),
         friction_law=law,
+        proposal=term,
     )
-    return Found(diagnosis, before, after, traces_before, traces_after)
+    return Found(diagnosis, before, models.result, traces_before, models.traces)
 
 
 def _require_both_splits(name: str, recordings: Sequence[Recording], fitted: Sequence[Recording]) -> None:
@@ -121,6 +120,24 @@ def _require_both_splits(name: str, recordings: Sequence[Recording], fitted: Seq
             "has no held-out recordings" if fitted else "has no recordings to fit",
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
+
+
+def _decided(
+    plain: Base, kind: str, effects: Sequence[str], known: dict[str, float], means: Means, assumptions: list[str]
+) -> tuple[Base, Selection, LawFinding | None]:
+    """The base with its friction law, the effects beside it, and what is said of the law. plain: the base under LuGre;
+    assumptions: gains what these recordings do not tell of the law.
+    """
+    first, choice = base_with_law(plain, known)
+
+    def selected(start: Base) -> Selection:
+        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
+        return select(_with_effects(start, screening, kind, effects), screening, means.watch)
+
+    base, found, choice = select_under_law(plain, first, choice, selected)
+    if choice is not None and untold(choice):
+        assumptions.append(untold(choice))
+    return base, found, law_finding(base.judge, choice)
 
 
 def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence[str]) -> Base:

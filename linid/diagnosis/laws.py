@@ -125,7 +125,7 @@ def as_good(trial: LawTrial) -> bool:
 
 
 def refuted(judge: Judge, best: LawTrial, other: LawTrial, rows: Flags) -> bool:
-    """Whether a law is clearly worse than the best one, on fitted or on held-out rows."""
+    """Whether a law is clearly worse than the best one, on fitted or on held-out rows. rows: (n,), the fitted."""
     found = [compare(judge.fits, other.fitted, best.fitted, chosen) for chosen in (rows, judge.balance.split)]
     return any(e.gain >= LEAST_GAIN and e.certainty >= _REFUTED for e in found) and all(e.gain > 0.0 for e in found)
 

@@ -43,6 +43,23 @@ def refined_models(
     return models[0], models[-1]
 
 
+def refined_model(one: Fitted, fitted: Sequence[Recording], means: Means, memory: Memory) -> FitResult:
+    """A model identified as `fit-motor` does it, from where the force balance has brought it."""
+    key = f"refined {one.model.effects} {one.key}"
+    if key not in memory:
+        memory[key] = _refined(tuple(fitted), means.seed, means.jobs, (key, one), means.jobs)
+    return model_from_text(memory[key], "checkpoint")
+
+
+def measured_alone(
+    recordings: tuple[Recording, ...], model: FitResult, seed: int, index: int, jobs: int
+) -> tuple[RecordingChange, Trace]:
+    """The measures of one recording under one model, as `before` and as `after`, and the trace behind them. At the top
+    of the module, since it also runs on workers."""
+    change, trace, _ = _measured(recordings, model, None, seed, index, jobs)
+    return change, trace
+
+
 def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[str, Fitted], jobs: int) -> str:
     """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
     runs on workers."""

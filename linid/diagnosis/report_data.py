@@ -194,9 +194,10 @@ class TermAxis:
 class TermCurve:
     """A proposed term over the data's support.
 
-    axes: one or two; factor: what the shown values are multiplied by: "" (they are the force itself), direction,
-    motor_force or velocity; unit: of the shown values, SI; value, low, high: (n,) of one axis, or (n_2, n_1) of two,
-    with a 95 % band; nan where there are no data.
+    axes: one or two; factor: what the shown values are multiplied by: "" (they are the force itself), direction (they
+    are a level of friction, positive where it resists more), motor_force or velocity; unit: of the shown values, SI;
+    value, low, high: (n,) of one axis, or (n_2, n_1) of two, with a 95 % band; nan where there are no data. What the
+    model's own parameters can do is not in them, such as a mean friction or a mean force constant.
     """
 
     axes: tuple[TermAxis, ...]
@@ -315,8 +316,8 @@ class Diagnosis:
     "" where forces are in N, else what they are divided by ("kg"), since no recording tells the mass; where, pairs:
     coordinates and pairs of them that the base's residual depends on; tried: all effects that make sense here;
     measures: over all held-out recordings before and after; combinations: of base parameters, known although they are
-    not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None where the
-    data ask for none; checks: what the data themselves show;
+    not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None
+    where the data ask for none; checks: what the data themselves show;
     field_wavenumber: rad/m or None.
     """
 

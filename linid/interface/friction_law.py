@@ -1,4 +1,4 @@
-"""The friction law of a fit: as asked for, that of an earlier result, or the one that the recordings prefer."""
+"""The friction law that the recordings of a campaign prefer, for fits that ask for it."""
 
 from __future__ import annotations
 
@@ -6,33 +6,20 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from linid.identification.result import FitResult
+    from linid.identification.result import ModelKind
     from linid.interface.campaign import Campaign
     from linid.interface.settings import Settings
     from linid.recording import Recording
 
-AUTO = "auto"
 _FEWEST = 4  # recordings, every second of which can judge where none is held out
 
 
-def law_of_fit(campaign: Campaign, settings: Settings, start: FitResult | None) -> tuple[str, tuple[str, ...]]:
-    """The friction law's name and what there is to say of it."""
-    from linid.physics.laws.registry import LUGRE
-
-    if settings.law is None:
-        return (LUGRE if start is None else start.law), ()
-    if settings.law != AUTO:
-        return settings.law, ()
-    return preferred_law(campaign, settings)
-
-
-def preferred_law(campaign: Campaign, settings: Settings) -> tuple[str, tuple[str, ...]]:
+def preferred_law(campaign: Campaign, settings: Settings, kind: ModelKind) -> tuple[str, tuple[str, ...]]:
     """The law that a campaign's recordings prefer along the measured motion, held-out ones judging, and words on it;
-    LuGre where they do not tell."""
+    LuGre where they do not tell. kind: of the motor model."""
     from linid.diagnosis.base import fit_base_model, numbered
     from linid.diagnosis.law_of_base import PRESLIDING, base_with_law, sentence, untold
     from linid.diagnosis.means import Means
-    from linid.interface.stages import base_kind
     from linid.physics.laws.registry import LUGRE
 
     recordings = _with_judges(numbered(campaign.recordings))
@@ -40,7 +27,7 @@ def preferred_law(campaign: Campaign, settings: Settings) -> tuple[str, tuple[st
     if not recordings:
         return LUGRE, (silent,)
     known = settings.known_values(campaign.known)
-    plain = fit_base_model(recordings, base_kind(recordings), known, Means(seed=settings.seed), [])
+    plain = fit_base_model(recordings, kind, known, Means(seed=settings.seed), [])
     _, choice = base_with_law(plain, known)
     if choice is None or (choice.law == LUGRE and not choice.told):
         return LUGRE, (silent if choice is None else untold(choice),)

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from linid.errors import UsageError
-from linid.interface.friction_law import law_of_fit
+from linid.interface.friction_law import preferred_law
 
 if TYPE_CHECKING:
     from linid.identification.result import FitResult, ModelKind
@@ -123,12 +123,23 @@ def stages_of(
     or separate to identify the windings too, after the motor by its currents.
     Raises UsageError for recordings that do not suit, and for known values and bounds that no model of the fit has.
     """
-    law, notes = law_of_fit(campaign, settings, start)
+    law, notes = _law_of_fit(campaign, settings, start)
     if model == "friction":
         task = _friction_task(campaign, settings, law)
         _check_names(set(task.parameter_names()), settings, campaign.known if task.kind == "force" else {})
         return (Stage("friction", replace(task, start=start, notes=notes)),)
     return tuple(_motor_stages(campaign, settings, model, start, winding, law, notes))
+
+
+def _law_of_fit(campaign: Campaign, settings: Settings, start: FitResult | None) -> tuple[str, tuple[str, ...]]:
+    """The friction law's name, as asked for, of an earlier result, or preferred; and what there is to say of it."""
+    from linid.physics.laws.registry import LUGRE
+
+    if settings.law is None:
+        return (LUGRE if start is None else start.law), ()
+    if settings.law != "auto":
+        return settings.law, ()
+    return preferred_law(campaign, settings, base_kind(campaign.recordings))
 
 
 def _motor_stages(

@@ -119,19 +119,35 @@ def held_at_start(terms, axis, bristles, course, motion, currents, factor):
 
 
 @inlined
-def bristle_along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
+def reached_by(piece, pieces, way):
+    """How far the axis has come in m by the end of a piece of the time between two samples; way: as in
+    `bristle_along`."""
+    travel, v, v_next, dt = way
+    reached = travel
+    if piece < pieces - 1:  # cubic through both samples with their speeds
+        s = (piece + 1) / pieces
+        reached = s * s * (3.0 - 2.0 * s) * travel
+        reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+    return reached
+
+
+@inlined
+def pieces_of(way):
+    """How many pieces of the time between two samples the bristle is followed in, each at its mean speed."""
+    travel, v, v_next, dt = way
+    return PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
+
+
+@inlined
+def bristle_along(axis, bristles, resistance, w, way, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
-    to 1; the travel between in m, the speeds at both in m/s."""
+    to 1. way: travel between in m, speeds at both in m/s, time in s."""
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     _, level, load = resistance
-    pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
+    pieces, dt = pieces_of(way), way[3]
     done = mean = late = 0.0  # of the way
     for piece in range(pieces):
-        reached = travel
-        if piece < pieces - 1:  # cubic through both samples with their speeds
-            s = (piece + 1) / pieces
-            reached = s * s * (3.0 - 2.0 * s) * travel
-            reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+        reached = reached_by(piece, pieces, way)
         part = reached - done
         done = reached
         rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
@@ -187,23 +203,22 @@ def bristle_at_rest(axis, bristles, resistance, w, force, dt):
 
 @compiled
 def begun(terms, axis, bristles, course, motion, currents, w):
-    """The bristle at the first sample in m; w: as given, or nan. Hidden states start too.
+    """The bristle at the first sample in m; w: as given, or nan. Hidden states and elements start too.
 
     Not given, it is that of steady sliding, but an axis that has just set off need not slide yet.
     """
     t, y, v = course.t_start, motion.y[0], motion.v[0]
     if axis.on & terms.acts.advance:
         start_states(terms, axis, t, y, v, currents)
-    if not math.isnan(w):
-        return w
-    w = steady_bristle(terms, axis, bristles, t, y, v, currents)
-    if motion.standstill[0] or motion.y.size <= START_SAMPLES:
-        return w
-    resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0))
-    breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
-    if abs(v) * SETTLING_TIME < SETTLING * breakaway:
-        held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
-        w = min(max(held, -breakaway), breakaway)
+    if math.isnan(w):
+        w = steady_bristle(terms, axis, bristles, t, y, v, currents)
+        if not motion.standstill[0] and motion.y.size > START_SAMPLES:
+            resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0))
+            breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
+            if abs(v) * SETTLING_TIME < SETTLING * breakaway:
+                held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
+                w = min(max(held, -breakaway), breakaway)
+    terms.law.share_out(axis, bristles, w)
     return w
 
 
@@ -282,14 +297,11 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
             if back > k:
                 k = back
                 w = math.copysign(bristles.coulomb / sigma_0, v[k])
-                if terms.law.elements > 0:
-                    terms.law.share_out(axis, bristles, w)
+                terms.law.share_out(axis, bristles, w)
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, k, count)
         if k == 0:
             w = begun(terms, axis, bristles, course, motion, currents, w)
-            if terms.law.elements > 0:
-                terms.law.share_out(axis, bristles, w)
         if motor_force.size > 0:
             force = motor_force[k]
             if on & acts.push:
@@ -313,10 +325,9 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
         if k < count - 1:
             if on & acts.between:
                 resistance = between(terms, axis, course, motion, k, currents, resistance)
-            travel = y[k + 1] - y[k]
-            w, mean, late = terms.law.along(axis, bristles, resistance, w, travel, v[k], v[k + 1], dt, want_a)
-            # The bristle's rate is a difference of w: the equation's right-hand side would amplify noise.
-            if want_a:
+            way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
+            w, mean, late = terms.law.along(axis, bristles, resistance, w, way, want_a)
+            if want_a:  # the bristle's rate is a difference of w: the equation's right-hand side would amplify noise
                 found.a[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
 
 

@@ -145,13 +145,17 @@ def _entry(function: Any, folder: Path) -> Any:
     return compiled
 
 
-@cache
 def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool = False, law: str = LUGRE) -> Kernel:
     """The compiled kernel: guarded for all effects (None) or specialised for one model.
 
     by_voltage: the inputs are phase voltages and the currents are states; bare: all motors, but no effects; law: of
     friction, whose steps are compiled in.
     """
+    return _loaded(model, by_voltage, bare, law)
+
+
+@cache  # under all arguments: where some are left out it would keep another copy
+def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kernel:
     folder = cache_folder()
     lock_compilation()
     try:

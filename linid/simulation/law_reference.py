@@ -17,8 +17,11 @@ _STEP = 1e-5  # s, of Maxwell's elements
 
 @dataclass(frozen=True)
 class LawRun:
-    """A reference run of n samples: y in m, v in m/s; up to each, work of the outer force, loss by friction
-    and what springs then store, in J."""
+    """A reference run of n samples: y in m and v in m/s, (n,); work of the outer force and what is lost by friction up
+    to each, and what is stored in springs then, in J, (n,).
+
+    work, lost, stored: (n,) in J.
+    """
 
     y: Array
     v: Array

@@ -64,8 +64,9 @@ def bristle_terms(law: Law) -> dict[str, Any]:
             halvings += 1
 
     @inlined
-    def step(axis, bristles, v, w, at_middle, force, force_rate, body, h):
+    def step(axis, bristles, v, w, at_middle, outer, body, h):
         v_mid, w_mid, level, fall = at_middle
+        force, force_rate = outer
         mass, stiffness, damping, _ = body
         # Effects may scale the whole bristle, level and stiffness alike.
         scale = bristles.sigma_0 / stiffness
@@ -77,6 +78,12 @@ def bristle_terms(law: Law) -> dict[str, Any]:
         return linear_step(v, w, (w_rate, falling, slope), force, force_rate, body, h)
 
     return {"predicted": predicted, "step": step}
+
+
+@inlined
+def slips(x, most, way):
+    """Whether an element at x m slips when it goes that way; most: deflection in m that it can hold."""
+    return x * way > 0.0 and abs(x) >= most * (1.0 - _LEAST)
 
 
 def element_terms(law: Law) -> dict[str, Any]:
@@ -99,10 +106,13 @@ def element_terms(law: Law) -> dict[str, Any]:
             share, stiff = shape(k, own)
             axis.p[ELEMENT_START + k] = share * w / stiff
 
-    @inlined
-    def slips(x, most, way):
-        """Whether an element at x m slips when it goes that way; most: deflection in m that it can hold."""
-        return x * way > 0.0 and abs(x) >= most * (1.0 - _LEAST)
+    predicted, step = _elements_predicted(law), _elements_step(law)
+    return {"predicted": predicted, "step": step, "share_out": share_out, "bristle": bristle}
+
+
+def _elements_predicted(law: Law) -> Any:
+    """The middle of a followed step of springs side by side, and how long it may be."""
+    shape, count = law.shape, law.elements
 
     @inlined
     def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
@@ -150,9 +160,17 @@ def element_terms(law: Law) -> dict[str, Any]:
                 return Middle(v_mid, w_mid, level, fall, halvings, swing, tolerance)
             halvings += 1
 
+    return predicted
+
+
+def _elements_step(law: Law) -> Any:
+    """A followed step of springs side by side, each sticking or slipping as in its middle."""
+    shape, count = law.shape, law.elements
+
     @inlined
-    def step(axis, bristles, v, w, at_middle, force, force_rate, body, h):
+    def step(axis, bristles, v, w, at_middle, outer, body, h):
         v_mid, _, level, fall = at_middle
+        force, force_rate = outer
         mass, stiffness, damping, viscous = body
         p, own = axis.p, own_of(axis)
         way = math.copysign(1.0, v_mid)
@@ -190,4 +208,4 @@ def element_terms(law: Law) -> dict[str, Any]:
             w_new += stiff * p[ELEMENT_START + k]
         return v_new, w_new, displacement
 
-    return {"predicted": predicted, "step": step, "share_out": share_out, "bristle": bristle}
+    return step

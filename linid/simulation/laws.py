@@ -14,7 +14,7 @@ from linid.physics.friction import stribeck
 from linid.physics.laws.law import Law
 from linid.physics.laws.registry import find_law
 from linid.physics.model import ELEMENT_START
-from linid.simulation.along import PIECES, REST_AVERAGE, UNEVEN, bristle_along, bristle_at_rest
+from linid.simulation.along import REST_AVERAGE, bristle_along, bristle_at_rest, pieces_of, reached_by
 from linid.simulation.binding import inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.law_steps import bristle_terms, element_terms, own_of
@@ -53,18 +53,14 @@ def _single_along(law: Law) -> Any:
     moved = law.moved
 
     @inlined
-    def along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
+    def along(axis, bristles, resistance, w, way, want_means):
         coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
         _, level, load = resistance
         own, breakaway = own_of(axis), coulomb / sigma_0
-        pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
+        pieces, dt = pieces_of(way), way[3]
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            reached = travel
-            if piece < pieces - 1:  # cubic through both samples with their speeds
-                s = (piece + 1) / pieces
-                reached = s * s * (3.0 - 2.0 * s) * travel
-                reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+            reached = reached_by(piece, pieces, way)
             part = reached - done
             done = reached
             rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
@@ -89,18 +85,14 @@ def _elements_along(law: Law) -> tuple[Any, Any]:
     shape, count = law.shape, law.elements
 
     @inlined
-    def along(axis, bristles, resistance, w, travel, v, v_next, dt, want_means):
+    def along(axis, bristles, resistance, w, way, want_means):
         coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
         _, level, load = resistance
         p, own = axis.p, own_of(axis)
-        pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
+        pieces, dt = pieces_of(way), way[3]
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            reached = travel
-            if piece < pieces - 1:  # cubic through both samples with their speeds
-                s = (piece + 1) / pieces
-                reached = s * s * (3.0 - 2.0 * s) * travel
-                reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+            reached = reached_by(piece, pieces, way)
             part = reached - done
             done = reached
             rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0

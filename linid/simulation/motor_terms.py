@@ -11,7 +11,7 @@ from linid.physics.model import MOTOR_START
 from linid.physics.motors.harmonics import phase_constants, phase_force, phase_steps
 from linid.physics.motors.motor import PHASE_PARAMETERS, Motor
 from linid.physics.motors.registry import MOTORS
-from linid.simulation.binding import allocating, compiled, inlined, values_at
+from linid.simulation.binding import allocating, compiled, inlined, part, values_at
 from linid.simulation.bundle import Bundle
 
 _CONSTANT, _WAVENUMBER, _DISPLACEMENT, _OFFSET = range(MOTOR_START, MOTOR_START + len(PHASE_PARAMETERS))
@@ -130,12 +130,12 @@ def motor_terms(motor: int | None) -> Bundle:
         if motor not in (None, code) or not one.inputs:
             continue
         if not one.periodic:
-            thrust = _direct(thrust, code, one.thrust, _places(one, 0))
+            thrust = _direct(thrust, code, part(one.thrust), _places(one, 0))
             continue
         where = _places(one, len(PHASE_PARAMETERS))
-        prepare = _prepared(prepare, code, one.amplitudes, one.turns, where)
+        prepare = _prepared(prepare, code, part(one.amplitudes), one.turns, where)
         if one.constant is not None:
-            shape = _shape(one.constant, where)
+            shape = _shape(part(one.constant), where)
             thrust, constants = _shaped(thrust, code, shape), _constants(constants, code, shape)
     return Bundle(
         prepare=prepare, thrust=_thrust_with_table(thrust), constants=_constants_with_table(constants), untabled=thrust

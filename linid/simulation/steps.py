@@ -155,8 +155,9 @@ def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
 
 
 @inlined
-def followed_bristle(axis, bristles, v, w, at_middle, force, force_rate, body, h):
-    """LuGre's step as the kernel takes it from a law; see `lugre_step`."""
+def followed_bristle(axis, bristles, v, w, at_middle, outer, body, h):
+    """LuGre's step as the kernel takes it from a law; outer: force in N and its rate in N/s; see `lugre_step`."""
+    force, force_rate = outer
     return lugre_step(v, w, at_middle, force, force_rate, body, h)
 
 
@@ -287,7 +288,8 @@ def followed_step(terms, axis, bristles, course, place, motion):
         force_end, currents = force_then(terms, axis, course, (n, x, 0.0), y_end, v_end, currents)
     mean, rise = impulse(force, force_mid, force_end)
     at_middle, body = (middle.v, middle.w, level, fall), (bristles.mass, spring[0], spring[1], bristles.sigma_2)
-    v_new, w_new, displacement = terms.law.step(axis, bristles, v, w, at_middle, mean - 0.5 * rise, rise / h, body, h)
+    outer = (mean - 0.5 * rise, rise / h)
+    v_new, w_new, displacement = terms.law.step(axis, bristles, v, w, at_middle, outer, body, h)
     if states:
         settled(terms, axis, reach, motion, v_new, displacement, inner)
     return AxisState(y + displacement, v_new, w_new, force_end, currents, spring), middle

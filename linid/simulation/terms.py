@@ -17,7 +17,7 @@ from linid.physics.laws.registry import LUGRE
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
 from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT
 from linid.simulation import own_terms
-from linid.simulation.binding import inlined, values_at
+from linid.simulation.binding import inlined, part, values_at
 from linid.simulation.bundle import Bundle
 from linid.simulation.laws import law_terms
 from linid.simulation.motor_terms import motor_terms
@@ -193,7 +193,7 @@ def _chain(term: str, effects: tuple[Effect, ...]) -> Any:
     total, link = _CHAINS[term]
     for effect in effects:
         if term in effect.terms:
-            known = [total, effect.terms[term], 1 << EFFECTS.index(effect), _places(effect, term)]
+            known = [total, part(effect.terms[term]), 1 << EFFECTS.index(effect), _places(effect, term)]
             if term in ("initial", "advance"):
                 known += [STATE_START + STATE_PLACES[effect.name], effect.states]
             total = link(*known)

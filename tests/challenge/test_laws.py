@@ -75,7 +75,7 @@ def test_dahls_law_with_exponent_one_is_lugres_without_stribeck_and_damping() ->
     assert simulate(axis, mode).y == pytest.approx(simulate(other, mode).y, abs=1e-10)
 
 
-@pytest.mark.parametrize("law", ["maxwell", "dahl"])
+@pytest.mark.parametrize("law", ["maxwell", "dahl", "elasto_plastic", "coulomb"])
 def test_other_laws_slide_like_lugres_and_keep_their_energy(law: Law) -> None:
     axis = axis_of(law)
     run = simulate(axis, mode_of(axis, "sine_position_2"))
@@ -86,7 +86,7 @@ def test_other_laws_slide_like_lugres_and_keep_their_energy(law: Law) -> None:
     far = sliding & (np.abs(run.v) > 8 * axis.friction.stribeck_velocity_m_per_s)
     assert np.median(np.abs(resist[far] - expected[far])) < 0.02 * axis.friction.coulomb_force_n
     stored = 0.5 * run.mass * run.v**2
-    if law == "dahl":
+    if law in ("dahl", "elasto_plastic"):
         stored = stored + 0.5 * axis.friction.bristle_stiffness_n_per_m * run.states[:, layout.W] ** 2
     work, loss = run.states[:, layout.WORK], run.states[:, layout.LOSS]
     assert np.abs(stored - work + loss).max() < 1e-5 * np.ptp(work)

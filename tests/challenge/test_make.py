@@ -210,7 +210,7 @@ def test_drawn_axes_are_realistic_and_move_plausibly(seed: int) -> None:
         {"kinds": ()},
         {"effects": ("cogging",), "kinds": ("pair",)},
         {"effects": ("cogging", "end_effect"), "kinds": ("crowd",)},
-        {"laws": ("coulomb",)},
+        {"laws": ("stribeck",)},
         {"axes": ()},
         {"axes": ("rotary",)},
         {"rates": (300.0,)},

@@ -352,3 +352,14 @@ def test_a_proposal_is_read_from_the_diagnosis(tmp_path: Path) -> None:
     (tmp_path / "diagnosis.json").write_text(json.dumps({**body, "proposal": {"closed": 1}}), encoding="utf-8")
     with pytest.raises(DataError):
         read_answer(tmp_path)
+
+
+def test_a_friction_law_is_read_from_the_diagnosis(tmp_path: Path) -> None:
+    laws = {"maxwell_slip": "maxwell", "dahl": "dahl", "lugre": None}
+    for law, expected in laws.items():
+        told = {"friction_law": {"law": law, "told": False}}
+        (tmp_path / "diagnosis.json").write_text(json.dumps({**said("none"), **told}), encoding="utf-8")
+        assert read_answer(tmp_path).law == expected
+    for told, expected in (({"law": "lugre", "told": True}, "lugre"), (None, None)):
+        (tmp_path / "diagnosis.json").write_text(json.dumps({**said("none"), "friction_law": told}), encoding="utf-8")
+        assert read_answer(tmp_path).law == expected

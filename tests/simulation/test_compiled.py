@@ -134,3 +134,18 @@ def test_constants_count_but_not_where_they_are() -> None:
     before = fingerprint(with_array)
     numbers[1] = 5.0
     assert fingerprint(with_array) != before
+
+
+def test_what_a_kernel_is_made_of_has_no_machine_code_of_its_own() -> None:
+    @compiled
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    @njit
+    def entry(x: float) -> float:
+        return twice(x) + 1.0  # type: ignore[no-any-return]
+
+    assert entry(3.0) == 7.0
+    for function, made in ((twice, False), (entry, True)):
+        (one,) = function.overloads.values()
+        assert one.library._codegen._engine.is_symbol_defined(one.fndesc.mangled_name) is made

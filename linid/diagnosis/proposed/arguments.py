@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.proposed.history import direction_of, last_rest, since_reversal
+from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.problem import Problem
 
 # What only passes comes last: between equals, what a designer can change is likelier the cause.
 PASSING = ("time", "campaign_time", "recording")
+NEAR = 0.004  # of the stroke: what a reversal or a rest leaves behind is drawn by the logarithm of the way since
+_BRIEF = 0.03  # s, a rest that hardly counts
 LABELS = {
     "position": "position",
     "velocity": "velocity",
@@ -48,14 +50,16 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
     """
     rows = problem.rows
     length, force = ("rad", "N m") if problem.rotary else ("m", "N")
-    travel, lasting = since_reversal(rows, direction_of(rows))
+    memory = memory_of(rows)
+    near = float(f"{NEAR * max(float(np.ptp(rows.y)), 1e-9):.2g}")
     found = {
         "position": Argument("position", "y", length, rows.y),
         "velocity": Argument("velocity", "v", f"{length}/s", rows.v),
         "speed": Argument("velocity", "abs(v)", f"{length}/s", np.abs(rows.v)),
-        "travel": Argument("travel", "travel", length, travel),
-        "since_reversal": Argument("since_reversal", "since_reversal", "s", lasting),
-        "rest_time": Argument("rest_time", "rest", "s", last_rest(rows)),
+        "travel": Argument("travel", f"log(travel + {near:g})", length, np.log(memory.travel + near)),
+        "slid": Argument("rest_time", "", length, np.log(memory.slid + near)),
+        "since_reversal": Argument("since_reversal", "since_reversal", "s", memory.lasting),
+        "rest_time": Argument("rest_time", f"log(rest + {_BRIEF:g})", "s", np.log(memory.rest + _BRIEF)),
         "acceleration": Argument("acceleration", "", f"{length}/s^2", rows.a - problem.residual),
         "time": Argument("time", "t", "s", rows.t),
     }

@@ -17,18 +17,47 @@ _NOT_ROUGH = 1e-6  # penalty of functions that have no curvature to be punished
 
 
 @dataclass(frozen=True)
+class Side:
+    """Functions of one argument, to be drawn anywhere: `size` splines from low to high in its unit (or around its
+    period), waves of some wavenumbers in rad per unit of it (after a constant, where it has a mean), or a step at 0 (of
+    size 1)."""
+
+    argument: Argument
+    low: float
+    high: float
+    size: int
+    wavenumbers: tuple[float, ...] = ()
+    mean: bool = False
+
+    def at(self, x: Array) -> Array:
+        """The functions (m, k) at x (m,), in the argument's unit."""
+        if self.wavenumbers:
+            columns = _waves(x, self.wavenumbers)
+            return np.hstack([np.ones((x.size, 1)), columns]) if self.mean else columns
+        if self.size == 1:
+            return np.asarray((x > 0.0)[:, None], dtype=np.float64)
+        if self.argument.period:
+            return _wrapped(x, self.argument.period, self.size)
+        return _splines(x, self.low, self.high, self.size)
+
+
+@dataclass(frozen=True)
 class Basis:
     """columns: (n, k), dimensionless; roughness: (k, k) whose quadratic form is a curve's penalty; call: the function
-    of a formula that these columns are, with its numbers, empty where a formula has none."""
+    of a formula that these columns are, with its numbers, empty where a formula has none; factors: the columns one by
+    one as formulas, where each has one; sides: what they are the products of functions of, the last one running
+    fastest, empty where they cannot be drawn."""
 
     columns: Array
     roughness: Array
     call: str = ""
+    factors: tuple[str, ...] = ()
+    sides: tuple[Side, ...] = ()
 
 
 def constant(rows: int) -> Basis:
     """One column of ones (rows, 1)."""
-    return Basis(np.ones((rows, 1)), _NOT_ROUGH * np.eye(1))
+    return Basis(np.ones((rows, 1)), _NOT_ROUGH * np.eye(1), "c_1", ("1",))
 
 
 def curve(argument: Argument, size: int) -> Basis:
@@ -39,15 +68,13 @@ def curve(argument: Argument, size: int) -> Basis:
     if argument.period:
         columns = _wrapped(argument.values, argument.period, size)
         second = np.roll(np.eye(size), 1, axis=0) - 2.0 * np.eye(size) + np.roll(np.eye(size), -1, axis=0)
-        return Basis(columns, second.T @ second, f"periodic({argument.symbol}, {argument.period:.10g}, {size})")
+        call = f"periodic({argument.symbol}, {argument.period:.10g}, {size})"
+        return Basis(columns, second.T @ second, call, sides=(Side(argument, 0.0, argument.period, size),))
     low, high = support(argument.values)
-    inner = np.linspace(low, high, size - _DEGREE + 1)
-    step = inner[1] - inner[0]
-    knots = np.concatenate([low - step * np.arange(_DEGREE, 0, -1), inner, high + step * np.arange(1, _DEGREE + 1)])
-    columns = BSpline.design_matrix(np.clip(argument.values, low, high), knots, _DEGREE).toarray()
+    columns = _splines(argument.values, low, high, size)
     second = np.diff(np.eye(size), 2, axis=0)
     call = f"spline({argument.symbol}, {low:.10g}, {high:.10g}, {size})" if argument.symbol else ""
-    return Basis(columns, second.T @ second, call)
+    return Basis(columns, second.T @ second, call, sides=(Side(argument, low, high, size),))
 
 
 def support(values: Array) -> tuple[float, float]:
@@ -55,6 +82,20 @@ def support(values: Array) -> tuple[float, float]:
     known = values[np.isfinite(values)]
     low, high = np.quantile(known, [_ENDS, 1.0 - _ENDS]).tolist() if known.size else (0.0, 1.0)
     return low, max(high, low + 1e-9 * max(abs(low), 1.0))
+
+
+def _splines(x: Array, low: float, high: float, size: int) -> Array:
+    """Cubic B-splines (n, size) on equal intervals from low to high, beyond which they keep their values."""
+    inner = np.linspace(low, high, size - _DEGREE + 1)
+    step = inner[1] - inner[0]
+    knots = np.concatenate([low - step * np.arange(_DEGREE, 0, -1), inner, high + step * np.arange(1, _DEGREE + 1)])
+    return np.asarray(BSpline.design_matrix(np.clip(x, low, high), knots, _DEGREE).toarray())
+
+
+def _waves(x: Array, wavenumbers: Sequence[float]) -> Array:
+    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,)."""
+    angles = np.multiply.outer(x, np.asarray(wavenumbers))
+    return np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(x.size, -1)
 
 
 def _wrapped(x: Array, period: float, size: int) -> Array:
@@ -69,11 +110,15 @@ def _wrapped(x: Array, period: float, size: int) -> Array:
     return out
 
 
-def waves(x: Array, wavenumbers: Sequence[float], symbol: str) -> Basis:
-    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,)."""
-    angles = np.multiply.outer(x, np.asarray(wavenumbers))
-    columns = np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(x.size, -1)
-    return Basis(columns, _NOT_ROUGH * np.eye(columns.shape[1]), "" if not symbol else "waves")
+def waves(argument: Argument, wavenumbers: Sequence[float], mean: bool = False) -> Basis:
+    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of an argument, after a constant where `mean` says
+    so."""
+    side = Side(argument, *support(argument.values), 2 * len(wavenumbers) + mean, tuple(wavenumbers), mean)
+    columns = side.at(argument.values)
+    factors = tuple(f"{name}({k:.10g}*{argument.symbol})" for k in wavenumbers for name in ("cos", "sin"))
+    factors = ("1", *factors) if mean else factors
+    call = " + ".join(f"c_{number}*{factor}" for number, factor in enumerate(factors, 1))
+    return Basis(columns, _NOT_ROUGH * np.eye(columns.shape[1]), call, factors, (side,))
 
 
 def product(one: Basis, other: Basis) -> Basis:
@@ -83,4 +128,7 @@ def product(one: Basis, other: Basis) -> Basis:
     call = ""
     if one.call.startswith("spline(") and other.call.startswith("spline("):
         call = f"spline2({one.call[7:-1]}, {other.call[7:-1]})"
-    return Basis(columns, np.kron(one.roughness, eyes[1]) + np.kron(eyes[0], other.roughness), call)
+    elif one.factors and other.call.startswith("spline("):
+        call = " + ".join(f"{factor}*{other.call}" for factor in one.factors)
+    sides = one.sides + other.sides if one.sides and other.sides else ()
+    return Basis(columns, np.kron(one.roughness, eyes[1]) + np.kron(eyes[0], other.roughness), call, sides=sides)

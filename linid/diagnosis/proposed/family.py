@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import PASSING, Argument
-from linid.diagnosis.proposed.basis import Basis, constant, curve, product
+from linid.diagnosis.proposed.basis import Basis, Side, constant, curve, product, waves
 from linid.diagnosis.proposed.problem import Problem
 
-ONE, TWO, ROUND = 14, 7, 12  # functions of one argument, of each of two, and around a period
+ONE_WAY = ("max(0, tanh(v/0.001))", "max(0, tanh(-v/0.001))")  # factors that are 1 in one direction, 0 in the other
+HARMONICS = 3  # of the pole pitch, where each may depend on something else too
+ONE, TWO, ROUND = 20, 7, 12  # functions of one argument, of each of two, and around a period
+_FINELY = ("position", "campaign_time")
+FINE = 40  # of position and of the running time: what sits at one place may be narrow
 # Functions of two arguments that mechanics knows; all pairs would be too many to be tested against each other.
 _PAIRS = (
     ("position", "velocity"),
@@ -22,7 +27,8 @@ _PAIRS = (
     ("pole_phase", "velocity"),
     ("travel", "position"),
 )
-_FRICTION_PAIRS = (("position", "speed"), ("position", "force_size"), ("campaign_time", "speed"))
+_FRICTION_PAIRS = (("position", "speed"), ("position", "force_size"), ("campaign_time", "speed"), ("rest_time", "slid"))
+_THRUST_PAIRS = (("position", "speed"),)  # times the motor's force
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,8 @@ class Family:
     arguments: names of all it depends on, each once; form: what makes it, for messages; columns: (n, k) acceleration
     in m/s^2 per newton; roughness: (k, k); local: the length in s of the pieces that are left out in turn where each
     recording has coefficients of its own, 0 where all share them; formula: of an own term, its coefficients to follow,
-    empty where none can be written; basis: (n, k) without what a force does to a row.
+    empty where none can be written; wanders: each moment is told by those beside it, and by nothing else; sides,
+    factor: how it is drawn (factor: "", direction, motor_force or velocity).
     """
 
     arguments: tuple[str, ...]
@@ -41,6 +48,9 @@ class Family:
     roughness: Array
     local: float = 0.0
     formula: str = ""
+    wanders: bool = False
+    sides: tuple[Side, ...] = ()
+    factor: str = ""
 
     @property
     def passing(self) -> int:
@@ -54,7 +64,9 @@ def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fa
     yield force(problem, (), "constant", constant(rows))
     yield _one_way(problem)
     for key, argument in arguments.items():
-        basis = curve(argument, ROUND if argument.period else ONE)
+        if key == "slid":
+            continue
+        basis = curve(argument, ROUND if argument.period else FINE if key in _FINELY else ONE)
         if key not in ("speed", "force_size"):
             yield force(problem, (argument.name,), key, basis)
         if key == "speed":  # an odd function of the velocity, with its presliding
@@ -68,21 +80,47 @@ def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fa
 def force(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, factor: Array | None = None) -> Family:
     """A family of forces on the mass, times a factor (n,) in N."""
     columns = basis.columns if factor is None else basis.columns * factor[:, None]
-    formula = basis.call if factor is None or not basis.call else f"F*{basis.call}"
-    return Family(tuple(dict.fromkeys(names)), form, problem.pushed(columns), basis.roughness, formula=formula)
+    formula = basis.call if factor is None or not basis.call else f"F*({basis.call})"
+    return Family(
+        tuple(dict.fromkeys(names)),
+        form,
+        problem.pushed(columns),
+        basis.roughness,
+        formula=formula,
+        sides=basis.sides,
+        factor="" if factor is None else names[-1],
+    )
 
 
 def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) -> Family:
     """A family of levels of friction."""
-    formula = f"-{basis.call}*sign(v)" if basis.call else ""
+    formula = f"-({basis.call})*sign(v)" if basis.call else ""
     columns = problem.resisted(basis.columns)
-    return Family(tuple(dict.fromkeys(names)), f"{form} x direction", columns, basis.roughness, formula=formula)
+    return Family(
+        tuple(dict.fromkeys(names)),
+        f"{form} x direction",
+        columns,
+        basis.roughness,
+        formula=formula,
+        sides=basis.sides,
+        factor="direction",
+    )
 
 
 def _one_way(problem: Problem) -> Family:
     """Friction that differs with the direction by a constant."""
     forward = (problem.friction < 0.0).astype(np.float64)[:, None]
-    return Family(("direction",), "one direction", problem.resisted(forward), 1e-6 * np.eye(1))
+    formula = f"-c_1*{ONE_WAY[0]}*sign(v)"
+    way = Argument("direction", "sign(v)", "", np.sign(problem.rows.v))
+    return Family(
+        ("direction",),
+        "one direction",
+        problem.resisted(forward),
+        1e-6 * np.eye(1),
+        formula=formula,
+        sides=(Side(way, -1.0, 1.0, 1),),
+        factor="direction",
+    )
 
 
 def _times(
@@ -94,8 +132,8 @@ def _times(
         yield force(problem, (argument.name, "motor_force"), f"{key} x motor force", basis, problem.push)
     if key not in ("velocity", "speed"):
         family = force(problem, (argument.name, "velocity"), f"{key} x velocity", basis, problem.rows.v)
-        formula = f"v*{basis.call}" if basis.call else ""
-        yield Family(family.arguments, family.form, family.columns, family.roughness, formula=formula)
+        formula = f"v*({basis.call})" if basis.call else ""
+        yield replace(family, formula=formula)
 
 
 def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Family]:
@@ -104,9 +142,21 @@ def _of_two(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fam
         for keys in pairs:
             if all(key in arguments for key in keys):
                 pair = [arguments[key] for key in keys]
-                one, other = (curve(a, ROUND if a.period else TWO) for a in pair)
+                one, other = (_round(a) if a.period else curve(a, TWO) for a in pair)
                 names = tuple(a.name for a in pair) + (("direction",) if make is friction else ())
                 yield make(problem, names, " and ".join(keys), product(one, other))
+    for keys in _THRUST_PAIRS:
+        if all(key in arguments for key in (*keys, "motor_force")):
+            one, other = (curve(arguments[key], TWO) for key in keys)
+            names = (*(arguments[key].name for key in keys), "motor_force")
+            form = f"{' and '.join(keys)} x motor force"
+            yield force(problem, names, form, product(one, other), problem.push)
+
+
+def _round(argument: Argument) -> Basis:
+    """The mean and the first waves of a periodic argument."""
+    wavenumbers = [2.0 * math.pi * k / argument.period for k in range(1, HARMONICS + 1)]
+    return waves(argument, wavenumbers, mean=True)
 
 
 def per_recording(problem: Problem, piece: float) -> Iterator[Family]:
@@ -128,6 +178,19 @@ def per_recording(problem: Problem, piece: float) -> Iterator[Family]:
         columns = make()
         if np.any(columns):
             yield Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=piece)
+
+
+def of_running_time(problem: Problem, arguments: Mapping[str, Argument], piece: float) -> Iterator[Family]:
+    """Families of the campaign's running time, which no other recording repeats. piece: s that are left out in turn."""
+    if "campaign_time" in arguments:
+        basis = curve(arguments["campaign_time"], FINE)
+        for family in (
+            force(problem, ("campaign_time",), "campaign_time", basis),
+            friction(problem, ("campaign_time", "direction"), "campaign_time", basis),
+            force(problem, ("campaign_time", "motor_force"), "campaign_time x motor force", basis, problem.push),
+        ):
+            if np.any(family.columns):
+                yield replace(family, form=f"{family.form}, piece by piece", local=piece)
 
 
 def _indicators(owner: Integers) -> Array:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from linid.arrays import Array, Flags, Integers
 from linid.diagnosis.balance import Rows
+from linid.physics.own_terms.memory import memory_along
 
 
 def direction_of(rows: Rows) -> Array:
@@ -15,28 +18,35 @@ def direction_of(rows: Rows) -> Array:
     return np.where(last >= 0, sign[np.maximum(last, 0)], 0.0)
 
 
-def since_reversal(rows: Rows, direction: Array) -> tuple[Array, Array]:
-    """Travel (n,) in m and time (n,) in s since the last reversal, infinite before the first one.
+@dataclass(frozen=True)
+class Memory:
+    """travel: (n,) m and lasting: (n,) s since the last reversal, before the first one since the start; rest: (n,) s
+    that the last rest took; slid: (n,) m since it."""
 
-    direction: (n,) 1, -1 or 0, dimensionless.
-    """
-    turned = np.zeros(direction.size, dtype=np.bool_)
-    turned[1:] = (direction[1:] != direction[:-1]) & (rows.recording[1:] == rows.recording[:-1])
-    last = last_where(turned, rows.recording)
-    known, place = last >= 0, np.maximum(last, 0)
+    travel: Array
+    lasting: Array
+    rest: Array
+    slid: Array
+
+
+def memory_of(rows: Rows) -> Memory:
+    """What the axis remembers at each row, as simulations keep it for own terms."""
+    parts = []
+    for number in np.unique(rows.recording):
+        mine = rows.recording == number
+        parts.append(memory_along(rows.t[mine], rows.y[mine]))
+    travel, lasting, rest = (
+        np.concatenate([part[name] for part in parts]) for name in ("travel", "since_reversal", "rest")
+    )
+    longer = np.zeros(rest.size, dtype=np.bool_)
+    longer[1:] = rest[1:] != rest[:-1]
     path = travelled(rows)
-    return np.where(known, path - path[place], np.inf), np.where(known, rows.t - rows.t[place], np.inf)
+    return Memory(travel, lasting, rest, path - path[np.maximum(last_where(longer, rows.recording), _first(rows))])
 
 
-def last_rest(rows: Rows) -> Array:
-    """Duration (n,) in s of the last rest before each row, 0 before the first one; while it rests, so far."""
-    still = rows.standstill
-    begun = still.copy()
-    begun[1:] &= ~(still[:-1] & (rows.recording[1:] == rows.recording[:-1]))
-    first, latest = last_where(begun, rows.recording), last_where(still, rows.recording)
-    known = (first >= 0) & (latest >= 0)
-    duration = rows.t[np.maximum(latest, 0)] - rows.t[np.maximum(first, 0)]
-    return np.where(known, np.maximum(duration, 0.0), 0.0)
+def _first(rows: Rows) -> Integers:
+    """The first row (n,) of each row's recording."""
+    return np.searchsorted(rows.recording, rows.recording).astype(np.int64)
 
 
 def travelled(rows: Rows) -> Array:

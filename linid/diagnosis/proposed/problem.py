@@ -15,12 +15,16 @@ from linid.diagnosis.judge import Judge
 from linid.diagnosis.locate import pushing_input, recording_masses
 from linid.diagnosis.proposed.history import last_where, travelled
 from linid.diagnosis.seen import field_wavenumber
+from linid.errors import ConfigError
+from linid.physics.effects.registry import canonical, find_effect
 from linid.recording.recording import Recording
 
 # How far a base parameter may be wrong: share of its value, or of a logarithm's unit; what a step of that size costs,
 # as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
 # the thrust, is moved a hundred times its size to imitate something that is missing.
 WRONG, COST = 0.3, 0.03
+_PROBE, _SHARE = "probe: c*F", 1e-3  # a term that shows the motor's force, and the share of it that it adds
+_SMOOTH = 5.0  # usual distances of rows, beyond which two say nothing of a rate between them
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ class Problem:
     push: Array
     friction: Array
     relaxed: float
+    damped: float
     held: Flags
     elapsed: Array
     field: float | None
@@ -72,8 +77,13 @@ class Problem:
         return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
 
     def resisted(self, levels: Array) -> Array:
-        """What more friction (n, k) in N gives the rows, (n, k) in m/s^2."""
-        return np.asarray(levels * (self.friction / self.mass)[:, None])
+        """What more friction (n, k) in N gives the rows, (n, k) in m/s^2: where its level rises, the bristles bend
+        further, and their damping adds to it."""
+        rising = np.zeros_like(levels)
+        t, owner = self.rows.t, self.rows.recording
+        inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
+        rising[1:-1][inner] = (levels[2:] - levels[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
+        return np.asarray((levels + self.damped * rising) * (self.friction / self.mass)[:, None])
 
 
 def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
@@ -84,7 +94,6 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     slopes = fits.slopes(step)
     sizes = {c.name: c.scale if c.log else 0.0 for c in fits.unknowns(step)}
     field = field_wavenumber(step.model.kind, step.values)
-    constant = step.values.get("force_constant", 0.0)
     noise = (judge.noise.encoder + judge.noise.inputs)[rows.bin]
     return assembled(
         rows,
@@ -95,11 +104,31 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         values=step.values,
         noise=noise,
         scale=judge.scale[rows.recording],
-        push=constant * pushing_input(rows, recordings, field) if constant else np.zeros(rows.t.size),
+        push=_motor_force(judge, step, field),
         held=balance.split,
         field=field,
         seed=seed,
     )
+
+
+def _motor_force(judge: Judge, step: Fitted, field: float | None) -> Array:
+    """The motor's force (n,) in N along the motion: the input along the thrust, in the model's own size and sign."""
+    rows = judge.balance.rows
+    constant = step.values.get("force_constant", 0.0)
+    if not constant:
+        return np.zeros(rows.t.size)
+    push = constant * pushing_input(rows, judge.balance.recordings, field)
+    (probe,) = canonical((_PROBE,))
+    try:
+        model = step.model.with_effects((*step.model.effects, probe))
+    except ConfigError:  # as many own terms as a model can have
+        return np.asarray(push)
+    (amplitude,) = find_effect(probe).parameters
+    vector = model.vector({**step.values, **step.preset, amplitude.name: _SHARE})
+    shown = step.residual - judge.balance.residuals(model, vector[None, :])[0]
+    moving = ~rows.standstill
+    told = shown[moving] * recording_masses(judge.balance.recordings, step.values["mass"])[rows.recording[moving]]
+    return np.asarray(push * float(push[moving] @ told) / max(float(push[moving] @ push[moving]), 1e-300) / _SHARE)
 
 
 def assembled(
@@ -135,6 +164,7 @@ def assembled(
         push=push,
         friction=-slopes["coulomb_force"] * mass,
         relaxed=values["coulomb_force"] / values["bristle_stiffness"],
+        damped=values["bristle_damping"] / values["bristle_stiffness"],
         held=held,
         elapsed=np.array([r.elapsed for r in recordings]),
         field=field,

@@ -9,14 +9,16 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument, arguments_of
-from linid.diagnosis.proposed.family import Family, families, per_recording
+from linid.diagnosis.proposed.family import Family, families, of_running_time, per_recording
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.regression import Regression, Sums
+from linid.diagnosis.proposed.wander import LEAST_LEAD, wandering
 from linid.diagnosis.proposed.waves import WAVE_PIECE, wave_families
 from linid.diagnosis.roll_null import p_value, with_rolled
 
 LEAST_EXCESS = 0.05  # floors: with less, there is nothing to be proposed
 AS_GOOD = 0.92  # of the best gain: families with this much predict alike, and the one of fewer arguments is taken
+WORTH = 0.5  # of the best gain: where the best one does not stand, much less is not the answer
 TRIES = 3  # families that are tested by permutation, each at SURE / TRIES
 SURE = 0.05
 LEAST_CLOSED = 0.05  # of the excess, on the judging rows
@@ -47,12 +49,15 @@ class Proposal:
         return self.family.arguments
 
 
-def propose(problem: Problem) -> Proposal | None:
-    """The term that the data ask for, or None where none predicts what it was not fitted to."""
+def propose(problem: Problem, found: Sequence[Regression]) -> Proposal | None:
+    """The term that the data ask for, or None where none predicts what it was not fitted to.
+
+    found: `judged_families` of the problem.
+    """
     if 1.0 / max(problem.floor, 1e-9) - 1.0 < LEAST_EXCESS:
         return None
-    found = judged_families(problem)
-    for regression in candidates(found)[:TRIES]:
+    worth = [one for one in candidates(found) if one.best[1] >= WORTH * found[0].best[1]]
+    for regression in worth[:TRIES]:
         proposal = tested(problem, regression)
         if proposal is not None:
             return proposal
@@ -97,6 +102,8 @@ def _all_families(problem: Problem, arguments: dict[str, Argument], left: Callab
     yield from families(problem, arguments)
     yield from wave_families(problem, arguments, left)
     yield from per_recording(problem, WAVE_PIECE)
+    yield from of_running_time(problem, arguments, WAVE_PIECE)
+    yield from wandering(problem)
 
 
 def leaves(problem: Problem) -> Callable[[Array], Array]:
@@ -118,14 +125,20 @@ def leaves(problem: Problem) -> Callable[[Array], Array]:
 
 
 def candidates(found: Sequence[Regression]) -> list[Regression]:
-    """The families in the order in which they are tested: of those as good as the best the one of fewest arguments,
-    what only passes last; then the rest."""
+    """The families in the order in which they are tested: of those as good as the best the one of fewest arguments
+    and coefficients, what only passes last; then the rest."""
+    if not found:
+        return []
+    aimless = [one for one in found if one.family.wanders]
+    found = [one for one in found if not one.family.wanders]
+    if aimless and (not found or aimless[0].best[1] > LEAST_LEAD * found[0].best[1]):
+        return [*aimless[:1], *found]
     if not found:
         return []
     best = found[0].best[1]
     alike = [one for one in found if one.best[1] >= AS_GOOD * best]
 
-    def order(one: Regression) -> tuple[int, int, float]:
-        return one.family.passing, len(one.family.arguments), -one.best[1]
+    def order(one: Regression) -> tuple[int, int, int, float]:
+        return one.family.passing, len(one.family.arguments), one.family.columns.shape[1], -one.best[1]
 
     return [*sorted(alike, key=order), *(one for one in found if one.best[1] < AS_GOOD * best)]

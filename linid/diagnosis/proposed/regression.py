@@ -140,13 +140,14 @@ class Regression:
         """Gain on the judging rows."""
         return float(self.gains(self.sums.rest[:, None], self.best[0], True)[0])
 
-    def solution(self) -> tuple[Array, Array, Array]:
+    def solution(self, penalty: float | None = None) -> tuple[Array, Array, Array]:
         """Coefficients (k,) in N, their covariance (k, k) in N^2, and steps (r,) of the base's unknowns, by all rows
         that may be fitted; the covariance is that of rows with errors as large as what is left."""
         split = self.sums.split
         moments = self.moments(self.sums.rest[:, None])
         moment = sum(m for fold, m in moments.items() if not (split.apart and fold in split.judging))
-        system = self.total + self.best[0] * self.rough + 1e-9 * np.eye(self.total.shape[0])
+        penalty = self.best[0] if penalty is None else penalty
+        system = self.total + penalty * self.rough + 1e-9 * np.eye(self.total.shape[0])
         inverse = np.linalg.inv(system)
         x = (inverse @ moment)[:, 0]
         mine = np.concatenate([np.arange(s.start, s.stop) for f, s in self.sums.slices.items() if self._fitted(f)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -10,8 +11,9 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import Argument
-from linid.diagnosis.proposed.basis import curve, product, support, waves
-from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.basis import Basis, curve, product, waves
+from linid.diagnosis.proposed.family import ONE_WAY, Family, force
+from linid.diagnosis.proposed.history import direction_of
 from linid.diagnosis.proposed.problem import Problem
 
 MOST_WAVES = 5  # of one family
@@ -20,6 +22,7 @@ SHORTEST, HIGHEST = 1.0 / 600.0, 60.0  # wave, as a share of the stroke; frequen
 _OVERSAMPLED = 4  # cells per shortest wave's half
 _LEAST_CYCLES = 2.0  # over the whole range; slower ones are curves
 _CLASSES, _GATES = 16, 16  # of velocity, in each of which a wave may have another phase; functions of it
+_SLOW = 0.5  # Hz, up to which the running time of a campaign may sway something
 _NYQUIST = 0.4  # of the rows' rate
 WAVE_PIECE = 0.5  # s left out in turn where each recording has a phase of its own
 
@@ -48,7 +51,10 @@ def wave_families(
     stroke = float(np.ptp(rows.y))
     step = np.diff(rows.t)
     highest = 2.0 * math.pi * min(HIGHEST, _NYQUIST / float(np.median(step[step > 0.0])))
-    for argument, top in ((arguments["position"], 2.0 * math.pi / (SHORTEST * stroke)), (arguments["time"], highest)):
+    axes = [(arguments["position"], 2.0 * math.pi / (SHORTEST * stroke)), (arguments["time"], highest)]
+    if "campaign_time" in arguments:
+        axes.append((arguments["campaign_time"], 2.0 * math.pi * _SLOW))
+    for argument, top in axes:
         for sort in _sorts(problem, argument):
             found = _strongest(problem, argument.values, sort, top, left)
             if found:
@@ -62,7 +68,11 @@ def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
     yield _Sort(("direction",), "friction", one, resists=True, formula="-({})*sign(v)")
     if np.any(problem.push):
         yield _Sort(("motor_force",), "motor force", problem.push, formula="F*({})")
+    if argument.name == "campaign_time":
+        return
     yield _Sort(("velocity",), "velocity", rows.v, formula="v*({})")
+    if argument.name == "position":
+        yield _Sort(("direction",), "phase by direction", one, classes=(direction_of(rows) > 0.0).astype(np.int64))
     fitted = rows.v[~problem.held]
     edges = np.quantile(fitted, np.linspace(0.0, 1.0, _CLASSES + 1)[1:-1])
     yield _Sort(("velocity",), "phase by velocity", one, classes=np.digitize(rows.v, edges))
@@ -72,7 +82,7 @@ def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
 
 def _columns(problem: Problem, x: Array, sort: _Sort, wavenumber: float) -> Array:
     """Cosine and sine as acceleration (n, 2), or of each class (n, 2 classes)."""
-    columns = waves(x, (wavenumber,), "").columns * sort.factor[:, None]
+    columns = np.stack([np.cos(wavenumber * x), np.sin(wavenumber * x)], axis=1) * sort.factor[:, None]
     if sort.classes is not None:
         owner = (sort.classes[:, None] == np.unique(sort.classes)).astype(np.float64)
         columns = np.einsum("ni,nj->nij", columns, owner).reshape(x.size, -1)
@@ -87,7 +97,7 @@ def _strongest(
     columns = np.empty((x.size, 0))
     rest = left(columns)
     whole = float(np.sum(rest**2))
-    most = MOST_WAVES if sort.classes is None else 1
+    most = MOST_WAVES if sort.classes is None or sort.form == "phase by direction" else 1
     while len(found) < most:
         grid, gain = spectrum(problem, x, sort, rest, top)
         best = int(np.argmax(gain))
@@ -151,31 +161,25 @@ def _family(
     problem: Problem, arguments: Mapping[str, Argument], argument: Argument, sort: _Sort, found: tuple[float, ...]
 ) -> Family:
     """The family of some waves."""
-    basis = waves(argument.values, found, argument.symbol)
+    basis = waves(argument, found)
     per = 2.0 * math.pi
     words = ", ".join(f"{k / per:.4g}" for k in found)
     form = f"waves of {words} per {argument.unit}, {sort.form}"
     names = (argument.name, *sort.names)
     if sort.form == "phase by velocity":
-        velocity = arguments["velocity"]
-        basis = product(basis, curve(velocity, _GATES))
-        low, high = support(velocity.values[~problem.held])
-        # Beyond the fitted speeds nothing is known of the phase.
-        told = (velocity.values >= low) & (velocity.values <= high)
-        return Family(names, form, problem.pushed(basis.columns * told[:, None]), basis.roughness)
+        return force(problem, names, form, product(basis, curve(arguments["velocity"], _GATES)))
     if sort.form == "phase by recording":
         columns = _columns(problem, argument.values, sort, found[0])
         return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=WAVE_PIECE)
+    if sort.form == "phase by direction":
+        forth = (direction_of(problem.rows) > 0.0)[:, None]
+        columns = np.hstack([basis.columns * forth, basis.columns * ~forth])
+        parts = (
+            f"c_{k}*{way}*{factor}" for k, (way, factor) in enumerate(itertools.product(ONE_WAY, basis.factors), 1)
+        )
+        basis = Basis(columns, 1e-6 * np.eye(columns.shape[1]), " + ".join(parts))
+        return force(problem, names, form, basis)
     columns = basis.columns * sort.factor[:, None]
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
-    formula = sort.formula.format(_sum_of_waves(argument.symbol, found))
-    return Family(names, form, columns, basis.roughness, formula=formula)
-
-
-def _sum_of_waves(symbol: str, wavenumbers: tuple[float, ...]) -> str:
-    """The waves as a formula with coefficients c_1, c_2 ... in the order of their columns."""
-    parts = []
-    for k, wavenumber in enumerate(wavenumbers):
-        angle = f"{wavenumber:.10g}*{symbol}"
-        parts += [f"c_{2 * k + 1}*cos({angle})", f"c_{2 * k + 2}*sin({angle})"]
-    return " + ".join(parts)
+    formula, factor = sort.formula.format(basis.call), sort.names[0] if sort.names else ""
+    return Family(names, form, columns, basis.roughness, formula=formula, sides=basis.sides, factor=factor)

@@ -1,4 +1,7 @@
-"""Dahl's law: one spring-like contact whose force nears the Coulomb force along the travel, whatever the speed."""
+"""Dahl's law: one spring-like contact whose force nears the Coulomb force along the travel, whatever the speed.
+
+Source: Dahl 1968.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ def _tie(vectors: Array) -> None:
 
 @term
 def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> float:
-    """The deflection in m after a travel in m: dz/dx = -|z|^i sgn z / rest in closed form, z = 1 - w/(rest sgn x)."""
+    """The deflection in m after a travel in m: dz/dx = -|z|^i sgn z / rest in closed form, z = 1 - w/(rest sgn x).
+
+    breakaway: F_C/sigma_0 in m, which this law does not ask for.
+    """
     if travel == 0.0:
         return w
     exponent = own[0]
@@ -41,7 +47,10 @@ def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> f
 
 @term
 def rate(w: float, way: float, rest: float, breakaway: float, own: Own) -> tuple[float, float, float]:
-    """dw/dy, its slope by w in 1/m, and by log(rest); way: -1 or 1, the direction of motion."""
+    """dw/dy, its slope by w in 1/m, and by log(rest).
+
+    way: factor -1 or 1, the direction of motion; rest, breakaway: steady deflection and F_C/sigma_0 in m.
+    """
     u = way * w / rest
     z = 1.0 - u
     size = max(abs(z), 1e-9)

@@ -1,4 +1,7 @@
-"""Elasto-plastic friction: a bristle that is a pure spring up to a breakaway deflection, and slips from there on."""
+"""Elasto-plastic friction: a bristle that is a pure spring up to a breakaway deflection, and slips from there on.
+
+Source: Dupont et al. 2002.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ def slipping(q: float, rest: float, elastic: float) -> tuple[float, float, float
 
 @term
 def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> float:
-    """The deflection in m after a travel in m: elastic up to breakaway, then dq/dx = 1 - slipping(q) q/rest."""
+    """The deflection in m after a travel in m: elastic up to breakaway, then dq/dx = 1 - slipping(q) q/rest.
+
+    w, rest, breakaway: deflection, steady deflection and F_C/sigma_0 in m.
+    """
     if travel == 0.0:
         return w
     way = math.copysign(1.0, travel)
@@ -62,7 +68,10 @@ def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> f
 
 @term
 def rate(w: float, way: float, rest: float, breakaway: float, own: Own) -> tuple[float, float, float]:
-    """dw/dy, its slope by w in 1/m, and by log(rest); way: -1 or 1, the direction of motion."""
+    """dw/dy, its slope by w in 1/m, and by log(rest).
+
+    way: factor -1 or 1, the direction of motion; rest, breakaway: steady deflection and F_C/sigma_0 in m.
+    """
     q = way * w
     slip, by_q, by_rest = slipping(q, rest, min(own[0] * breakaway, 0.99 * rest))
     load = q / rest

@@ -1,6 +1,8 @@
 """Generalised Maxwell slip: springs side by side, each of which slips at its own share of the sliding force.
 
 Its presliding curve has the memory of all earlier reversals, and no drift: a small loop inside a larger one closes.
+
+Source: Al-Bender, Lampaert and Swevers 2005.
 """
 
 from __future__ import annotations

@@ -112,6 +112,7 @@ def answer(
 def _answered(found: Answer, arguments: tuple[str, ...]) -> CampaignAnswer:
     """A diagnosis as an answer; effects of other packages are no names of the list."""
     from linid.challenge.catalogue import LISTED
+    from linid.challenge.hidden_axis import LAWS
     from linid.challenge.outside import ARGUMENTS
     from linid.challenge.submission import CampaignAnswer
 
@@ -130,6 +131,7 @@ def _answered(found: Answer, arguments: tuple[str, ...]) -> CampaignAnswer:
             "shares": shares,
             "unknown": unknown,
             "arguments": tuple(name for name in arguments if name in ARGUMENTS) if unknown else (),
+            "law": found.law if found.law in LAWS else None,
         }
     )
 

@@ -1,0 +1,59 @@
+"""A proposed term as a diagnosis reports it: curve, formula, resemblances and words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from linid.arrays import Array
+from linid.diagnosis.proposed.curve import term_curve
+from linid.diagnosis.proposed.problem import Problem
+from linid.diagnosis.proposed.propose import Proposal
+from linid.diagnosis.proposed.regression import Regression
+from linid.diagnosis.proposed.resembling import resemblances
+from linid.diagnosis.proposed.short_formula import short_formula
+from linid.diagnosis.proposed.words import next_experiment, not_on, sentence, term_labels
+from linid.diagnosis.report_data import ProposedTerm
+
+_RESAMPLES = 1000
+_LIMITS = 0.025, 0.975
+
+
+def described(
+    problem: Problem, proposal: Proposal, judged: Sequence[Regression], columns: Mapping[str, Array]
+) -> ProposedTerm:
+    """A proposal in full, but for what its simulation shows (kept, measures).
+
+    judged: the best families, that with the largest gain first; columns: (n, k) in m/s^2 of the known effects that make
+    sense for these recordings, by name.
+    """
+    low, high = closed_interval(problem, proposal)
+    without = not_on(problem, proposal, judged)
+    return ProposedTerm(
+        arguments=proposal.arguments,
+        not_on=term_labels(problem, without),
+        closed=proposal.closed,
+        low=low,
+        high=high,
+        p_value=proposal.p_value,
+        curve=term_curve(problem, proposal),
+        short=short_formula(problem, proposal),
+        resembles=resemblances(problem, proposal, columns),
+        effect=proposal.family.formula,
+        kept=False,
+        measures={},
+        sentence=sentence(problem, proposal, without, low, high),
+        next_experiment=next_experiment(problem, proposal),
+    )
+
+
+def closed_interval(problem: Problem, proposal: Proposal) -> tuple[float, float]:
+    """95 % interval of the share of the excess that a term closes on the judging rows, by resampled blocks; within 0
+    and 1, about the share itself."""
+    took, had = proposal.regression.block_gains(problem.rows.block)
+    generator = np.random.default_rng(problem.seed)
+    draws = generator.multinomial(took.size, np.full(took.size, 1.0 / took.size), _RESAMPLES)
+    shares = draws @ took / np.maximum(draws @ had, 1e-300) / max(1.0 - problem.floor, 1e-9)
+    low, high = np.quantile(shares, _LIMITS).tolist()
+    return float(np.clip(min(low, proposal.closed), 0.0, 1.0)), float(np.clip(max(high, proposal.closed), 0.0, 1.0))

@@ -1,0 +1,208 @@
+"""A short formula for a proposed term, where one predicts rows that it was not fitted to as well as the curve."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from linid.arrays import Array, Integers
+from linid.diagnosis.proposed.dictionary import Formula, formulas
+from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.problem import Problem
+from linid.diagnosis.proposed.propose import Proposal
+from linid.diagnosis.proposed.regression import Regression
+from linid.diagnosis.report_data import ShortFormula
+
+REFINED = 6  # formulas whose numbers are searched beyond the grid
+JUDGED = 4  # of those by AICc that are judged against the curve
+EVALUATIONS = 25
+SIMPLER = 0.02  # of what the likeliest takes away: what else takes this much, with fewer numbers, comes first
+CHANCE = 0.05  # a formula is worse than the curve if resampled blocks say so in all but this share
+AS_GOOD = 0.02, 0.1  # of the curve's gain: a loss that never matters, and one that matters beyond chance or not
+_RESAMPLES = 400
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A formula with its numbers. theta: (q,); squares: what is left of the fitted rows, weighted; numbers: how many
+    are fitted, amplitudes and theta; rank: its place in the dictionary."""
+
+    formula: Formula
+    theta: Array
+    squares: float
+    numbers: int
+    rank: int
+
+
+def short_formula(problem: Problem, proposal: Proposal) -> ShortFormula | None:
+    """The best formula of the dictionary by AICc that predicts left-out recordings as well as the curve, if any."""
+    if proposal.family.local:
+        return None
+    search = _Search(problem)
+    tried = [search.gridded(formula, k) for k, formula in enumerate(formulas(problem, proposal.family))]
+    tried.sort(key=lambda fit: fit.squares)
+    refined = [search.refined(fit) for fit in tried[:REFINED]]
+    count = search.effective_rows(proposal.regression)
+    curve = proposal.regression
+    for fit in _in_order(refined, search, count)[:JUDGED]:
+        family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), _flat(fit))
+        regression = Regression(curve.sums, family)
+        folds = curve.sums.split
+        if all(as_good(problem, curve, regression, some) for some in (folds.selecting, folds.judging)):
+            text = fit.formula.words(_amplitudes(regression), fit.theta)
+            return ShortFormula(text, _closed(problem, regression), fit.numbers)
+    return None
+
+
+class _Search:
+    """Fits of formulas to the fitted rows beside the base; amplitudes follow from theta (variable projection: Golub
+    and Pereyra 1973, SIAM J. Numer. Anal. 10, 413)."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.mine = np.flatnonzero(~problem.held)
+        self.rows = self.mine.size
+        base = np.vstack([problem.base[self.mine], np.diag(problem.ridge)])
+        norms = np.maximum(np.linalg.norm(base, axis=0), 1e-300)
+        left, sizes, _ = np.linalg.svd(base / norms, full_matrices=False)
+        self.span = left[:, sizes > 1e-9 * sizes[0]]
+        rest = np.concatenate([problem.rest[self.mine], np.zeros(problem.ridge.size)])
+        self.rest = rest - self.span @ (self.span.T @ rest)
+
+    def left(self, formula: Formula, theta: Array) -> Array:
+        """What base and formula leave (n + r,), weighted."""
+        columns = formula.columns(theta)[self.mine] * self.problem.weights[self.mine, None]
+        columns = np.vstack([columns, np.zeros((self.problem.ridge.size, columns.shape[1]))])
+        columns -= self.span @ (self.span.T @ columns)
+        norms = np.linalg.norm(columns, axis=0)
+        scaled = columns / np.where(norms > 0.0, norms, 1.0)
+        normal = scaled.T @ scaled + 1e-9 * np.eye(scaled.shape[1])
+        return np.asarray(self.rest - scaled @ np.linalg.solve(normal, scaled.T @ self.rest))
+
+    def gridded(self, formula: Formula, rank: int) -> Fitted:
+        """The best start of a formula."""
+        squares = [float(np.sum(self.left(formula, theta) ** 2)) for theta in formula.starts]
+        best = int(np.argmin(squares)) if squares else 0
+        theta = formula.starts[best] if squares else np.zeros(0)
+        amplitudes = formula.columns(theta).shape[1]
+        return Fitted(formula, theta, min(squares, default=math.inf), amplitudes + theta.size, rank)
+
+    def refined(self, fit: Fitted) -> Fitted:
+        """A formula with its numbers between the starts."""
+        if fit.theta.size == 0 or not math.isfinite(fit.squares):
+            return fit
+        logs = np.array(fit.formula.logs)
+        scales = np.where(logs, 0.1, 0.05 * np.maximum(np.ptp(fit.formula.starts, axis=0), 1e-9))
+
+        def theta_of(u: Array) -> Array:
+            shift = np.clip(u * scales, -20.0, 20.0)
+            return np.where(logs, np.abs(fit.theta) * np.exp(np.where(logs, shift, 0.0)), fit.theta + u * scales)
+
+        found = least_squares(
+            lambda u: self.left(fit.formula, theta_of(u)),
+            np.zeros(fit.theta.size),
+            diff_step=1e-3,
+            max_nfev=EVALUATIONS,
+        )
+        squares = 2.0 * float(found.cost)
+        return replace(fit, theta=theta_of(found.x), squares=squares) if squares < fit.squares else fit
+
+    def effective_rows(self, regression: Regression) -> float:
+        """How many independent rows the fitted ones are worth, by how sums over blocks of what is left scatter."""
+        coefficients, _, steps = regression.solution()
+        problem = self.problem
+        term = regression.family.columns[self.mine] @ coefficients * problem.weights[self.mine]
+        left = problem.rest[self.mine] - problem.base[self.mine] @ steps - term
+        numbers = np.unique(problem.rows.block[self.mine], return_inverse=True)[1]
+        sums = np.bincount(numbers, left)
+        together = float(np.sum(sums**2)) / max(float(np.sum(left**2)), 1e-300)
+        return self.rows / max(together, 1.0)
+
+
+def _in_order(fits: list[Fitted], search: _Search, count: float) -> list[Fitted]:
+    """The likeliest by AICc first, but before it simpler ones that take nearly as much away.
+
+    count: independent rows.
+    """
+    by_aicc = sorted(fits, key=lambda fit: _aicc(fit, search.rows, count))
+    if not by_aicc:
+        return []
+    best = by_aicc[0].squares
+    most = best + SIMPLER * (float(np.sum(search.rest**2)) - best)
+    alike = [fit for fit in by_aicc if fit.squares <= most]
+    simple = sorted(alike, key=lambda fit: (fit.numbers, fit.rank))
+    return simple + [fit for fit in by_aicc if fit.squares > most]
+
+
+def _flat(fit: Fitted) -> Array:
+    """Roughness (k, k) of amplitudes, which have none."""
+    k = fit.numbers - fit.theta.size
+    return 1e-6 * np.eye(k)
+
+
+def _aicc(fit: Fitted, rows: int, count: float) -> float:
+    """Akaike's criterion for few rows (Hurvich and Tsai 1989, Biometrika 76, 297); count: independent rows."""
+    p = fit.numbers + 1
+    return count * math.log(max(fit.squares / rows, 1e-300)) + 2.0 * p + 2.0 * p * (p + 1) / max(count - p - 1, 1.0)
+
+
+def as_good(problem: Problem, curve: Regression, formula: Regression, folds: tuple[int, ...]) -> bool:
+    """Whether a formula predicts some folds that it is not fitted to as well as the curve, but for chance."""
+    block = problem.rows.block
+    base, with_curve = block_squares(curve, curve.best[0], folds, block)
+    with_formula = block_squares(formula, 0.0, folds, block)[1]
+    gain, lost = float(np.sum(base - with_curve)), with_formula - with_curve
+    worse = float(lost.sum())
+    if worse <= AS_GOOD[0] * gain:
+        return True
+    generator = np.random.default_rng(problem.seed)
+    draws = generator.multinomial(lost.size, np.full(lost.size, 1.0 / lost.size), _RESAMPLES)
+    return worse <= AS_GOOD[1] * gain and float(np.quantile(draws @ lost, CHANCE)) <= 0.0
+
+
+def block_squares(
+    regression: Regression, penalty: float, folds: tuple[int, ...], block: Integers
+) -> tuple[Array, Array]:
+    """Squares (b,) per block that the base alone and the family leave of some folds, fitted elsewhere.
+
+    block: (n,) number of each row's block.
+    """
+    sums, split = regression.sums, regression.sums.split
+    moments = regression.moments(sums.rest[:, None])
+    fitted = {fold for fold in moments if not (split.apart and fold in split.judging)}
+    moment = np.sum([moments[fold] for fold in fitted], axis=0)
+    squares: list[list[Array]] = [[], []]
+    owner = []
+    for fold in folds:
+        rows = sums.slices[fold]
+        inside = fold in fitted
+        normal = regression.total - regression.normals[fold] if inside else regression.total
+        right = moment - moments[fold] if inside else moment
+        matrix = np.hstack([sums.base[rows], regression.columns[rows]])
+        for place, size in enumerate((regression.r, matrix.shape[1])):
+            system = normal[:size, :size] + penalty * regression.rough[:size, :size] + 1e-9 * np.eye(size)
+            solution = np.linalg.solve(system, right[:size])[:, 0]
+            squares[place].append((sums.rest[rows] - matrix[:, :size] @ solution) ** 2)
+        owner.append(block[split.order][rows])
+    numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
+    before, after = (np.bincount(numbers, np.concatenate(part)) for part in squares)
+    return before.astype(np.float64), after.astype(np.float64)
+
+
+def _closed(problem: Problem, regression: Regression) -> float:
+    """Share of the excess over the floor that a formula closes on the judging rows."""
+    base, left = block_squares(regression, 0.0, regression.sums.split.judging, problem.rows.block)
+    share = float(np.sum(base - left)) / max(float(base.sum()), 1e-300)
+    return min(share / max(1.0 - problem.floor, 1e-9), 1.0)
+
+
+def _amplitudes(regression: Regression) -> Array:
+    """Amplitudes (k,) of a formula by all rows that may be fitted."""
+    split = regression.sums.split
+    moments = regression.moments(regression.sums.rest[:, None])
+    moment = np.sum([m for fold, m in moments.items() if not (split.apart and fold in split.judging)], axis=0)
+    solution = np.linalg.solve(regression.total + 1e-9 * np.eye(regression.total.shape[0]), moment)[:, 0]
+    return np.asarray(solution[regression.r :] / regression.size)

@@ -1,0 +1,116 @@
+"""A synthetic axis: rows of a force balance from which one known force is missing, and families as proposals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from linid.arrays import Array
+from linid.diagnosis.balance import BIN, BLOCK, Rows
+from linid.diagnosis.proposed.arguments import arguments_of
+from linid.diagnosis.proposed.family import Family, families, per_recording
+from linid.diagnosis.proposed.problem import Problem
+from linid.diagnosis.proposed.propose import Proposal
+from linid.diagnosis.proposed.regression import Regression, Sums
+
+RECORDINGS, LENGTH, STEP = 12, 900, 3e-3  # 2.7 s each
+MASS, STROKE = 2.0, 0.6  # kg, m
+NOISE = 0.1  # m/s^2
+FIELD = 200.0  # rad/m
+HELD_EVERY = 4
+
+Force = Callable[[Problem], Array]
+
+
+def axis(
+    missing: Force | None, seed: int = 0, *, noise: float = NOISE, memory: float = 0.0, rotary: bool = False
+) -> Problem:
+    """Swings over the stroke with a known mass, Coulomb and viscous friction and force constant fitted.
+
+    missing: force (n,) in N that the model lacks; noise: deviation in m/s^2; memory: of the noise, from row to row.
+    """
+    random = np.random.default_rng(seed)
+    bare = _bare(random, rotary)
+    force = np.zeros(bare.rows.t.size) if missing is None else missing(bare)
+    white = random.standard_normal(force.size) * noise * np.sqrt(1.0 - memory**2)
+    error = lfilter([1.0], [1.0, -memory], white)
+    residual = bare.pushed(force[:, None])[:, 0] + error
+    known = np.stack([bare.rows.a, bare.friction, -bare.rows.v, bare.push], axis=1) / MASS
+    fitted = ~bare.held
+    residual -= known @ np.linalg.lstsq(known[fitted], residual[fitted], rcond=None)[0]
+    weight = 1.0 / float(np.sqrt(np.mean(residual**2)))
+    return Problem(
+        rows=replace(bare.rows, a=bare.rows.a + error),
+        residual=residual,
+        weights=np.full(force.size, weight),
+        noise=np.full(force.size, noise**2),
+        base=known * weight,
+        ridge=np.full(4, 1e-3),
+        mass=bare.mass,
+        push=bare.push,
+        friction=bare.friction,
+        relaxed=bare.relaxed,
+        damped=bare.damped,
+        held=bare.held,
+        elapsed=bare.elapsed,
+        field=FIELD,
+        rotary=rotary,
+        seed=1,
+    )
+
+
+def _bare(random: np.random.Generator, rotary: bool) -> Problem:
+    """The motion alone, without any residual."""
+    owner = np.repeat(np.arange(RECORDINGS), LENGTH)
+    t = np.tile(np.arange(LENGTH) * STEP, RECORDINGS)
+    y, v, a = np.full(t.size, STROKE / 2.0), np.zeros(t.size), np.zeros(t.size)
+    for share, low, high in ((0.6, 0.3, 0.5), (0.25, 0.9, 1.4)):
+        size = 0.5 * STROKE * share * random.uniform(0.7, 1.0, RECORDINGS)[owner]
+        rate = 2.0 * np.pi * random.uniform(low, high, RECORDINGS)[owner]
+        angle = rate * t + random.uniform(0.0, 2.0 * np.pi, RECORDINGS)[owner]
+        y, v, a = y + size * np.sin(angle), v + size * rate * np.cos(angle), a - size * rate**2 * np.sin(angle)
+    friction = -np.tanh(v / 2e-3)
+    load = random.uniform(-4.0, 4.0, RECORDINGS)[owner]  # of known weights: force is not acceleration
+    n = t.size
+    rows = Rows(
+        owner, _numbers(owner, t, BLOCK), _numbers(owner, t, BIN), t, y, v, a, np.zeros(n), np.zeros(n, np.bool_)
+    )
+    return Problem(
+        rows=rows,
+        residual=np.zeros(n),
+        weights=np.ones(n),
+        noise=np.ones(n),
+        base=np.zeros((n, 0)),
+        ridge=np.zeros(0),
+        mass=np.full(n, MASS),
+        push=MASS * a - 3.0 * friction + load,
+        friction=friction,
+        relaxed=1e-5,
+        held=owner % HELD_EVERY == 1,
+        elapsed=np.arange(RECORDINGS) * LENGTH * STEP,
+        field=FIELD,
+        rotary=rotary,
+        seed=1,
+    )
+
+
+def _numbers(owner: Array, t: Array, length: float) -> Array:
+    """Number (n,) of each row's stretch of some seconds, over all recordings."""
+    stretch = (t / length).astype(np.int64)
+    return np.unique(owner * (int(stretch.max()) + 1) + stretch, return_inverse=True)[1]
+
+
+def family_of(problem: Problem, form: str) -> Family:
+    """The family of some form."""
+    known = [*families(problem, arguments_of(problem)), *per_recording(problem, 0.5)]
+    return next(one for one in known if one.form == form)
+
+
+def proposal_of(problem: Problem, family: Family | str, closed: float = 0.8) -> Proposal:
+    """A family as a proposal, whatever its evidence."""
+    family = family_of(problem, family) if isinstance(family, str) else family
+    regression = Regression(Sums(problem, family.local), family)
+    return Proposal(family, regression.best[1], closed, closed - 0.1, 0.01, regression)
