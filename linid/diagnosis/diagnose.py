@@ -16,7 +16,7 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Models, lacking_term
+from linid.diagnosis.lacking import Models, lacking_term, lead_of, without_effects
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
@@ -26,7 +26,7 @@ from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
 from linid.diagnosis.shares import shares_of
-from linid.diagnosis.verdict import advice, decide, status_of
+from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import canonical, find_effect
@@ -71,19 +71,22 @@ def diagnose(
     assumptions: list[str] = []
     plain = fit_base_model(recordings, kind, known, means, assumptions)
     base, found, law = _decided(plain, kind, effects, known, means, assumptions)
+    shares = shares_of(base.judge, found.base, found.best, means.seed)
+    lead = lead_of(base.judge, found, shares.unexplained[0], means)
+    if lead is not None and lead.start is found.base and found.parts:
+        found = without_effects(found)
+        shares = shares_of(base.judge, found.base, found.best, means.seed)
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
     before, after = refined_models(found, fitted, means, base.judge.balance.memory)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
-    shares = shares_of(base.judge, found.base, found.best, means.seed)
     known_mass = "mass" in known or "mass" not in base.held
     measures = together(changes, traces_after, means.seed)
     budget = seen.budget(shares, entries_of(found, shares, after, recordings, measures, means.seed))
     models, term = Models(after, found.best, changes, traces_after), None
-    if status_of(budget) in ("unknown", "partly explained"):
-        told = lacking_term(base.judge, found, models, recordings, means)
-        term, models = told if told is not None else (None, models)
+    if lead is not None:
+        term, models = lacking_term(base.judge, found, lead, models, recordings, means)
     if models.result is not after:
         measures = together(models.changes, models.traces, means.seed)
     checks = checks_of(recordings)

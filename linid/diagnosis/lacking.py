@@ -16,16 +16,20 @@ from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.proposed.describe import described
 from linid.diagnosis.proposed.learned import effect_of, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
-from linid.diagnosis.proposed.propose import judged_families, propose
+from linid.diagnosis.proposed.propose import Proposal, judged_families, propose
+from linid.diagnosis.proposed.regression import Regression
 from linid.diagnosis.refined_models import measured_alone, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
+from linid.diagnosis.shares import judged_rows
+from linid.diagnosis.verdict import leaves_nothing
 from linid.identification.guess.effect_values import EffectColumns
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.result import FitResult
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 
+INSTEAD = 0.5  # of what the effects leave, with a term beside them: a term that leaves less says that they are none
 RISEN = 1.03  # of an error 0.1 s ahead: by less, identifying the model anew moves it from one recording to another
 
 
@@ -40,25 +44,68 @@ class Models:
     traces: tuple[Trace, ...]
 
 
-def lacking_term(
-    judge: Judge, found: Selection, models: Models, recordings: Sequence[Recording], means: Means
-) -> tuple[ProposedTerm, Models] | None:
-    """The term that the recordings ask for beside all effects found, and the models with it where it is kept; None
-    where they ask for none.
+@dataclass(frozen=True)
+class Lead:
+    """A term that recordings ask for. problem: on which it was found; judged: all families, the best first; start: the
+    model beside which it acts."""
 
-    models: with the effects found.
+    problem: Problem
+    judged: tuple[Regression, ...]
+    proposal: Proposal
+    start: Fitted
+
+
+def lead_of(judge: Judge, found: Selection, unexplained: float, means: Means) -> Lead | None:
+    """The term that the recordings ask for, beside all effects found or, where effects of the library only lend
+    themselves to something else, in their stead; None where they ask for none.
+
+    unexplained: share of the gap that the effects leave.
     """
+    rows = judged_rows(judge, found.best)
+    excess = judge.excess(found.best.residual, rows)
+    if leaves_nothing(excess, judge.fits.level(found.best.residual, found.best.floor, rows), unexplained):
+        return None
     means.watch("term", 0, 3)
-    problem = problem_of(judge, found.best, means.seed)
+    beside = _lead(judge, found.best, means.seed)
+    if not found.parts:
+        return beside
+    alone = _lead(judge, found.base, means.seed)
+    if alone is None:
+        return beside
+    left = _left(alone.problem, found.best) * (1.0 if beside is None else 1.0 - beside.proposal.closed)
+    return alone if 1.0 - alone.proposal.closed < INSTEAD * left else beside
+
+
+def without_effects(found: Selection) -> Selection:
+    """The selection with all its effects dropped, where a term does better in their stead."""
+    return replace(found, best=found.base, parts=(), dropped=(*found.dropped, *found.parts), rivals={})
+
+
+def _lead(judge: Judge, start: Fitted, seed: int) -> Lead | None:
+    problem = problem_of(judge, start, seed)
     judged = judged_families(problem)
     proposal = propose(problem, judged)
-    if proposal is None:
-        means.watch("term", 3, 3)
-        return None
-    term = described(problem, proposal, judged, known_columns(judge, found, problem, means.jobs))
+    return None if proposal is None else Lead(problem, tuple(judged), proposal, start)
+
+
+def _left(problem: Problem, best: Fitted) -> float:
+    """Share of a problem's excess on the judging rows that another model leaves."""
+    mine = problem.held
+    weights = problem.weights[mine] ** 2
+    noise = float(weights @ problem.noise[mine])
+    whole = float(weights @ problem.residual[mine] ** 2) - noise
+    return max(float(weights @ best.residual[mine] ** 2) - noise, 0.0) / max(whole, 1e-300)
+
+
+def lacking_term(
+    judge: Judge, found: Selection, lead: Lead, models: Models, recordings: Sequence[Recording], means: Means
+) -> tuple[ProposedTerm, Models]:
+    """A term in full, and the models with it where it is kept. models: with the effects found."""
+    problem, proposal = lead.problem, lead.proposal
+    term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs))
     term = replace(term, effect=effect_of(proposal.family))
     means.watch("term", 1, 3)
-    one = with_term(judge, found.best, problem, proposal)
+    one = with_term(judge, lead.start, problem, proposal)
     if one is None:
         means.watch("term", 3, 3)
         return term, models
@@ -66,14 +113,15 @@ def lacking_term(
     after = refined_model(one, fitted, means, judge.balance.memory)
     means.watch("term", 2, 3)
     more = _changed(models, Models(after, one, *_measures(after, recordings, means)))
-    term = replace(term, measures=together(_beside(models, more), more.traces, means.seed))
+    beside = _beside(models, more)
+    term = replace(term, measures=together(beside, more.traces, means.seed))
     means.watch("term", 3, 3)
-    if any(_rises(change) for change in _beside(models, more) if change.split == "held_out"):
+    if any(_rises(change) for change in beside if change.split == "held_out"):
         return term, models
     return replace(term, kept=True), more
 
 
-def known_columns(judge: Judge, found: Selection, problem: Problem, jobs: int) -> dict[str, Array]:
+def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]:
     """What each known effect that makes sense here does to the rows, (n, amplitudes) in m/s^2 per unit, by name."""
     balance, base = judge.balance, found.base
     outlook = look_out(base.model, [r for r in balance.recordings if r.split == "fit"], base.values)

@@ -24,11 +24,15 @@ TELLING, SURE = 0.05, 0.02  # share from which, and p-value below which, a coord
 def status_of(budget: Budget) -> Status:
     """none, explained, partly explained or unknown, from the gap and its entries."""
     if budget.entries:
-        quiet = budget.level_after < LEAST_LEVEL and budget.unexplained < MOST_LEFT
-        there = budget.excess_after < LEAST_EXCESS or quiet
-        return "explained" if there else "partly explained"
-    there = budget.excess_before < LEAST_EXCESS or budget.level_before < LEAST_LEVEL
-    return "none" if there else "unknown"
+        closed = leaves_nothing(budget.excess_after, budget.level_after, budget.unexplained)
+        return "explained" if closed else "partly explained"
+    return "none" if leaves_nothing(budget.excess_before, budget.level_before, 0.0) else "unknown"
+
+
+def leaves_nothing(excess: float, level: float, unexplained: float) -> bool:
+    """Whether a model is at the floor: by its excess in floors, or by the mean logarithm where little of the gap is
+    left (a share, 0 without effects)."""
+    return excess < LEAST_EXCESS or (level < LEAST_LEVEL and unexplained < MOST_LEFT)
 
 
 def decide(
