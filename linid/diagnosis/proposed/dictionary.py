@@ -27,7 +27,7 @@ _GATE = 0.03  # of the largest speed, over which a gate opens
 @dataclass(frozen=True)
 class Formula:
     """A formula of the dictionary. columns(theta): (n, k) m/s^2 per unit amplitude; starts: (S, q) of theta; logs: (q,)
-    whether it is searched by its logarithm; words(amplitudes (k,), theta): its text; own(theta): the formula of an own
+    whether it is searched by its logarithm; words(amplitudes (k,), theta): its text; own(theta (q,)): formula of an own
     term, amplitudes c_1, c_2 ..., empty where there is none."""
 
     name: str

@@ -276,7 +276,7 @@ def waves(x: Variable, starts: Array) -> Shape:
 def wave_words(x: Variable, a: Array, theta: Sequence[float] | Array, unit: str) -> str:
     """a[0] cos(k x) + a[1] sin(k x) + ... as sines with phases.
 
-    a: (2 W,) in the unit that is said; theta: (W,) rad per unit of x.
+    a: (k,) in the unit that is said; theta: (q,) rad per unit of x.
     """
     parts = []
     for k, wavenumber in enumerate(theta):
