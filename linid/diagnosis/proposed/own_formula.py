@@ -17,7 +17,8 @@ def own_shape(name: str, x: Variable, theta: Array) -> tuple[str, ...]:
         return tuple(f"{wave}({angle})" for angle in angles for wave in ("cos", "sin"))
     if name.startswith("power "):
         power = float(name.removeprefix("power "))
-        return (f"sqrt(abs({s}))" if power == 0.5 else f"abs({s})**{power:g}",)
+        size = s if s.startswith("abs(") else f"abs({s})"
+        return (f"sqrt({size})" if power == 0.5 else size if power == 1.0 else f"{size}**{power:g}",)
     if name.startswith("odd "):
         return (f"{s}*abs({s})**{float(name.removeprefix('odd ')) - 1.0:g}",)
     if name == "linear":
