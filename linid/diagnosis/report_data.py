@@ -213,12 +213,14 @@ class ShortFormula:
     """A formula with few numbers that predicts held-out rows as well as the curve.
 
     text: with numbers, for people; closed: share of the excess that it closes on held-out rows; numbers: how many are
-    fitted.
+    fitted; effect: formula of an own term whose amplitudes c_1, c_2 ... are to be fitted, empty where none can be
+    written.
     """
 
     text: str
     closed: float
     numbers: int
+    effect: str = ""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument, arguments_of
 from linid.diagnosis.proposed.basis import support
 from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.own_formula import gated, own_shape, summed
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.quantities import over, quantity
 from linid.diagnosis.proposed.shapes import Shape, Variable, less, shapes, wave_words
@@ -26,19 +27,21 @@ _GATE = 0.03  # of the largest speed, over which a gate opens
 @dataclass(frozen=True)
 class Formula:
     """A formula of the dictionary. columns(theta): (n, k) m/s^2 per unit amplitude; starts: (S, q) of theta; logs: (q,)
-    whether it is searched by its logarithm; words(amplitudes (k,), theta): its text."""
+    whether it is searched by its logarithm; words(amplitudes (k,), theta): its text; own(theta (q,)): formula of an own
+    term, amplitudes c_1, c_2 ..., empty where there is none."""
 
     name: str
     columns: Callable[[Array], Array]
     starts: Array
     logs: tuple[bool, ...]
     words: Callable[[Array, Array], str]
+    own: Callable[[Array], str]
 
 
 @dataclass(frozen=True)
 class _Factor:
-    """What a shape is multiplied by. text, unit: of the amplitude, in parts of a force; values: (n,); resists: whether
-    it is a level of friction, whose amplitudes are those of the force along the motion."""
+    """What a shape is multiplied by. text: of it; unit: of the amplitude, in parts of a force; values: (n,); resists:
+    whether it is a level of friction, whose amplitudes are those of the force along the motion."""
 
     text: str
     unit: str
@@ -65,7 +68,7 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
             size = replace(arguments[main], symbol="abs(a)", values=np.abs(arguments[main].values))
             variable = _variable(problem, size, ())
         for shape in shapes(variable, _is_base(factor, main)):
-            yield _times(problem, factor, shape)
+            yield _times(problem, factor, variable, shape)
     if names == {"position", "velocity"}:
         yield from _turning(problem, variable)
     if names == {"position", "direction"} and len(variable.wavenumbers) > 1:
@@ -93,8 +96,9 @@ def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[s
         pairs += [("force_size", damping, False)]
     for key, factor, base in pairs:
         if key in arguments:
-            for shape in shapes(_variable(problem, arguments[key], ()), base):
-                yield _times(problem, factor, shape)
+            variable = _variable(problem, arguments[key], ())
+            for shape in shapes(variable, base):
+                yield _times(problem, factor, variable, shape)
 
 
 def _factors(problem: Problem, others: set[str]) -> tuple[_Factor, ...]:
@@ -118,7 +122,7 @@ def _factors(problem: Problem, others: set[str]) -> tuple[_Factor, ...]:
     return ()
 
 
-def _times(problem: Problem, factor: _Factor, shape: Shape) -> Formula:
+def _times(problem: Problem, factor: _Factor, x: Variable, shape: Shape) -> Formula:
     """A shape times a factor."""
 
     def columns(theta: Array) -> Array:
@@ -130,7 +134,11 @@ def _times(problem: Problem, factor: _Factor, shape: Shape) -> Formula:
         whole = f"{text} · {factor.text}" if factor.text else text
         return whole.replace("|v|² · sign(v)", "v · |v|").replace("|v|³ · sign(v)", "v³")
 
-    return Formula(f"{shape.name} {factor.text}", columns, shape.starts, shape.logs, words)
+    def own(theta: Array) -> str:
+        code = factor.text.replace("²", "**2").replace("|F|", "abs(F)").replace("|v|", "abs(v)").replace(" · ", "*")
+        return summed(own_shape(shape.name, x, theta), code)
+
+    return Formula(f"{shape.name} {factor.text}", columns, shape.starts, shape.logs, words, own)
 
 
 def _one_way(problem: Problem) -> Formula:
@@ -141,7 +149,8 @@ def _one_way(problem: Problem) -> Formula:
     def words(a: Array, theta: Array) -> str:
         return f"{quantity(a[0], _force(problem))} · [v > 0]"
 
-    return Formula("one way", lambda theta: columns, np.empty((1, 0)), (), words)
+    forth = "(0.5 + 0.5*sign(v))"
+    return Formula("one way", lambda theta: columns, np.empty((1, 0)), (), words, lambda theta: f"c_1*{forth}*sign(v)")
 
 
 def _turning(problem: Problem, x: Variable) -> Iterator[Formula]:
@@ -158,10 +167,14 @@ def _turning(problem: Problem, x: Variable) -> Iterator[Formula]:
             turn = f"{'+' if theta[1] >= 0 else '−'} 2π · {text}/{quantity(2 * math.pi / abs(theta[1]), speed_unit)}"
             return f"{wave[:-1]} {turn})"
 
+        def own(theta: Array, text: str = text) -> str:
+            angle = f"({theta[0]:.10g}*y + {theta[1]:.10g}*{text.replace('|v|', 'abs(v)')})"
+            return summed((f"cos{angle}", f"sin{angle}"))
+
         turns = [sign * 2.0 * math.pi / turn for turn in _TURNS for sign in (1.0, -1.0)]
         starts = np.array([(k, turn) for k in x.wavenumbers for turn in (*turns, 1e-3)]).reshape(-1, 2)
         if starts.size:
-            yield Formula(f"wave turning with {text}", columns, starts, (True, False), words)
+            yield Formula(f"wave turning with {text}", columns, starts, (True, False), words, own)
 
 
 def _forth_and_back(problem: Problem, x: Variable) -> Formula:
@@ -178,7 +191,12 @@ def _forth_and_back(problem: Problem, x: Variable) -> Formula:
 
     both = (np.cos, np.sin)
     starts = np.array([(one, other) for one in x.wavenumbers for other in x.wavenumbers if one != other])
-    return Formula("a wave each way", columns, starts, (True, True), words)
+
+    def own(theta: Array) -> str:
+        ways = zip(theta, ("+", "-"), strict=True)
+        return summed(tuple(f"(0.5 {sign} 0.5*sign(v))*{f}({k:.10g}*y)" for k, sign in ways for f in ("cos", "sin")))
+
+    return Formula("a wave each way", columns, starts, (True, True), words, own)
 
 
 def _gated(problem: Problem, x: Variable) -> Formula:
@@ -195,7 +213,12 @@ def _gated(problem: Problem, x: Variable) -> Formula:
         return f"{wave_words(x, a, theta[:1], _force(problem))} · [|v| > {quantity(theta[1], _speed(problem))}]"
 
     starts = np.array([(k, top * gate) for k in x.wavenumbers for gate in np.linspace(0.05, 0.85, 9)]).reshape(-1, 2)
-    return Formula("wave above a speed", columns, starts, (True, False), words)
+
+    def own(theta: Array) -> str:
+        gate = gated("abs(v)", float(theta[1]), _GATE * top)
+        return summed(tuple(f"{gate}*{wave}({theta[0]:.10g}*t)" for wave in ("cos", "sin")))
+
+    return Formula("wave above a speed", columns, starts, (True, False), words, own)
 
 
 def _place_and_force(problem: Problem, x: Variable) -> Formula:
@@ -214,7 +237,12 @@ def _place_and_force(problem: Problem, x: Variable) -> Formula:
 
     places = x.low + x.range * np.linspace(0.04, 0.96, 24)
     starts = np.array([(p, x.range * w, top * g) for p in places for w in (0.03, 0.08) for g in (0.2, 0.5)])
-    return Formula("place above a force", columns, starts, (False, True, False), words)
+
+    def own(theta: Array) -> str:
+        bell = f"exp(-0.5*((y - {theta[0]:.10g})/{theta[1]:.10g})**2)"
+        return f"c_1*{bell}*{gated('abs(F)', float(theta[2]), _GATE * top)}*sign(v)"
+
+    return Formula("place above a force", columns, starts, (False, True, False), words, own)
 
 
 def _variable(problem: Problem, argument: Argument, wavenumbers: tuple[float, ...]) -> Variable:
@@ -228,7 +256,8 @@ def _variable(problem: Problem, argument: Argument, wavenumbers: tuple[float, ..
     values = np.where(np.isfinite(argument.values), argument.values, high)
     place, passing = argument.name == "position", argument.name in ("time", "campaign_time")
     low = 0.0 if passing else low
-    return Variable(symbol, unit, values, low, high, wavenumbers, place, place or passing)
+    code = "" if argument.name == "acceleration" else argument.symbol
+    return Variable(symbol, unit, values, low, high, wavenumbers, place, place or passing, code)
 
 
 def _likely(problem: Problem, family: Family, main: str) -> tuple[float, ...]:

@@ -94,9 +94,10 @@ def _difference(problem: Problem, proposal: Proposal, name: str, alike: float) -
     other = term_labels(problem, tuple(a for a in effect if a not in term))
     if not more and not other:
         return "the same arguments and shape" if alike >= SAME else f"the same arguments, another shape: {missing}"
+    if not effect:
+        return f"{said} is the same everywhere; the term depends on {listed(more)}"
     if not other:
-        alone = f"{listed(term_labels(problem, effect))} alone" if effect else "nothing"
-        return f"{said} depends on {alone}; the term also on {listed(more)}"
+        return f"{said} depends on {listed(term_labels(problem, effect))} alone; the term also on {listed(more)}"
     if not more:
         return f"{said} depends on {listed(other)} too; the term does not"
     return f"{said} depends on {listed(term_labels(problem, effect))}; the term on {listed(term_labels(problem, term))}"

@@ -24,7 +24,7 @@ _EXACT = 5  # digits of a period: with fewer, its phase far from zero would say 
 class Variable:
     """What a shape is a function of. symbol, unit: of texts; values: (n,) in that unit; low, high: their range;
     wavenumbers: rad per unit, of waves that are likely; ends: whether it is a place, with two ends and no zero; sways:
-    whether there are waves in it."""
+    whether there are waves in it; code: what own terms call it, empty where they cannot."""
 
     symbol: str
     unit: str
@@ -34,6 +34,7 @@ class Variable:
     wavenumbers: tuple[float, ...] = ()
     ends: bool = False
     sways: bool = False
+    code: str = ""
 
     @property
     def range(self) -> float:
@@ -88,6 +89,16 @@ def _amplitude(value: float, unit: str) -> str:
 def less(x: Variable, place: float) -> str:
     """A variable less a place, as text."""
     return f"({x.symbol} {'−' if place >= 0 else '+'} {quantity(abs(place), x.unit)})"
+
+
+def softness(x: Variable) -> float:
+    """Over how much of a variable, in its unit, a step is smeared."""
+    return _SOFT * x.range
+
+
+def slowest_wave(x: Variable) -> float:
+    """The least wavenumber in rad per unit of a variable: what bends less is no wave."""
+    return _LEAST_PERIODS * 2.0 * math.pi / x.range
 
 
 def _no_theta() -> Array:
@@ -152,12 +163,12 @@ def _bump(x: Variable, pull: bool) -> Shape:
     """A Gauss bell at a place, or (pull) its derivative: a force towards the place or away from it."""
 
     def columns(theta: Array) -> Array:
-        u = (x.values - theta[0]) / _narrow(x, theta[1])
+        u = (x.values - theta[0]) / narrow(x, theta[1])
         bell = np.exp(-0.5 * np.minimum(u * u, 1e4))
         return np.asarray((u * bell if pull else bell)[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
-        u = f"{less(x, theta[0])}/{quantity(_narrow(x, theta[1]), x.unit)}"
+        u = f"{less(x, theta[0])}/{quantity(narrow(x, theta[1]), x.unit)}"
         front = f"{u} · " if pull else ""
         return f"{_amplitude(a[0], unit)} · {front}exp(−½ ({u})²)"
 
@@ -166,7 +177,7 @@ def _bump(x: Variable, pull: bool) -> Shape:
     return Shape("pull to a place" if pull else "bump", columns, starts, (False, True), words)
 
 
-def _narrow(x: Variable, width: float) -> float:
+def narrow(x: Variable, width: float) -> float:
     """A width that a place has: neither that of the whole range nor less than a place can be told by."""
     return min(max(width, _WIDTHS[0] * x.range), _WIDTHS[1] * x.range)
 
@@ -203,7 +214,7 @@ def _switch(x: Variable) -> Shape:
     """A constant beyond a limit on either side."""
 
     def columns(theta: Array) -> Array:
-        u = np.clip((np.abs(x.values) - theta[0]) / (_SOFT * x.range), -50.0, 50.0)
+        u = np.clip((np.abs(x.values) - theta[0]) / softness(x), -50.0, 50.0)
         return np.asarray((np.sign(x.values) / (1.0 + np.exp(-u)))[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
@@ -216,7 +227,7 @@ def _switch(x: Variable) -> Shape:
 
 def _step(x: Variable) -> Shape:
     def columns(theta: Array) -> Array:
-        u = np.clip((x.values - theta[0]) / (_SOFT * x.range), -50.0, 50.0)
+        u = np.clip((x.values - theta[0]) / softness(x), -50.0, 50.0)
         return np.asarray((1.0 / (1.0 + np.exp(-u)))[:, None])
 
     def words(a: Array, theta: Array, unit: str) -> str:
@@ -250,7 +261,7 @@ def _all_waves(x: Variable) -> Iterator[Shape]:
 
 def waves(x: Variable, starts: Array) -> Shape:
     """A sum of waves. starts: (S, W) rad per unit."""
-    slowest = _LEAST_PERIODS * 2.0 * math.pi / x.range
+    slowest = slowest_wave(x)
 
     def columns(theta: Array) -> Array:
         angles = np.multiply.outer(x.values, np.maximum(theta, slowest))
@@ -263,7 +274,10 @@ def waves(x: Variable, starts: Array) -> Shape:
 
 
 def wave_words(x: Variable, a: Array, theta: Sequence[float] | Array, unit: str) -> str:
-    """a[0] cos(k x) + a[1] sin(k x) + ... as sines with phases."""
+    """a[0] cos(k x) + a[1] sin(k x) + ... as sines with phases.
+
+    a: (k,) in the unit that is said; theta: (q,) rad per unit of x.
+    """
     parts = []
     for k, wavenumber in enumerate(theta):
         size, angle = math.hypot(a[2 * k], a[2 * k + 1]), math.atan2(a[2 * k], a[2 * k + 1])

@@ -53,7 +53,7 @@ def short_formula(problem: Problem, proposal: Proposal) -> ShortFormula | None:
         folds = curve.sums.split
         if all(as_good(problem, curve, regression, some) for some in (folds.selecting, folds.judging)):
             text = fit.formula.words(_amplitudes(regression), fit.theta)
-            return ShortFormula(text, _closed(problem, regression), fit.numbers)
+            return ShortFormula(text, _closed(problem, regression), fit.numbers, fit.formula.own(fit.theta))
     return None
 
 

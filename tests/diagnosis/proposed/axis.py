@@ -38,7 +38,8 @@ def axis(
     white = random.standard_normal(force.size) * noise * np.sqrt(1.0 - memory**2)
     error = lfilter([1.0], [1.0, -memory], white)
     residual = bare.pushed(force[:, None])[:, 0] + error
-    known = np.stack([bare.rows.a, bare.friction, -bare.rows.v, bare.push], axis=1) / MASS
+    modelled = bare.rows.a + error - residual
+    known = np.stack([modelled, bare.friction, -bare.rows.v, bare.push], axis=1) / MASS
     fitted = ~bare.held
     residual -= known @ np.linalg.lstsq(known[fitted], residual[fitted], rcond=None)[0]
     weight = 1.0 / float(np.sqrt(np.mean(residual**2)))

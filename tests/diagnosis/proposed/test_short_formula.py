@@ -55,6 +55,7 @@ def test_a_true_formula_is_found_with_its_numbers(
     assert plain[: len(values)] == pytest.approx(values, rel=within)
     assert short.numbers == len(values)
     assert short.closed > 0.9
+    assert "c_1" in short.effect
 
 
 def test_friction_that_wears_in_after_a_reversal() -> None:
