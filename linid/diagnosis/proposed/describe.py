@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -46,6 +47,25 @@ def described(
         sentence=sentence(problem, proposal, without, low, high),
         next_experiment=next_experiment(problem, proposal),
     )
+
+
+def with_formula(
+    term: ProposedTerm, problem: Problem, proposal: Proposal, judged: Sequence[Regression]
+) -> ProposedTerm:
+    """A described term whose regression is that of its short formula: what it closes is told anew.
+
+    proposal: with the regression of the formula.
+    """
+    low, high = closed_interval(problem, proposal)
+    without = not_on(problem, proposal, judged)
+    words = sentence(problem, proposal, without, low, high)
+    return replace(term, closed=proposal.closed, low=low, high=high, sentence=words)
+
+
+def closed_share(problem: Problem, regression: Regression) -> float:
+    """Share of the excess over the floor that a regression closes on the judging rows, at most 1."""
+    took, had = regression.block_gains(problem.rows.block)
+    return min(float(took.sum()) / max(float(had.sum()), 1e-300) / max(1.0 - problem.floor, 1e-9), 1.0)
 
 
 def closed_interval(problem: Problem, proposal: Proposal) -> tuple[float, float]:

@@ -18,7 +18,43 @@ from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
 
 NAME = "learned"
+_SMALL = 1e-2  # of what is left, in a difference that shows what an amplitude does
+_FLAT = 1e-6  # roughness of amplitudes, which have none
 _TURNS = 2  # of curve and model, each with the other as it was last
+
+
+def as_formula(judge: Judge, start: Fitted, problem: Problem, proposal: Proposal, formula: str) -> Regression | None:
+    """The regression of a short formula in a proposal's stead, its columns those of the simulation's own term; None
+    where no model can have it.
+
+    start: the model beside which the proposal was found; formula: with amplitudes c_1, c_2 ...
+    """
+    family = Family(proposal.arguments, "formula", np.empty((0, 0)), np.empty((0, 0)), formula=formula)
+    text = effect_of(family)
+    if not text:
+        return None
+    try:
+        model = start.model.with_effects((*start.model.effects, text))
+    except ConfigError:
+        return None
+    names = [parameter.name for parameter in find_effect(text).parameters]
+    values = {**start.values, **start.preset}
+    force = max(float(np.std(problem.residual * problem.mass)), 1e-9)
+    plain = judge.balance.residuals(model, model.vector(values)[None, :])[0]
+    columns = []
+    for name in names:
+        # What an amplitude of one makes of the rows tells the size of a step that is small beside the forces.
+        step = _SMALL * force
+        for _ in range(2):
+            shown = plain - judge.balance.residuals(model, model.vector({**values, name: step})[None, :])[0]
+            column, size = shown / step, float(np.std(shown * problem.mass))
+            step *= _SMALL * force / max(size, 1e-12 * force)
+        columns.append(column)
+    flat = _FLAT * np.eye(len(names))
+    whole = replace(family, columns=np.array(columns).T, roughness=flat)
+    if not np.all(np.isfinite(whole.columns)):
+        return None
+    return Regression(Sums(problem, 0.0), whole)
 
 
 def effect_of(family: Family) -> str:

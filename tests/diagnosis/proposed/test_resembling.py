@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from linid.arrays import Array
-from linid.diagnosis.proposed import known_effects
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.resembling import DEPENDS_ON, LEAST_ALIKE, MOST, resemblances
 from linid.diagnosis.report_data import Resemblance
-from linid.diagnosis.screen import Screened
-from linid.identification.guess.effect_values import Trial
-from linid.physics.effects.effect import Effect, Values
 from linid.physics.effects.registry import EFFECTS
 from tests.diagnosis.proposed.axis import Force, axis, proposal_of
 
@@ -100,21 +94,6 @@ def test_an_effect_of_more_arguments() -> None:
 def test_a_constant_force_is_the_same_everywhere() -> None:
     (found,) = like(lambda p: 1.0 + 0.3 * pull(p), "position", {"constant_force": lambda p: np.ones(p.mass.size)})
     assert found.difference == "constant force is the same everywhere; the term depends on position"
-
-
-def test_columns_are_those_of_effects_that_act_in_all_recordings(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def of(effect: Effect, entries: list[Values], sizes: Values) -> Array:
-        asked.append((effect.name, entries, sizes))
-        return np.ones((5, 2), dtype=np.float32)
-
-    monkeypatch.setattr(known_effects, "amplitude_sizes", lambda columns, effect, outlook: {"size": 1.0})
-    screening: Any = SimpleNamespace(effects_everywhere=SimpleNamespace(of=of), outlook=None)
-    tried = [Screened(name, Trial({"place": 2.0}, {}, 0.1)) for name in ("cogging", "payload_change")]
-    found = known_effects.known_columns(screening, tried)
-    assert {name: columns.shape for name, columns in found.items()} == {"cogging": (5, 2)}
-    assert asked == [("cogging", [{"place": 2.0}], {"size": 1.0})]
 
 
 def test_all_effects_of_the_library_have_arguments() -> None:
