@@ -263,7 +263,7 @@ def waves(x: Variable, starts: Array) -> Shape:
 
 
 def wave_words(x: Variable, a: Array, theta: Sequence[float] | Array, unit: str) -> str:
-    """a[0] cos(k x) + a[1] sin(k x) + ... as sines with phases."""
+    """Cosines and sines in turn as sines with phases. a: (n,) their sizes in unit, n = 2 W; theta: (W,) wavenumbers."""
     parts = []
     for k, wavenumber in enumerate(theta):
         size, angle = math.hypot(a[2 * k], a[2 * k + 1]), math.atan2(a[2 * k], a[2 * k + 1])
