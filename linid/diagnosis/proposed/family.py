@@ -194,4 +194,4 @@ def of_running_time(problem: Problem, arguments: Mapping[str, Argument], piece: 
 
 
 def _indicators(owner: Integers) -> Array:
-    return (owner[:, None] == np.arange(int(owner.max()) + 1)).astype(np.float64)
+    return np.asarray(owner[:, None] == np.arange(int(owner.max()) + 1), dtype=np.float64)

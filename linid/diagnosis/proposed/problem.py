@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,6 @@ from linid.diagnosis.proposed.history import last_where, travelled
 from linid.diagnosis.seen import field_wavenumber
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
-from linid.recording.recording import Recording
 
 # How far a base parameter may be wrong: share of its value, or of a logarithm's unit; what a step of that size costs,
 # as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
@@ -31,11 +30,12 @@ _SMOOTH = 5.0  # usual distances of rows, beyond which two say nothing of a rate
 class Problem:
     """Rows (n,) with what a model leaves of them.
 
-    residual: m/s^2; weights: s^2/m, a residual times its weight is about 1 where all is left; noise: (m/s^2)^2 by
-    encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do, ridge: (r,) what holds
-    each; mass: kg; push: motor force in N; friction: of a Coulomb force of 1 N on the mass in N, with its
-    presliding; relaxed: m of travel in which a bristle forgets a rest; held: judging rows; elapsed: (R,) s of the
-    campaign at each recording's start; field: rad/m of the motor's field or None; rotary: whether lengths are angles.
+    residual: (n,) m/s^2; weights: (n,) s^2/m, a residual times its weight is about 1 where all is left; noise: (n,)
+    (m/s^2)^2 by encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do; ridge:
+    (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) of a Coulomb force of 1 N
+    on the mass in N, with its presliding; relaxed: m of travel in which a bristle forgets a rest; damped: s in which
+    it follows a level that rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start;
+    field: rad/m of the motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.
     """
 
     rows: Rows
@@ -77,7 +77,7 @@ class Problem:
         return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
 
     def resisted(self, levels: Array) -> Array:
-        """What more friction (n, k) in N gives the rows, (n, k) in m/s^2: where its level rises, the bristles bend
+        """What higher levels (n, k) of friction in N give the rows, (n, k) in m/s^2: where one rises, the bristles bend
         further, and their damping adds to it."""
         rising = np.zeros_like(levels)
         t, owner = self.rows.t, self.rows.recording
@@ -88,25 +88,32 @@ class Problem:
 
 def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     """What a fitted model leaves on the rows of a judge. seed: of the null's draws."""
-    balance = judge.balance
-    rows, recordings = balance.rows, balance.recordings
-    fits = judge.fits
-    slopes = fits.slopes(step)
-    sizes = {c.name: c.scale if c.log else 0.0 for c in fits.unknowns(step)}
-    field = field_wavenumber(step.model.kind, step.values)
+    balance, values = judge.balance, step.values
+    rows, recordings, held = balance.rows, balance.recordings, balance.split
+    slopes = judge.fits.slopes(step)
+    sizes = {c.name: c.scale if c.log else 0.0 for c in judge.fits.unknowns(step)}
+    field = field_wavenumber(step.model.kind, values)
     noise = (judge.noise.encoder + judge.noise.inputs)[rows.bin]
-    return assembled(
-        rows,
-        recordings,
+    weights = _weights(rows, step.residual, judge.scale[rows.recording], noise)
+    mass = recording_masses(recordings, values["mass"])[rows.recording]
+    left = float(np.sum((step.residual * weights)[~held] ** 2))
+    plausible = np.array([_plausible(name, sizes[name], values, rows) for name in slopes])
+    return Problem(
+        rows=rows,
         residual=step.residual,
-        slopes=slopes,
-        sizes=sizes,
-        values=step.values,
+        weights=weights,
         noise=noise,
-        scale=judge.scale[rows.recording],
+        base=np.array([-slope * weights for slope in slopes.values()]).T,
+        ridge=math.sqrt(COST * left) / plausible,
+        mass=mass,
         push=_motor_force(judge, step, field),
-        held=balance.split,
+        friction=-slopes["coulomb_force"] * mass,
+        relaxed=values["coulomb_force"] / values["bristle_stiffness"],
+        damped=values["bristle_damping"] / values["bristle_stiffness"],
+        held=held,
+        elapsed=np.array([r.elapsed for r in recordings]),
         field=field,
+        rotary=recordings[0].axis == "rotary",
         seed=seed,
     )
 
@@ -129,48 +136,6 @@ def _motor_force(judge: Judge, step: Fitted, field: float | None) -> Array:
     moving = ~rows.standstill
     told = shown[moving] * recording_masses(judge.balance.recordings, step.values["mass"])[rows.recording[moving]]
     return np.asarray(push * float(push[moving] @ told) / max(float(push[moving] @ push[moving]), 1e-300) / _SHARE)
-
-
-def assembled(
-    rows: Rows,
-    recordings: Sequence[Recording],
-    *,
-    residual: Array,
-    slopes: Mapping[str, Array],
-    sizes: Mapping[str, float],
-    values: Mapping[str, float],
-    noise: Array,
-    scale: Array,
-    push: Array,
-    held: Flags,
-    field: float | None,
-    seed: int,
-) -> Problem:
-    """A problem from its pieces. slopes: d residual / d unknown (n,) by name; sizes: scale of those searched by their
-    logarithm, 0 of others; values: SI of the model; scale: (n,) m/s^2 in which residuals are counted; push: (n,) N."""
-    weights = _weights(rows, residual, scale, noise)
-    mass = recording_masses(recordings, values["mass"])[rows.recording]
-    names = list(slopes)
-    left = float(np.sum((residual * weights)[~held] ** 2))
-    plausible = np.array([_plausible(name, sizes[name], values, rows) for name in names])
-    return Problem(
-        rows=rows,
-        residual=residual,
-        weights=weights,
-        noise=noise,
-        base=np.array([-slopes[name] * weights for name in names]).T,
-        ridge=math.sqrt(COST * left) / plausible,
-        mass=mass,
-        push=push,
-        friction=-slopes["coulomb_force"] * mass,
-        relaxed=values["coulomb_force"] / values["bristle_stiffness"],
-        damped=values["bristle_damping"] / values["bristle_stiffness"],
-        held=held,
-        elapsed=np.array([r.elapsed for r in recordings]),
-        field=field,
-        rotary=recordings[0].axis == "rotary",
-        seed=seed,
-    )
 
 
 def _weights(rows: Rows, residual: Array, scale: Array, noise: Array) -> Array:

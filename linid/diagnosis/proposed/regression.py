@@ -107,7 +107,7 @@ class Regression:
         """
         moments = self.moments(draws)
         split = self.sums.split
-        fitted = sum(m for fold, m in moments.items() if not (split.apart and fold in split.judging))
+        fitted = self._fitted_sum(moments)
         left = np.zeros((2, draws.shape[1]))
         for fold in split.judging if judging else split.selecting:
             inside = not (split.apart and fold in split.judging)
@@ -143,9 +143,8 @@ class Regression:
     def solution(self, penalty: float | None = None) -> tuple[Array, Array, Array]:
         """Coefficients (k,) in N, their covariance (k, k) in N^2, and steps (r,) of the base's unknowns, by all rows
         that may be fitted; the covariance is that of rows with errors as large as what is left."""
-        split = self.sums.split
         moments = self.moments(self.sums.rest[:, None])
-        moment = sum(m for fold, m in moments.items() if not (split.apart and fold in split.judging))
+        moment = self._fitted_sum(moments)
         penalty = self.best[0] if penalty is None else penalty
         system = self.total + penalty * self.rough + 1e-9 * np.eye(self.total.shape[0])
         inverse = np.linalg.inv(system)
@@ -154,6 +153,9 @@ class Regression:
         left = self.sums.rest[mine] - self.sums.base[mine] @ x[: self.r] - self.columns[mine] @ x[self.r :]
         covariance = inverse[self.r :, self.r :] * float(np.mean(left**2)) / self.size**2
         return x[self.r :] / self.size, np.asarray(covariance), x[: self.r]
+
+    def _fitted_sum(self, moments: dict[int, Array]) -> Array:
+        return np.asarray(np.sum([m for fold, m in moments.items() if self._fitted(fold)], axis=0))
 
     def _fitted(self, fold: int) -> bool:
         return not (self.sums.split.apart and fold in self.sums.split.judging)
@@ -165,7 +167,7 @@ class Regression:
         """
         split = self.sums.split
         moments = self.moments(self.sums.rest[:, None])
-        fitted = sum(m for fold, m in moments.items() if self._fitted(fold))
+        fitted = self._fitted_sum(moments)
         took, had, owner = [], [], []
         for fold in split.judging:
             rows = self.sums.slices[fold]
@@ -182,4 +184,5 @@ class Regression:
             had.append(lefts[0])
             owner.append(block[split.order][rows])
         numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
-        return np.bincount(numbers, np.concatenate(took)), np.bincount(numbers, np.concatenate(had))
+        gained, whole = (np.asarray(np.bincount(numbers, np.concatenate(x)), dtype=np.float64) for x in (took, had))
+        return gained, whole

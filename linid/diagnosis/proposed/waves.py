@@ -111,9 +111,9 @@ def _strongest(
 
 
 def spectrum(problem: Problem, x: Array, sort: _Sort, rest: Array, top: float) -> tuple[Array, Array]:
-    """What a wave of each wavenumber (K,) takes of what is left (n,), about; gridded and transformed at once.
+    """Wavenumbers (K,) and what a wave of each takes of the rest, about; gridded and transformed at once.
 
-    top: largest wavenumber in rad per unit of x (n,).
+    x: (n,); rest: (n,) of what is left, weighted; top: largest wavenumber in rad per unit of x.
     """
     pull = rest * problem.weights / problem.mass
     if sort.resists:
@@ -138,7 +138,8 @@ def spectrum(problem: Problem, x: Array, sort: _Sort, rest: Array, top: float) -
         total = float(power[mine].sum())
         if total > 0.0:
             gain += 2.0 * np.abs(np.fft.rfft(sums)) ** 2 / total
-    return grid, np.where(wanted, gain / np.sinc(grid * cell / (2.0 * math.pi)) ** 4, 0.0)
+    taken = np.where(wanted, gain / np.sinc(grid * cell / (2.0 * math.pi)) ** 4, 0.0)
+    return np.asarray(grid), np.asarray(taken, dtype=np.float64)
 
 
 def _refined(problem: Problem, x: Array, sort: _Sort, rest: Array, first: float, width: float) -> float:

@@ -90,6 +90,7 @@ def _bare(random: np.random.Generator, rotary: bool) -> Problem:
         push=MASS * a - 3.0 * friction + load,
         friction=friction,
         relaxed=1e-5,
+        damped=0.0,
         held=owner % HELD_EVERY == 1,
         elapsed=np.arange(RECORDINGS) * LENGTH * STEP,
         field=FIELD,
