@@ -10,9 +10,10 @@ import numpy as np
 
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.descent import SETTLING, THOROUGH
-from linid.diagnosis.joint import Fitted
+from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Judge, judge_of
 from linid.diagnosis.means import Means
+from linid.identification.guess.effect_values import scaled_to_masses
 from linid.identification.guess.first_values import first_values
 from linid.identification.guess.regression import force_guess
 from linid.identification.guess.scales import typical_acceleration
@@ -91,7 +92,7 @@ def fit_base_model(
         levels = [judge.fits.level(*pair, rows) for pair in zip(residuals, floors, strict=True)]
         best = [rivals[k] for k in np.argsort(levels)[:_TRIED]]
         settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
-    found = min(settled, key=lambda one: one.level)
+    found = _at_the_masses(judge.fits, min(settled, key=lambda one: one.level), fitted, means.jobs)
     limits = _limits(found, starts, held, assumptions)
     means.watch("base", 2, 3)
     # The noise that the inputs bring hangs on the model, and the criterion on the noise.
@@ -99,6 +100,18 @@ def fit_base_model(
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
     means.watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)
+
+
+def _at_the_masses(fits: JointFit, found: Fitted, fitted: Sequence[Recording], jobs: int) -> Fitted:
+    """The base where mass and all forces are of the size that recordings with different added masses tell.
+
+    Only free wheels tell it, a few of all rows: a fit that starts far off counts them as bursts, and leaves them so.
+    """
+    values = scaled_to_masses(found.model, fitted, found.values, found.held, jobs)
+    if values == found.values:
+        return found
+    other = fits.fit(found.model, values, {}, found.recordings, SETTLING)
+    return other if other.level < found.level else found
 
 
 def _balanced(driven: Sequence[Recording]) -> bool:
