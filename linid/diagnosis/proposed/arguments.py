@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,13 +33,33 @@ LABELS = {
 @dataclass(frozen=True)
 class Argument:
     """One argument. name: as in `LABELS`; symbol: what a formula calls it, empty where none can; unit: of it;
-    values: (n,) of each row; period: of a periodic one in that unit, 0 for others."""
+    values: (n,) of each row; period: of a periodic one in that unit, 0 for others; offset: in that unit, where the
+    values are logarithms of what is measured and this; said: its label where it is not that of its name."""
 
     name: str
     symbol: str
     unit: str
     values: Array
     period: float = 0.0
+    offset: float = 0.0
+    said: str = ""
+
+    @property
+    def label(self) -> str:
+        """What people call it."""
+        return self.said or LABELS[self.name]
+
+    @property
+    def plain(self) -> Argument:
+        """The argument itself, where the values are logarithms."""
+        if not self.offset:
+            return self
+        symbol = {"travel": "travel", "rest_time": "rest"}[self.name] if self.symbol else ""
+        return replace(self, symbol=symbol, values=self.shown(self.values), offset=0.0)
+
+    def shown(self, x: Array) -> Array:
+        """Places (m,) among the values, in the unit."""
+        return np.exp(x) - self.offset if self.offset else x
 
 
 def arguments_of(problem: Problem) -> dict[str, Argument]:
@@ -56,10 +76,12 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
         "position": Argument("position", "y", length, rows.y),
         "velocity": Argument("velocity", "v", f"{length}/s", rows.v),
         "speed": Argument("velocity", "abs(v)", f"{length}/s", np.abs(rows.v)),
-        "travel": Argument("travel", f"log(travel + {near:g})", length, np.log(memory.travel + near)),
-        "slid": Argument("rest_time", "", length, np.log(memory.slid + near)),
+        "travel": Argument("travel", f"log(travel + {near:g})", length, np.log(memory.travel + near), offset=near),
+        "slid": Argument(
+            "rest_time", "", length, np.log(memory.slid + near), offset=near, said="travel since the last rest"
+        ),
         "since_reversal": Argument("since_reversal", "since_reversal", "s", memory.lasting),
-        "rest_time": Argument("rest_time", f"log(rest + {_BRIEF:g})", "s", np.log(memory.rest + _BRIEF)),
+        "rest_time": Argument("rest_time", f"log(rest + {_BRIEF:g})", "s", np.log(memory.rest + _BRIEF), offset=_BRIEF),
         "acceleration": Argument("acceleration", "", f"{length}/s^2", rows.a - problem.residual),
         "time": Argument("time", "t", "s", rows.t),
     }

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from linid.arrays import Array, Flags, Integers
-from linid.diagnosis.proposed.arguments import LABELS
 from linid.diagnosis.proposed.basis import Side
 from linid.diagnosis.proposed.estimate import estimated
 from linid.diagnosis.proposed.problem import Problem
@@ -83,10 +82,12 @@ def _places(side: Side, sides: int) -> Array:
 def _axis(side: Side, x: Array) -> TermAxis:
     """One side as it is drawn."""
     argument = side.argument
-    label = "speed" if argument.symbol == "abs(v)" else LABELS[argument.name]
+    label = "speed" if argument.symbol == "abs(v)" else argument.label
     if argument.symbol == "abs(F)":
         label = f"size of the {label}"
-    return TermAxis(argument.name, f"{label} within a period" if period_of(side) else label, argument.unit, x)
+    return TermAxis(
+        argument.name, f"{label} within a period" if period_of(side) else label, argument.unit, argument.shown(x)
+    )
 
 
 def _seen(problem: Problem, sides: tuple[Side, ...], places: list[Array]) -> Flags:

@@ -54,7 +54,7 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
     names = set(family.arguments)
     if "recording" in names:
         return
-    arguments = arguments_of(problem)
+    arguments = {key: argument.plain for key, argument in arguments_of(problem).items()}
     if names == {"direction"}:
         yield _one_way(problem)
         return

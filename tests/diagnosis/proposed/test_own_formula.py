@@ -20,7 +20,7 @@ MOVING = 0.02  # m/s, above which a bristle's friction is that of the sign
 
 
 def variables(problem: Problem) -> dict[str, Array]:
-    known = {one.symbol: one.values for one in arguments_of(problem).values()}
+    known = {one.plain.symbol: one.plain.values for one in arguments_of(problem).values()}
     return {name: known[name] for name in ("y", "v", "F", "t", "T", "travel", "since_reversal", "rest")}
 
 
