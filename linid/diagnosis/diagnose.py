@@ -30,6 +30,7 @@ from linid.diagnosis.verdict import advice, decide, status_of
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import canonical, find_effect
+from linid.physics.own_terms.own_term import is_own
 from linid.recording.check_findings import RecordingChecks
 from linid.recording.checks import checks_of
 from linid.recording.recording import Recording
@@ -52,25 +53,23 @@ def diagnose(
     kind: ModelKind,
     *,
     effects: Sequence[str] = (),
+    without: Sequence[str] = (),
     known: dict[str, float] | None = None,
     means: Means | None = None,
 ) -> Found:
     """Find the effects that a base model lacks on some recordings; held-out ones judge.
 
-    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; known: SI values that
-    are not identified.
+    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; without: effects of the
+    library that are left out of consideration; known: SI values that are not identified.
     Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
     DataError for unfit recordings.
     """
-    known = dict(known or {})
-    effects = canonical(effects)
+    known, effects = dict(known or {}), _of_base(effects, without)
     means = means or Means()
-    recordings = numbered(recordings)
-    fitted = [r for r in recordings if r.split == "fit"]
-    _require_both_splits(name, recordings, fitted)
-    assumptions: list[str] = []
+    recordings, fitted = _numbered(name, recordings)
+    assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
     plain = fit_base_model(recordings, kind, known, means, assumptions)
-    base, found, law = _decided(plain, kind, effects, known, means, assumptions)
+    base, found, law = _decided(plain, (kind, effects, without), known, means, assumptions)
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
@@ -80,25 +79,22 @@ def diagnose(
     known_mass = "mass" in known or "mass" not in base.held
     measures = together(changes, traces_after, means.seed)
     budget = seen.budget(shares, entries_of(found, shares, after, recordings, measures, means.seed))
-    models, term = Models(after, found.best, changes, traces_after), None
+    term, models = None, Models(after, found.best, changes, traces_after)
     if status_of(budget) in ("unknown", "partly explained"):
-        told = lacking_term(base.judge, found, models, recordings, means)
-        term, models = told if told is not None else (None, models)
-    if models.result is not after:
-        measures = together(models.changes, models.traces, means.seed)
+        term, models = lacking_term(base.judge, found, models, recordings, means) or (None, models)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
         name=name,
         model=kind,
         axis=recordings[0].axis,
-        base_effects=tuple(effects),
+        base_effects=effects,
         assumptions=tuple(assumptions),
         verdict=_with_law(_verdict(budget, seen, found, base, checks), law),
         budget=budget,
         tried=tried_effects(found),
         where=seen.where,
         pairs=seen.pairs,
-        measures=measures,
+        measures=measures if models.result is after else together(models.changes, models.traces, means.seed),
         recordings=models.changes,
         traces=residual_traces(base.judge, found.base, models.fitted, seen.masses),
         checks=checks,
@@ -113,25 +109,47 @@ def diagnose(
     return Found(diagnosis, before, models.result, traces_before, models.traces)
 
 
-def _require_both_splits(name: str, recordings: Sequence[Recording], fitted: Sequence[Recording]) -> None:
+def _numbered(name: str, recordings: Sequence[Recording]) -> tuple[tuple[Recording, ...], list[Recording]]:
+    """All recordings, numbered, and those to fit; raises UsageError where there are none, or none to judge by."""
+    recordings = numbered(recordings)
+    fitted = [r for r in recordings if r.split == "fit"]
     if not fitted or len(fitted) == len(recordings):
         raise UsageError(
             name,
             "has no held-out recordings" if fitted else "has no recordings to fit",
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
+    return recordings, fitted
+
+
+def _of_base(effects: Sequence[str], without: Sequence[str]) -> tuple[str, ...]:
+    """The effects of the base; raises UsageError for names to be left out that the library lacks or the base has."""
+    effects = canonical(effects)
+    for name in without:
+        if is_own(name):
+            raise UsageError("--without", f"{name.partition(':')[0]} is a term of your own", "None but yours is tried.")
+        find_effect(name, "--without")
+        if name in effects:
+            raise UsageError("--without", f"{name} is in the base by --effect", "Name it in one of them.")
+    return effects
 
 
 def _decided(
-    plain: Base, kind: str, effects: Sequence[str], known: dict[str, float], means: Means, assumptions: list[str]
+    plain: Base,
+    choices: tuple[str, Sequence[str], Sequence[str]],
+    known: dict[str, float],
+    means: Means,
+    assumptions: list[str],
 ) -> tuple[Base, Selection, LawFinding | None]:
     """The base with its friction law, the effects beside it, and what is said of the law. plain: the base under LuGre;
-    assumptions: gains what these recordings do not tell of the law.
+    choices: kind of the model, effects of the base, effects left out of consideration; assumptions: gains what these
+    recordings do not tell of the law.
     """
+    kind, effects, without = choices
     first, choice = base_with_law(plain, known)
 
     def selected(start: Base) -> Selection:
-        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
+        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers, without)
         return select(_with_effects(start, screening, kind, effects), screening, means.watch)
 
     base, found, choice = select_under_law(plain, first, choice, selected)
