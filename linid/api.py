@@ -6,13 +6,14 @@ the interpreter's random generators stay as they are; equal arguments give equal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError, DataError, LinidError, UsageError
 from linid.interface.campaign import Campaign
 from linid.interface.measuring import Progress, Watch, able_recordings, free_run, measure, run_by_voltage
+from linid.interface.own_terms import with_terms
 from linid.interface.reading import read_files
 from linid.interface.results import Diagnosed, Fit, Gaps
 from linid.interface.settings import make_settings
@@ -71,7 +72,8 @@ def fit(
     """Identify a model on the recordings of a campaign that are to be fitted.
 
     model: friction (free wheels), force, sine (paper, 31 and 44), theta (39 and 45) or a motor of another package;
-    start: an earlier fit for first values (None: the free wheels of the campaign are fitted first); winding: star or
+    start: an earlier fit for first values (None: the free wheels of the campaign are fitted first), whose own terms
+    `effects` may call by their short names (`learned`: else the term that the recordings ask for); winding: star or
     separate to identify a motor's windings too, from phase voltages; jobs: threads, which never change a result;
     progress(stage, done, total, best cost): called as the search goes on; observer: does the stages of the fit in
     place of `progress`, to keep their states and results (see `FitObserver`); settings: as in `--config` (`effects`,
@@ -79,8 +81,10 @@ def fit(
     Returns a Fit. Raises UsageError, ConfigError or DataError.
     """
     kind = _model_kind(model, winding)
-    stages = stages_of(campaign, make_settings(settings), kind, None if start is None else start.result, winding)
+    first = None if start is None else start.result
     with one_thread():
+        chosen = with_terms(campaign, make_settings(settings), kind, first, jobs)
+        stages = stages_of(campaign, chosen, kind, first, winding)
         return Fit(run_stages(stages, jobs, observer or _Alone(progress)))
 
 
@@ -169,31 +173,32 @@ def diagnose(
     campaign: Campaign,
     model: str | None = None,
     *,
-    effects: Sequence[str] = (),
-    known: dict[str, float] | None = None,
-    seed: int = 1,
     jobs: int = 1,
     progress: Progress | None = None,
     means: Means | None = None,
+    **settings: Any,
 ) -> Diagnosed:
     """Where the simulation differs from the machine, which effects are missing, how far the gap shrinks with them.
 
-    model: of the base (None: what the recordings allow); effects: those that the base has already; known: SI values
-    besides the campaign's; seed: of all that is drawn; jobs: threads; progress(stage, done, total); means: in place of
-    these three, with a memory of finished steps and workers elsewhere. Held-out recordings judge.
+    model: of the base (None: what the recordings allow); jobs: threads; progress(stage, done, total); means: in place
+    of these two and the seed, with a memory of finished steps and workers elsewhere; settings: as in `--config`, of
+    which count `effects` that the base has already, `without` (effects of the library that are left out of
+    consideration), `known` and `mass` in SI besides what the campaign knows, and `seed`. Held-out recordings judge.
     Returns Diagnosed. Raises UsageError without held-out recordings, DataError for unfit ones.
     """
     from linid.diagnosis.diagnose import diagnose as find_effects
     from linid.diagnosis.means import Means
 
+    chosen = make_settings(settings)
     kind = base_kind(campaign.recordings) if model is None else model
     with one_thread():
         found = find_effects(
             campaign.name,
             campaign.recordings,
             kind,
-            effects=effects,
-            known={**campaign.known, **(known or {})},
-            means=means or Means(jobs=jobs, seed=seed, progress=progress),
+            effects=chosen.effects,
+            without=chosen.without,
+            known=chosen.known_values(campaign.known),
+            means=means or Means(jobs=jobs, seed=chosen.seed, progress=progress),
         )
     return Diagnosed(found)

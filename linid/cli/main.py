@@ -23,7 +23,9 @@ from linid.cli.options import (
     print_outcome,
     run_options,
     scheduler_option,
+    schema_option,
     settings_options,
+    start_option,
     verbosity_options,
 )
 from linid.stop_signals import raise_on_sigterm
@@ -88,10 +90,11 @@ def inspect(file: Path, json_output: bool, **options: Any) -> None:
 
 @cli.command("fit-friction", short_help="Identify friction and mass.")
 @FILES
+@start_option("first values from the recordings")
 @settings_options
 @fit_options
 @run_options
-def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> None:
+def fit_friction(files: tuple[Path, ...], friction: Path | None, json_output: bool, **options: Any) -> None:
     """Identify friction (and the mass) from free wheels, or from runs with a logged q-current or command.
 
     A free wheel is a recording of the axis coasting to rest with the drive off.
@@ -105,18 +108,13 @@ def fit_friction(files: tuple[Path, ...], json_output: bool, **options: Any) -> 
     from linid.workflow.commands.fit_friction import fit_friction as run
 
     reporter = make_reporter(options)
-    print_outcome(run(make_request(files, options), reporter), json_output)
+    print_outcome(run(make_request(files, options), reporter, friction=friction), json_output)
 
 
 @cli.command("fit-motor", short_help="Identify the motor, and friction with it.")
 @FILES
 @click.option("--model", required=True, type=MotorName(), help="Motor model.")
-@click.option(
-    "--friction",
-    type=click.Path(path_type=Path),
-    metavar="MODEL.json",
-    help="Start from this friction result [else the free wheels among FILE are fitted first].",
-)
+@start_option("the free wheels among FILE are fitted first")
 @click.option(
     "--input",
     "driven_by",
@@ -155,6 +153,7 @@ def fit_motor(
       linid fit-motor --model theta campaign.yaml
       linid fit-motor --model sine --input voltage campaign.yaml
       linid fit-motor --model sine --friction friction/parameters.json moves_1.csv moves_2.csv
+      linid fit-motor --model theta --effect learned --friction diagnosis/model_after.json campaign.yaml
     """
     from linid.workflow.commands.fit_motor import fit_motor as run
 
@@ -263,17 +262,6 @@ def diagnose(files: tuple[Path, ...], model: Any, json_output: bool, **options: 
     print_outcome(run(make_request(files, options), reporter, model=model), json_output)
 
 
-def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
-    if wanted and not ctx.resilient_parsing:
-        import json
-
-        from linid.config import json_schema
-        from linid.workflow.batch.file import BatchFile
-
-        click.echo(json.dumps(json_schema(BatchFile), indent=1))
-        ctx.exit()
-
-
 @cli.command(short_help="Run many jobs described in YAML.")
 @click.argument("configs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="CONFIG.yaml...")
 @click.option(
@@ -281,14 +269,7 @@ def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) 
 )
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of all jobs.")
 @click.option("--no-figures", is_flag=True, help="Write no figures.")
-@click.option(
-    "--schema",
-    is_flag=True,
-    is_eager=True,
-    expose_value=False,
-    callback=_print_schema,
-    help="Print the JSON schema of a batch file and exit.",
-)
+@schema_option
 @run_options
 @scheduler_option
 def batch(configs: tuple[Path, ...], json_output: bool, **options: Any) -> None:
@@ -360,6 +341,7 @@ def effects(name: str | None, json_output: bool) -> None:
     --effect "NAME: FORMULA" is a term of your own, a force in N (rotary: N m), of t, T (of the campaign), y, v, F (of
     the motor), travel and since_reversal, rest, powers, abs, sign, sin, cos, exp, log, sqrt, tanh, min, max, pi,
     spline, spline2, periodic, and parameters to be identified, all other names. A product with sign(v) is friction.
+    --effect learned is the term that the recordings ask for, of a diagnosis' model or sought anew.
 
     \b
     Examples:

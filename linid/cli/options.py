@@ -162,7 +162,51 @@ _MODEL = [
     ),
     click.option("--effect", multiple=True, metavar="NAME", help="Effect to identify too (see `linid effects`)."),
 ]
-model_options = _apply(_MODEL)
+
+
+def _print_schema(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        import json
+
+        from linid.config import json_schema
+        from linid.workflow.batch.file import BatchFile
+
+        click.echo(json.dumps(json_schema(BatchFile), indent=1))
+        ctx.exit()
+
+
+schema_option = click.option(
+    "--schema",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_schema,
+    help="Print the JSON schema of a batch file and exit.",
+)
+
+
+def start_option(otherwise: str) -> Callable[[Command], Command]:
+    """`--friction`; otherwise: what happens without it, for its help."""
+    return click.option(
+        "--friction",
+        type=click.Path(path_type=Path),
+        metavar="MODEL.json",
+        help="Start from this result; --effect learned takes the term that a diagnosis has put into its "
+        f"model_after.json [else {otherwise}].",
+    )
+
+
+model_options = _apply(
+    [
+        *_MODEL,
+        click.option(
+            "--without",
+            multiple=True,
+            metavar="EFFECT",
+            help="Leave an effect of the library out of consideration: do the data ask for it themselves? Repeatable.",
+        ),
+    ]
+)
 fit_options = _apply(
     [
         *_MODEL,
@@ -207,6 +251,7 @@ SETTINGS_NAMES = (
     "known",
     "bound",
     "effect",
+    "without",
     "objective",
     "method",
     "population",
@@ -245,6 +290,8 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
         raw["window"] = _range("--window", options["window"])
     if options.get("effect"):
         raw["effects"] = list(options["effect"])
+    if options.get("without"):
+        raw["without"] = list(options["without"])
     if options.get("profile"):
         raw["profiles"] = list(options["profile"])
     if options.get("free_exponent"):

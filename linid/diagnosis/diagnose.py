@@ -16,7 +16,7 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Models, lacking_term, lead_of, without_effects
+from linid.diagnosis.lacking import Lead, Models, lacking_term, lead_of, without_effects
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
@@ -25,11 +25,12 @@ from linid.diagnosis.report_data import Budget, Diagnosis, LawFinding, Verdict
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
-from linid.diagnosis.shares import shares_of
+from linid.diagnosis.shares import Shares, shares_of
 from linid.diagnosis.verdict import advice, decide
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import canonical, find_effect
+from linid.physics.own_terms.own_term import is_own
 from linid.recording.check_findings import RecordingChecks
 from linid.recording.checks import checks_of
 from linid.recording.recording import Recording
@@ -52,30 +53,24 @@ def diagnose(
     kind: ModelKind,
     *,
     effects: Sequence[str] = (),
+    without: Sequence[str] = (),
     known: dict[str, float] | None = None,
     means: Means | None = None,
 ) -> Found:
     """Find the effects that a base model lacks on some recordings; held-out ones judge.
 
-    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; known: SI values that
-    are not identified.
+    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; without: effects of the
+    library that are left out of consideration; known: SI values that are not identified.
     Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
     DataError for unfit recordings.
     """
-    known = dict(known or {})
-    effects = canonical(effects)
+    known, effects = dict(known or {}), _of_base(effects, without)
     means = means or Means()
-    recordings = numbered(recordings)
-    fitted = [r for r in recordings if r.split == "fit"]
-    _require_both_splits(name, recordings, fitted)
-    assumptions: list[str] = []
+    recordings, fitted = _numbered(name, recordings)
+    assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
     plain = fit_base_model(recordings, kind, known, means, assumptions)
-    base, found, law = _decided(plain, kind, effects, known, means, assumptions)
-    shares = shares_of(base.judge, found.base, found.best, means.seed)
-    lead = lead_of(base.judge, found, shares.unexplained[0], means)
-    if lead is not None and lead.start is found.base and found.parts:
-        found = without_effects(found)
-        shares = shares_of(base.judge, found.base, found.best, means.seed)
+    base, found, law = _decided(plain, (kind, effects, without), known, means, assumptions)
+    found, shares, lead = _led(base, found, means)
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
@@ -87,21 +82,19 @@ def diagnose(
     models, term = Models(after, found.best, changes, traces_after), None
     if lead is not None:
         term, models = lacking_term(base.judge, found, lead, models, recordings, means)
-    if models.result is not after:
-        measures = together(models.changes, models.traces, means.seed)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
         name=name,
         model=kind,
         axis=recordings[0].axis,
-        base_effects=tuple(effects),
+        base_effects=effects,
         assumptions=tuple(assumptions),
         verdict=_with_law(_verdict(budget, seen, found, base, checks), law),
         budget=budget,
         tried=tried_effects(found),
         where=seen.where,
         pairs=seen.pairs,
-        measures=measures,
+        measures=measures if models.result is after else together(models.changes, models.traces, means.seed),
         recordings=models.changes,
         traces=residual_traces(base.judge, found.base, models.fitted, seen.masses),
         checks=checks,
@@ -116,25 +109,47 @@ def diagnose(
     return Found(diagnosis, before, models.result, traces_before, models.traces)
 
 
-def _require_both_splits(name: str, recordings: Sequence[Recording], fitted: Sequence[Recording]) -> None:
+def _numbered(name: str, recordings: Sequence[Recording]) -> tuple[tuple[Recording, ...], list[Recording]]:
+    """All recordings, numbered, and those to fit; raises UsageError where there are none, or none to judge by."""
+    recordings = numbered(recordings)
+    fitted = [r for r in recordings if r.split == "fit"]
     if not fitted or len(fitted) == len(recordings):
         raise UsageError(
             name,
             "has no held-out recordings" if fitted else "has no recordings to fit",
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
+    return recordings, fitted
+
+
+def _of_base(effects: Sequence[str], without: Sequence[str]) -> tuple[str, ...]:
+    """The effects of the base; raises UsageError for names to be left out that the library lacks or the base has."""
+    effects = canonical(effects)
+    for name in without:
+        if is_own(name):
+            raise UsageError("--without", f"{name.partition(':')[0]} is a term of your own", "None but yours is tried.")
+        find_effect(name, "--without")
+        if name in effects:
+            raise UsageError("--without", f"{name} is in the base by --effect", "Name it in one of them.")
+    return effects
 
 
 def _decided(
-    plain: Base, kind: str, effects: Sequence[str], known: dict[str, float], means: Means, assumptions: list[str]
+    plain: Base,
+    choices: tuple[str, Sequence[str], Sequence[str]],
+    known: dict[str, float],
+    means: Means,
+    assumptions: list[str],
 ) -> tuple[Base, Selection, LawFinding | None]:
     """The base with its friction law, the effects beside it, and what is said of the law. plain: the base under LuGre;
-    assumptions: gains what these recordings do not tell of the law.
+    choices: kind of the model, effects of the base, effects left out of consideration; assumptions: gains what these
+    recordings do not tell of the law.
     """
+    kind, effects, without = choices
     first, choice = base_with_law(plain, known)
 
     def selected(start: Base) -> Selection:
-        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers)
+        screening = Screening(start.judge.fits, start.fitted, means.jobs, means.workers, without)
         return select(_with_effects(start, screening, kind, effects), screening, means.watch)
 
     base, found, choice = select_under_law(plain, first, choice, selected)
@@ -155,6 +170,17 @@ def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence
             "See what each needs: linid effects",
         )
     return replace(base, fitted=extended, rivals=())
+
+
+def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares, Lead | None]:
+    """The selection with its shares and, where a gap stays, the term that the recordings ask for; without the effects
+    in whose stead the term acts."""
+    shares = shares_of(base.judge, found.base, found.best, means.seed)
+    lead = lead_of(base.judge, found, shares.unexplained[0], means)
+    if lead is not None and lead.start is found.base and found.parts:
+        found = without_effects(found)
+        shares = shares_of(base.judge, found.base, found.best, means.seed)
+    return found, shares, lead
 
 
 def _verdict(budget: Budget, seen: Seen, found: Selection, base: Base, checks: Sequence[RecordingChecks]) -> Verdict:

@@ -145,13 +145,16 @@ class Screening:
     """All effects of the library tried on a campaign, at each step of the selection.
 
     base: the model without effects, whose outlook and effect columns all steps share; workers: who fits the candidates
-    (None: threads here).
+    (None: threads here); without: names of effects that are left out of consideration.
     """
 
-    def __init__(self, fits: JointFit, base: Fitted, jobs: int, workers: Workers | None = None) -> None:
+    def __init__(
+        self, fits: JointFit, base: Fitted, jobs: int, workers: Workers | None = None, without: Iterable[str] = ()
+    ) -> None:
         self.fits = fits
         self.jobs = jobs
         self.workers = workers
+        self.without = frozenset(without)
         balance = fits.balance
         self.recordings = balance.recordings
         self.fitted = tuple(k for k, r in enumerate(self.recordings) if r.split == "fit")
@@ -213,7 +216,7 @@ class Screening:
         for number, effect in enumerate(tried, 1):
             if watch is not None:
                 watch(number, len(tried))
-            if (effect.name not in wanted) if wanted else False:
+            if effect.name in self.without or (wanted and effect.name not in wanted):
                 continue
             present = effect.name in step.model.effects
             if present and not (effect.parts > 1 and effect.free_part(step.preset)):

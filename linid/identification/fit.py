@@ -17,6 +17,7 @@ from linid.identification.optimise.time_step import choose_substeps
 from linid.identification.result import FitResult, ModelKind, Profile
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space.bounds import build_space
+from linid.identification.space.proportions import proportions_of
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
 from linid.identification.uncertainty.profile import check_profile, profile_likelihood
@@ -52,14 +53,18 @@ def fit(
     fixed = {**(known or {}), **settings.fixed}
     told, per_mass, warnings = _mass(recordings, model, fixed, start)
     fixed |= told
+    shape = proportions_of(model, settings.proportions, fixed)
+    fixed |= shape.values
+    bounds = {**shape.bounds, **settings.bounds}
     first, densities = first_values(model, recordings, fixed, start)
     rivals: list[Values] = []
     if model.effects:
-        (first, *rivals), preset = guess_effects(model, recordings, first, fixed, densities, settings)
+        (first, *rivals), preset = guess_effects(
+            model, recordings, first, {**fixed, **shape.leaders}, densities, settings
+        )
         fixed = {**preset, **fixed}
-    space = build_space(
-        model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck
-    )
+    space = build_space(model, recordings, first, fixed, bounds, settings.free_exponent, densities, settings.stribeck)
+    space = replace(space, ties=shape.ties)
     for name in settings.profiles:
         check_profile(space, name)
     substeps = settings.substeps or choose_substeps(model, recordings, first)

@@ -16,6 +16,7 @@ from linid.identification.result import Estimate, FitResult
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import build_space
+from linid.identification.space.proportions import proportions_of
 from linid.identification.uncertainty.voltage_noise import tells_mutual_inductance
 from linid.physics.electrical import INDUCTANCE, MUTUAL, SEPARATE, STAR
 from linid.physics.model import Model
@@ -73,19 +74,25 @@ def fit_windings(
         model = Model(result.model, result.effects, STAR, result.law)
         names.remove(MUTUAL.name)
         settings = _without_mutual(settings)
+    shape = proportions_of(model, {name: values[name] for name in settings.proportions if name in values}, fixed)
     space = build_space(
         model,
         recordings,
         {name: values[name] for name in names},
-        fixed,
-        settings.bounds,
+        {**fixed, **shape.values},
+        {**shape.bounds, **settings.bounds},
         settings.free_exponent,
         (values["electrical_wavenumber"],),
         settings.stribeck,
     )
-    found = refine(space, space.encode(values), recordings, settings=settings, hooks=hooks)
+    found = refine(replace(space, ties=shape.ties), space.encode(values), recordings, settings=settings, hooks=hooks)
     if untold:
         found = replace(found, winding=winding, estimates=_with_mutual_untold(found.estimates))
+    return _after(result, found)
+
+
+def _after(result: FitResult, found: FitResult) -> FitResult:
+    """What was found, with the search and the warnings of the result that it started from."""
     return replace(
         found,
         history=result.history + found.history,

@@ -48,7 +48,8 @@ class Ending:
 class FitSettings:
     """How to fit. objective auto: free_run for free wheels, ahead for driven runs; bounds, fixed: SI values
     by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
-    friction only); profiles: parameters whose profile likelihood is computed; least_squares_steps,
+    friction only); profiles: parameters whose profile likelihood is computed; proportions: SI values of
+    coefficients of own terms, whose ratios are kept; least_squares_steps,
     least_squares_precision: when the least squares ends (see `levenberg_marquardt`); jobs: threads, never changes a
     result."""
 
@@ -64,6 +65,7 @@ class FitSettings:
     least_squares_steps: int = Ending.steps
     least_squares_precision: float = Ending.precision
     profiles: tuple[str, ...] = ()
+    proportions: dict[str, float] = field(default_factory=dict)
 
     def stored(self) -> dict[str, Any]:
         """The settings that decide the result, for the model file (no jobs)."""

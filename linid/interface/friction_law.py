@@ -22,7 +22,7 @@ def preferred_law(campaign: Campaign, settings: Settings, kind: ModelKind) -> tu
     from linid.diagnosis.means import Means
     from linid.physics.laws.registry import LUGRE
 
-    recordings = _with_judges(numbered(campaign.recordings))
+    recordings = with_judges(numbered(campaign.recordings))
     silent = f"the friction law is not told by these recordings: LuGre is taken; to tell, record {PRESLIDING}"
     if not recordings:
         return LUGRE, (silent,)
@@ -35,7 +35,7 @@ def preferred_law(campaign: Campaign, settings: Settings, kind: ModelKind) -> tu
     return choice.law, (words or "the recordings tell LuGre friction from all other laws",)
 
 
-def _with_judges(recordings: tuple[Recording, ...]) -> tuple[Recording, ...]:
+def with_judges(recordings: tuple[Recording, ...]) -> tuple[Recording, ...]:
     """Recordings of which some are fitted and some judge; none where that cannot be."""
     if {"fit", "held_out"} <= {r.split for r in recordings}:
         return recordings

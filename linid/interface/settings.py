@@ -85,9 +85,16 @@ class Settings(BaseModel):
     effects: Effects = Field(
         default=(), description="effects to identify together with the model: names, and own terms as NAME: formula"
     )
+    without: tuple[str, ...] = Field(
+        default=(), description="effects of the library that a diagnosis leaves out of consideration"
+    )
     mass: Positive | None = Field(default=None, description="known moving mass in kg (rotary: kg m^2)")
     known: dict[str, Finite] = Field(default_factory=dict, description="parameter: SI value that is not identified")
     bounds: dict[str, tuple[Finite, Finite]] = Field(default_factory=dict, description="parameter: [low, high] in SI")
+    proportions: dict[str, Finite] = Field(
+        default_factory=dict,
+        description="coefficient of an own term: SI value; those of a term keep their ratios, one size is identified",
+    )
     free_exponent: bool = Field(default=False, description="identify the Stribeck exponent alpha too")
     stribeck: bool = Field(default=True, description="false: F_S is tied to F_C, Coulomb and viscous friction only")
     law: Literal["auto", "lugre", "dahl", "coulomb", "elasto_plastic", "maxwell_slip"] | None = Field(

@@ -157,10 +157,18 @@ def _motor_stages(
     _check_names(set(whole.parameter_names()) | {p.name for p in PARAMETERS[winding]}, settings, campaign.known)
     first = start is None and bool(campaign.select(split="fit", kind="free_wheel"))
     if first:
-        yield Stage("friction", _friction_task(campaign, settings, law))
+        yield Stage("friction", _before_motor(_friction_task(campaign, settings, law)))
     yield Stage("motor", whole.restricted() if winding else whole, after=first)
     if winding:
         yield Stage("windings", whole, winding, after=True)
+
+
+def _before_motor(task: FitTask) -> FitTask:
+    """The friction fit before a motor's: effects that need a motor come with it."""
+    from linid.physics.effects.registry import find_effect
+
+    able = tuple(name for name in task.settings.effects if task.kind in find_effect(name).kinds)
+    return replace(task, settings=task.settings.model_copy(update={"effects": able})).restricted()
 
 
 def _friction_task(campaign: Campaign, settings: Settings, law: str) -> FitTask:
@@ -219,6 +227,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         jobs=jobs,
         least_squares_steps=settings.least_squares_steps,
         profiles=settings.profiles,
+        proportions=dict(settings.proportions),
     )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from linid.physics.own_terms.own_term import is_own, parse_term
-from linid.report.numbers import Rounded, common_exponent, format_number, plain, round_estimate
+from linid.physics.own_terms.own_term import OwnTerm, is_own, parse_term
+from linid.report.numbers import Rounded, common_exponent, estimate_text, format_number, plain, round_estimate
 from linid.report.symbols import latex_escape, symbol_math, unit_math
 
 if TYPE_CHECKING:
@@ -15,12 +17,13 @@ if TYPE_CHECKING:
     from linid.identification.result import Estimate, FitResult
 
 _PREAMBLE = "% needs \\usepackage{booktabs}\n"
+_MANY = 4  # numbered coefficients of an own term, from which on they stand with its formula
 _STATUS = {"fixed": " (fixed)", "at_bound": " (at bound)"}
 
 
 def parameter_latex(result: FitResult) -> str:
     """The parameter table of a fit as a booktabs tabular, derived quantities below a rule, notes below the table."""
-    notes = [e.note for e in (*result.estimates, *result.derived) if e.note]
+    notes = [e.note for e in (*tabled(result), *result.derived) if e.note]
     lines = [
         r"\begin{tabular}{@{}lllll@{}}",
         r"\toprule",
@@ -28,7 +31,7 @@ def parameter_latex(result: FitResult) -> str:
         r"\midrule",
     ]
     number = 0
-    for group in (result.estimates, result.derived):
+    for group in (tabled(result), result.derived):
         if group is result.derived and result.derived:
             lines.append(r"\midrule")
         for estimate in group:
@@ -41,10 +44,53 @@ def parameter_latex(result: FitResult) -> str:
 
 
 def formula_notes(result: FitResult) -> list[str]:
-    """The own terms of a fit, each with its formula."""
+    """The own terms of a fit, each with its formula, and its coefficients where they are many."""
     unit = "N m" if result.axis == "rotary" else "N"
-    own = [parse_term(name) for name in result.effects if is_own(name)]
-    return [f"{term.name} = {term.formula} in {unit}" for term in own]
+    return [
+        f"{term.name} = {term.formula} in {unit}{_numbered(term, coefficients)}"
+        for term, coefficients in _coefficients(result)
+    ]
+
+
+def tabled(result: FitResult) -> tuple[Estimate, ...]:
+    """The estimates that have rows of a table: all but the coefficients that stand with their formulas."""
+    noted = {e.name for _, coefficients in _coefficients(result) for e in coefficients}
+    return tuple(e for e in result.estimates if e.name not in noted)
+
+
+def _coefficients(result: FitResult) -> list[tuple[OwnTerm, list[Estimate]]]:
+    """Own terms with their coefficients that are only numbered, none where they are few."""
+    out = []
+    for term in (parse_term(name) for name in result.effects if is_own(name)):
+        numbered = re.compile(rf"{term.name}_(c_)?\d+\Z")
+        found = [e for e in result.estimates if numbered.match(e.name)]
+        out.append((term, found if len(found) >= _MANY else []))
+    return out
+
+
+def _numbered(term: OwnTerm, coefficients: Sequence[Estimate]) -> str:
+    """Coefficients in words: what of them is held, and their values in order."""
+    if not coefficients:
+        return ""
+    tied = [e for e in coefficients if e.note.startswith("in proportion to")]
+    held = " (held; the intervals take them as exact)" if all(e.status == "fixed" for e in coefficients) else ""
+    if tied:
+        held = f" (their ratios are held, their size is known to {_relative(tied)})"
+    values = ", ".join(f"{e.value:.3g}" if held else _with_std(e) for e in coefficients)
+    return f"; {coefficients[0].name} to {coefficients[-1].name.removeprefix(f'{term.name}_')}{held}: {values}"
+
+
+def _relative(estimates: Sequence[Estimate]) -> str:
+    largest = max(estimates, key=lambda e: abs(e.value))
+    share = largest.std / max(abs(largest.value), 1e-300)
+    return f"{100.0 * share:.2g} %" if math.isfinite(share) else "no digit"
+
+
+def _with_std(estimate: Estimate) -> str:
+    if estimate.status == "fixed":
+        return f"{estimate.value:.3g}"
+    rounded = round_estimate(estimate.value, estimate.std, estimate.low, estimate.high, estimate.status)
+    return estimate_text(rounded)
 
 
 def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linid.report.files import csv_text, write_atomic
-from linid.report.latex import floor_note, formula_notes, gap_latex, parameter_latex
+from linid.report.latex import floor_note, formula_notes, gap_latex, parameter_latex, tabled
 from linid.report.numbers import Rounded, estimate_text, format_number, interval_text, round_estimate
 
 if TYPE_CHECKING:
@@ -80,10 +80,11 @@ def parameter_table_console(result: FitResult) -> Table:
     table.add_column("95 % interval", justify="right", overflow="fold")
     table.add_column("Unit", no_wrap=True)
     notes: list[str] = []
-    noted = any(e.note for e in (*result.estimates, *result.derived))
+    shown = tabled(result)
+    noted = any(e.note for e in (*shown, *result.derived))
     if noted:
         table.add_column("Note", no_wrap=True)
-    for group in (result.estimates, result.derived):
+    for group in (shown, result.derived):
         for estimate in group:
             if estimate.note:
                 notes.append(estimate.note)
@@ -96,7 +97,7 @@ def parameter_table_console(result: FitResult) -> Table:
                 Text(_unit(estimate.unit)),
             ]
             table.add_row(*cells, *([Text(f"{len(notes)})" if estimate.note else "")] if noted else []))
-        if group is result.estimates and result.derived:
+        if group is shown and result.derived:
             table.add_section()
     lines = [f"{number}) {note}" for number, note in enumerate(notes, 1)]
     _caption(table, lines + formula_notes(result) + identifiability_notes(result))

@@ -2,23 +2,31 @@
 
 Diagnoses every campaign of a challenge (those with results keep them), fits the true effects or the true term beside
 the base, and prints by cause, and in all, how often a proposed term has the right arguments and how far it closes the
-gap. --make N: first make N campaigns of --kinds in FOLDER.
+gap. --make N: first make N campaigns of --kinds in FOLDER. --without-true: of campaigns of one listed effect each, such
+as those of `--make 26 --kinds single`, diagnoses every one with its effect left out of consideration (into
+results_without), and grades what is proposed by `linid.challenge.arguments`.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
+from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from linid.challenge.answers import ORACLE_FILE, Answer, read_answer
+from linid.challenge.arguments import LISTED_ARGUMENTS, best_grade
 from linid.challenge.create import make_challenge
 from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, KEYS_FILE, RESULTS_FOLDER, Key, read_keys_file
 from linid.challenge.make import Plan
 from linid.challenge.outside import CAUSES
 from linid.challenge.proposals import cause_of, closed_of, grade, score_proposals
 from linid.challenge.run import diagnose_one, in_processes
+
+WITHOUT_FOLDER = "results_without"  # beside the challenge's results
 
 
 def judged(folder: Path, name: str, key: Key, plan: dict[str, object] | None, oracle: bool) -> tuple[str, float]:
@@ -32,6 +40,42 @@ def judged(folder: Path, name: str, key: Key, plan: dict[str, object] | None, or
     if oracle and cause_of(key) is not None and not target.exists():
         write_oracle(folder / name / CAMPAIGN_FILE, key.effects, target, plan)
     return name, seconds
+
+
+def left_out(folder: Path, name: str, key: Key) -> tuple[str, float]:
+    """Diagnose one campaign without its listed effect; its name, and the seconds of the diagnosis (0: kept)."""
+    from linid.workflow.commands.challenge import diagnose_with_linid
+
+    results = folder / WITHOUT_FOLDER
+    if (results / name / DIAGNOSIS_FILE).exists():
+        return name, 0.0
+    diagnose = partial(diagnose_with_linid, without=key.effects)
+    return name, diagnose_one(diagnose, folder / name / CAMPAIGN_FILE, results).seconds
+
+
+def without_true(folder: Path, keys: dict[str, Key], jobs: int) -> list[str]:
+    """Grades of all campaigns of one listed effect that is left out, and rates by effect and in all."""
+    chosen = {name: key for name, key in keys.items() if len(key.effects) == 1 and key.effects[0] in LISTED_ARGUMENTS}
+    grades: dict[str, list[str]] = {}
+    for name, seconds in in_processes(left_out, [(folder, name, key) for name, key in chosen.items()], jobs):
+        (effect,) = chosen[name].effects
+        answer = read_answer(folder / WITHOUT_FOLDER / name)
+        answers, proposal = LISTED_ARGUMENTS[effect], answer.proposal
+        if proposal is None:
+            mark = "nothing is asked for" if answer.status == "none" or () in answers else "nothing proposed"
+        else:
+            mark = best_grade(proposal.arguments, answers)
+        grades.setdefault(effect, []).append(mark)
+        said = "" if proposal is None else f"{'+'.join(proposal.arguments)}, closes {proposal.closed or math.nan:.2f}"
+        named = "+".join(answer.named) or "-"
+        print(f"{name} {effect}: {answer.status}, names {named}; {said} {mark} [{seconds:.0f} s]", flush=True)
+    every = [mark for marks in grades.values() for mark in marks]
+    lines = [f"{effect:28} {_counted(marks)}" for effect, marks in sorted(grades.items())]
+    return [*lines, f"{'all':28} {_counted(every)}"]
+
+
+def _counted(marks: Sequence[str]) -> str:
+    return f"{len(marks)}: " + ", ".join(f"{mark} {count}" for mark, count in Counter(marks).most_common())
 
 
 def line(name: str, key: Key, answer: Answer, seconds: float) -> str:
@@ -78,6 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--effects", default="")
     parser.add_argument("--strength", default="0.1,1")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--without-true", action="store_true", help="leave the true effect out of consideration")
     parser.add_argument("--no-oracle", action="store_true", help="fit no true terms: no closures to compare with")
     options = parser.parse_args(arguments)
     if options.make:
@@ -86,6 +131,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         plan = Plan(options.seed, effects=effects, kinds=tuple(options.kinds.split(",")), strength=(low, high))
         make_challenge(plan, options.make, options.folder, jobs=options.jobs)
     keys, more = read_keys_file(options.folder / KEYS_FILE)
+    if options.without_true:
+        print("\n".join(without_true(options.folder, keys, options.jobs)))
+        return
     tasks = [(options.folder, name, key, more.get("plan"), not options.no_oracle) for name, key in keys.items()]
     for name, seconds in in_processes(judged, tasks, options.jobs):
         answer = read_answer(options.folder / RESULTS_FOLDER / name)

@@ -119,7 +119,7 @@ def test_a_diagnosis_is_that_of_the_interface(monkeypatch: pytest.MonkeyPatch, t
     done = linid("diagnose", campaign(tmp_path), "--mass", 2, "--seed", 5, "--jobs", 1, "--out", tmp_path / "d")
     assert done.exit_code == 2 and "is enough" in done.stderr
     (((given, kind), options),) = asked
-    assert isinstance(given, api.Campaign) and kind == "friction" and options["known"]["mass"] == 2.0
+    assert isinstance(given, api.Campaign) and kind == "friction" and options["mass"] == 2.0
     means = options["means"]
     assert (means.seed, means.jobs, means.workers) == (5, 1, None)
     assert means.memory.path == tmp_path / "d" / "checkpoint.json"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -46,7 +46,8 @@ class SearchSpace:
     """The search coordinates of a model; `fixed` holds SI values of everything that is not searched.
 
     stribeck: False ties F_S to F_C (no Stribeck effect); fundamental: the search coordinate of a theta motor's force
-    constant is of the first harmonic of its thrust, which the recordings tell whatever the shape of the field is.
+    constant is of the first harmonic of its thrust, which the recordings tell whatever the shape of the field is; ties:
+    parameters that keep a ratio to a searched one.
     """
 
     model: Model
@@ -54,6 +55,7 @@ class SearchSpace:
     fixed: dict[str, float]
     stribeck: bool = True
     fundamental: bool = False
+    ties: dict[str, tuple[str, float]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,6 +76,8 @@ class SearchSpace:
         for column, searched in enumerate(self.parameters):
             out[:, self.model.slot(searched.name)] = searched.value(population[:, column])
         names = self.names
+        for name, (leader, ratio) in self.ties.items():
+            out[:, self.model.slot(name)] = ratio * out[:, self.model.slot(leader)]
         if "static_force" in names:
             out[:, _STATIC] *= out[:, _COULOMB]
         if not self.stribeck:

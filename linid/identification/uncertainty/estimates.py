@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -64,7 +66,16 @@ def make_estimates(
         else:
             low, high = value - NORMAL_97_5 * std, value + NORMAL_97_5 * std
         estimates.append(Estimate(parameter.name, parameter.symbol, unit, value, std, low, high, status, note))
+    estimates = [_tied(e, *space.ties[e.name], estimates) if e.name in space.ties else e for e in estimates]
     return tuple(estimates), names, covariance, np.clip(correlation, -1.0, 1.0)
+
+
+def _tied(estimate: Estimate, leader: str, ratio: float, among: Sequence[Estimate]) -> Estimate:
+    """An estimate that keeps a ratio to that of its leader."""
+    led = next(e for e in among if e.name == leader)
+    low, high = sorted((ratio * led.low, ratio * led.high))
+    note = f"in proportion to {leader}"
+    return replace(estimate, std=abs(ratio) * led.std, low=low, high=high, status=led.status, note=note)
 
 
 def plain_estimates(model: Model, values: dict[str, float]) -> tuple[Estimate, ...]:

@@ -117,9 +117,9 @@ def _own(text: str) -> Effect:
     return effect if effect.name == text else _own(effect.name)
 
 
-def find_effect(name: str) -> Effect:
+def find_effect(name: str, place: str = "--effect") -> Effect:
     """The effect called `name`, or that of an own term's text ("my_drag: -c * v * abs(v)"); raises UsageError with the
-    nearest names otherwise, ConfigError for a formula that is none.
+    nearest names otherwise, ConfigError for a formula that is none. place: where it was named, for that error.
     """
     if is_own(name):
         return _own(name)
@@ -131,7 +131,7 @@ def find_effect(name: str) -> Effect:
     names = [effect.name for effect in EFFECTS]
     near = difflib.get_close_matches(name, names, n=1)
     hint = f"Did you mean {near[0]!r}? " if near else ""
-    raise UsageError("--effect", f"there is no effect {name!r}", f"{hint}Known effects: {', '.join(names)}")
+    raise UsageError(place, f"there is no effect {name!r}", f"{hint}Known effects: {', '.join(names)}")
 
 
 def canonical(names: Iterable[str]) -> tuple[str, ...]:

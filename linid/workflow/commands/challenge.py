@@ -53,8 +53,9 @@ def make(
     return Outcome(COMMAND, folder, DONE, f"{len(made)} campaigns", (), summary)
 
 
-def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
-    """The project's own diagnosis of a campaign file into `out`, and then its forecast against fresh recordings."""
+def diagnose_with_linid(path: Path, out: Path, jobs: int, without: Sequence[str] = ()) -> Any:
+    """The project's own diagnosis of a campaign file into `out`, and then its forecast against fresh recordings.
+    without: effects of the library that are left out of consideration."""
     from linid import api
     from linid.challenge.answers import FRESH_FILE
     from linid.challenge.checks import fresh_gaps, fresh_text
@@ -62,7 +63,7 @@ def diagnose_with_linid(path: Path, out: Path, jobs: int) -> Any:
     from linid.diagnosis.measures import measure_gaps
     from linid.workflow.commands.diagnose import AFTER_FILE, diagnose_campaign
 
-    found = diagnose_campaign(path, out, jobs)
+    found = diagnose_campaign(path, out, jobs, without)
     fresh = path.parent.parent / FRESH_FOLDER / path.parent.name / CAMPAIGN_FILE
     if fresh.exists():
         stated = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))

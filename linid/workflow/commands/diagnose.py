@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,8 +63,7 @@ def _diagnosed(
     from linid.diagnosis.means import Means
 
     means = Means(jobs=request.jobs, workers=workers, seed=request.settings.seed, memory=memory, progress=reporter.step)
-    known = request.settings.known_values(campaign.known)
-    return api.diagnose(campaign, kind, effects=request.settings.effects, known=known, means=means)
+    return api.diagnose(campaign, kind, means=means, **request.settings.given())
 
 
 def _complete(found: Found, folder: RunFolder, request: Request, reporter: Reporter) -> Outcome:
@@ -76,13 +76,14 @@ def _complete(found: Found, folder: RunFolder, request: Request, reporter: Repor
     return outcome
 
 
-def diagnose_campaign(path: Path, out: Path, jobs: int) -> Diagnosis:
-    """Diagnose a campaign file into a folder, without figures or a word: for many campaigns at once."""
+def diagnose_campaign(path: Path, out: Path, jobs: int, without: Sequence[str] = ()) -> Diagnosis:
+    """Diagnose a campaign file into a folder, without figures or a word: for many campaigns at once. without: effects
+    of the library that are left out of consideration."""
     import json
 
     from linid import api
 
-    found = api.diagnose(replace(api.read(path), name=path.parent.name), jobs=jobs)
+    found = api.diagnose(replace(api.read(path), name=path.parent.name), without=without, jobs=jobs)
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "diagnosis.json", json.dumps(found.to_dict(), indent=1, allow_nan=False) + "\n")
     _write_models(found.found, out)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from linid.errors import UsageError
 from linid.interface.reading import file_record
-from linid.workflow.run.fit_run import announce, begin, complete, finished_before, plan_outcome
+from linid.threads import one_thread
+from linid.workflow.run.fit_run import announce, begin, complete, finished_before, plan_outcome, start_of
 from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.run_folder import identity_of, recorded
 from linid.workflow.run.stage import StageFiles
@@ -33,6 +34,7 @@ def fit_motor(
     """
     from linid import api
     from linid.identification.model_file import model_to_text
+    from linid.interface.own_terms import with_terms
     from linid.interface.stages import stages_of
     from linid.physics.motors.registry import MOTORS
 
@@ -40,15 +42,12 @@ def fit_motor(
     start = None if friction is None else api.load(friction)
     campaign = api.read(*request.files, axis_of=start, **settings.given())
     announce(campaign, reporter)
-    if start is not None and start.result.axis != campaign.axis:
-        raise UsageError(
-            f"--friction {friction}",
-            f"is of a {start.result.axis} axis, the recordings of a {campaign.axis} one",
-            "Use the axis's own friction result.",
-        )
+    first = None if start is None else start_of(start, campaign, f"--friction {friction}")
     if winding and not MOTORS[model].periodic:
         raise UsageError("--input voltage", "needs a model of the phases", "Take --model sine or theta.")
-    stages = stages_of(campaign, settings, model, None if start is None else start.result, winding)
+    with one_thread():
+        settings = with_terms(campaign, settings, model, first, request.jobs)
+    stages = stages_of(campaign, settings, model, first, winding)
     if request.dry_run:
         return plan_outcome(COMMAND, stages, campaign)
     identity = identity_of(
@@ -57,7 +56,7 @@ def fit_motor(
         fingerprint(campaign.recordings),
         decisive(settings),
         settings.known_values(campaign.known),
-        None if start is None else model_to_text(start.result),
+        None if first is None else model_to_text(first),
         *([winding] if winding else []),
     )
     folder = begin(request, COMMAND, campaign, identity, [] if friction is None else [file_record(friction)])

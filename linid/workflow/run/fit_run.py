@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from linid.errors import UsageError
 from linid.report.result_files import MODEL_FILE
 from linid.workflow.run import results
 from linid.workflow.run.outcome import DONE, NOT_CONVERGED, Outcome, gap_figure_text
@@ -43,6 +44,17 @@ def begin(request: Request, command: str, campaign: Campaign, identity: str, mor
         identity=identity, config=config, inputs=[*campaign.files, *more], seed=request.settings.seed, jobs=request.jobs
     )
     return folder
+
+
+def start_of(start: Fit, campaign: Campaign, place: str) -> FitResult:
+    """The result that a fit starts from; raises UsageError where it is of another kind of axis, naming the place."""
+    if start.result.axis != campaign.axis:
+        raise UsageError(
+            place,
+            f"is of a {start.result.axis} axis, the recordings of a {campaign.axis} one",
+            "Use the axis's own friction result.",
+        )
+    return start.result
 
 
 def complete(folder: RunFolder, found: Fit, campaign: Campaign, request: Request, reporter: Reporter) -> Outcome:
