@@ -59,7 +59,9 @@ def test_page_and_markdown_say_the_same(name: str) -> None:
         assert all(cell in text for row in law_rows(told) for cell in row)
 
 
-@pytest.mark.parametrize("law", [None, replace(UNTOLD, told=True, alike=())], ids=["friction is known", "LuGre is told"])
+@pytest.mark.parametrize(
+    "law", [None, replace(UNTOLD, told=True, alike=())], ids=["friction is known", "LuGre is told"]
+)
 def test_nothing_is_said_where_there_is_nothing_to_say(law: LawFinding | None) -> None:
     told = said(law)
     assert not law_words(told) and not law_lines(told) and not law_rows(told)
