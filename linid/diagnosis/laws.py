@@ -21,6 +21,7 @@ LEAST_CLOSED = 0.3  # of the log power above the floor: what closes less is some
 EQUAL = 0.05  # of the log power per row, within which a law of fewer parameters does as well
 REFUTED = 2.0  # deviations from block to block: what is worse by less may be chance
 VISIBLE_BREAKAWAY = 1.1  # of the Coulomb force: what the recordings must refute to tell that there is none
+VISIBLE_BRISTLE = 0.5  # of the fastest swing that rows resolve: the bristle to be refuted before there is none
 
 
 @dataclass(frozen=True)
@@ -99,19 +100,22 @@ def decide(judge: Judge, trials: tuple[LawTrial, ...], rows: Flags) -> LawChoice
     """The friction law that the evidence of all prefers, LuGre's first. rows: (n,), the fitted."""
     better = [t for t in trials if t.law != LUGRE and clearly_better(t.on_fitted) and clearly_better(t.on_held_out)]
     best = max(better, key=lambda t: t.on_fitted.gain + t.on_held_out.gain, default=trials[0])
+    told = True
     if best.law == LUGRE:
-        if unresolved(judge, trials[0].fitted):
-            stiff = next(t for t in trials if t.law == COULOMB)
-            return LawChoice(COULOMB, True, (), trials, stiff, LUGRE)
+        lugre = trials[0].fitted
+        if unresolved(judge, lugre):
+            told = shows_bristle(judge, lugre)
+            if told:
+                stiff = next(t for t in trials if t.law == COULOMB)
+                return LawChoice(COULOMB, True, (), trials, stiff, LUGRE)
         dahl = next(t for t in trials if t.law == DAHL)
-        if as_good(dahl):
-            if not shown(judge, trials[0].fitted, dahl):
-                return LawChoice(LUGRE, False, (DAHL,), trials, best, LUGRE)
-            best = dahl
+        if told and as_good(dahl):
+            told = shows_breakaway(judge, lugre, dahl)
+            best = dahl if told else best
     # What contains the simpler law is no rival of it.
     others = [t for t in trials if t is not best and not (t.law == LUGRE and LAWS[best.law].absent)]
     alike = tuple(t.law for t in others if not refuted(judge, best, t, rows))
-    return LawChoice(best.law, not alike, alike, trials, best, best.law)
+    return LawChoice(best.law, told and not alike, alike, trials, best, best.law)
 
 
 def clearly_better(evidence: Evidence) -> bool:
@@ -139,16 +143,43 @@ def unresolved(judge: Judge, lugre: Fitted) -> bool:
     What smoothing over the bump makes of a sudden stop looks like a bristle of about the bump's own length in time; a
     real presliding deflection of F_C/sigma_0 lasts longer than that.
     """
-    part = judge.balance.part(lugre.model)
-    width = max(2.0 * half * float(dt) for half, dt in zip(part.half_widths, part.simulator.inputs.dts, strict=True))
+    return _frequency(lugre) > _fastest(judge, lugre)
+
+
+def shows_bristle(judge: Judge, lugre: Fitted) -> bool:
+    """Whether the recordings would show a bristle that they can resolve: LuGre with one is clearly worse. Without a
+    stop in them they would not, and any stiffness does."""
+    at_most = VISIBLE_BRISTLE * _fastest(judge, lugre)
     values = lugre.values
-    return math.sqrt(values["bristle_stiffness"] / values["mass"]) > 2.0 * math.pi / width
+    slower = at_most / _frequency(lugre)
+    # The same damping ratio.
+    soft = {name: values[name] * slower**power for name, power in (("bristle_stiffness", 2), ("bristle_damping", 1))}
+    return _worse(judge, lugre, soft, lugre)
 
 
-def shown(judge: Judge, lugre: Fitted, dahl: LawTrial) -> bool:
+def shows_breakaway(judge: Judge, lugre: Fitted, dahl: LawTrial) -> bool:
     """Whether the recordings would show a breakaway force above the Coulomb force, which Dahl's law has not: LuGre with
     a little of it is clearly worse."""
-    values = {**lugre.values, "static_force": VISIBLE_BREAKAWAY * lugre.values["coulomb_force"]}
-    residual = judge.balance.residual(lugre.model, lugre.model.vector(values))
-    evidence = compare(judge.fits, replace(lugre, residual=residual), dahl.fitted, judge.balance.split)
+    return _worse(judge, lugre, {"static_force": VISIBLE_BREAKAWAY * lugre.values["coulomb_force"]}, dahl.fitted)
+
+
+def _worse(judge: Judge, one: Fitted, changes: dict[str, float], better: Fitted) -> bool:
+    """Whether a model with other values is clearly worse than another model on held-out rows."""
+    residual = judge.balance.residual(one.model, one.model.vector({**one.values, **changes}))
+    evidence = compare(judge.fits, replace(one, residual=residual), better, judge.balance.split)
     return evidence.gain >= LEAST_GAIN and evidence.certainty >= CERTAINTY
+
+
+def _frequency(lugre: Fitted) -> float:
+    """rad/s at which the mass swings on its bristle."""
+    return math.sqrt(lugre.values["bristle_stiffness"] / lugre.values["mass"])
+
+
+def _fastest(judge: Judge, lugre: Fitted) -> float:
+    """rad/s of the fastest swing that the rows resolve: one period in the longest bump."""
+    part = judge.balance.part(lugre.model)
+    return (
+        2.0
+        * math.pi
+        / max(2.0 * half * float(dt) for half, dt in zip(part.half_widths, part.simulator.inputs.dts, strict=True))
+    )

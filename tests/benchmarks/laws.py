@@ -32,7 +32,7 @@ TRUE = {"maxwell": "maxwell_slip"}  # the plant's names of laws that linid calls
 NOT_TOLD = "not told"
 FACTORS = (0.5, 1.0, 2.0)
 # What a threshold is counted from: that of the breakaway force is a factor.
-THRESHOLDS = {"LEAST_CLOSED": 0.0, "EQUAL": 0.0, "REFUTED": 0.0, "VISIBLE_BREAKAWAY": 1.0}
+THRESHOLDS = {"LEAST_CLOSED": 0.0, "EQUAL": 0.0, "REFUTED": 0.0, "VISIBLE_BREAKAWAY": 1.0, "VISIBLE_BRISTLE": 0.0}
 
 
 @dataclass(frozen=True)
@@ -102,10 +102,8 @@ def derivation(found: Sequence[Decision]) -> str:
         for trial in one.trials[1:]:
             other = "on LuGre axes" if one.true == "lugre" else "on axes of a third law"
             groups[f"`{trial.law}` where it is true" if trial.law == one.true else f"others {other}"].append(trial)
-            if trial.law == "dahl":
-                groups[f"`dahl` {'on LuGre axes' if one.true == 'lugre' else f'where `{one.true}` is true'}"].append(
-                    trial
-                )
+            if trial.law == "dahl" and one.true != "dahl":
+                groups[f"`dahl` where `{one.true}` is true"].append(trial)
     lines = ["| law | count | gain | certainty | closed |", "|---|---|---|---|---|"]
     for words, group in sorted(groups.items()):
         cells = [
