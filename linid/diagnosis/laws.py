@@ -16,7 +16,7 @@ from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE
 # First values tried: factors on the stiffness that another law's fit has found, and the law's own parameters.
 _STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0.5), "maxwell_slip": (1.0, 2.5)}
 _MORE: Effort = SETTLING
-# Thresholds: `python -m tests.benchmarks.laws --seed 31 --count 6 --derive` tells what they do at half and twice.
+# Thresholds: `python -m tests.benchmarks.laws --seed 31 --count 2 --derive` tells what they do at half and twice.
 LEAST_CLOSED = 0.3  # of the log power above the floor: what closes less is some effect's work
 EQUAL = 0.05  # of the log power per row, within which a law of fewer parameters does as well
 REFUTED = 2.0  # deviations from block to block: what is worse by less may be chance
