@@ -14,10 +14,11 @@ import numpy as np
 
 from linid.challenge.create import in_threads
 from linid.challenge.files import Key, key_of, read_keys_file, write_hidden_campaign, write_keys
+from linid.challenge.hidden_axis import LAWS
 from linid.challenge.make import ALL, Plan, make_campaign
 from linid.errors import ConfigError, UsageError
 
-SUITE_VERSION = "2"  # of the way in which campaigns are drawn: with another one a seed gives other campaigns
+SUITE_VERSION = "3"  # of the way in which campaigns are drawn: with another one a seed gives other campaigns
 DEFAULT_SEED, DEFAULT_SIZE = 2026, 60
 _ORDER = 9  # marks the random numbers that deal out names
 
@@ -38,8 +39,8 @@ GROUPS: dict[str, Group] = {
     "outside": Group(12, "one cause that is not on the list", {"kinds": ("unknown",)}),
     "laws": Group(
         8,
-        "one effect of the list, on an axis with Maxwell-slip or Dahl friction",
-        {"kinds": ("single",), "laws": ("maxwell", "dahl")},
+        "one effect of the list, on an axis with Maxwell-slip, Dahl, elasto-plastic or Coulomb friction",
+        {"kinds": ("single",), "laws": tuple(law for law in LAWS if law != "lugre")},
     ),
     "coarse": Group(
         6, "one effect of the list, seen by an encoder of 2 to 10 um", {"kinds": ("single",), "encoders": (2e-6, 1e-5)}
@@ -85,6 +86,12 @@ def group_plan(group: str, seed: int) -> Plan:
     return Plan(int(own), effects=(ALL,), strength=STRENGTH, **GROUPS[group].plan)
 
 
+def campaign_plan(group: str, seed: int, number: int) -> Plan:
+    """The plan of one campaign of a group, from 0: its friction laws come by turns, not by chance."""
+    plan = group_plan(group, seed)
+    return replace(plan, laws=(plan.laws[number % len(plan.laws)],))
+
+
 def dealt_names(sizes: Mapping[str, int], seed: int) -> dict[str, tuple[str, int]]:
     """Campaign name -> (group, number within it), in the order of names."""
     places = [(group, number) for group, count in sizes.items() for number in range(count)]
@@ -108,7 +115,7 @@ def make_campaigns(
 
     def one(name: str) -> tuple[str, Key]:
         group, number = dealt[name]
-        campaign = replace(make_campaign(group_plan(group, seed), number), name=name)
+        campaign = replace(make_campaign(campaign_plan(group, seed, number), number), name=name)
         write_hidden_campaign(campaign, folder, fresh=False)
         return name, key_of(campaign)
 

@@ -7,12 +7,23 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from linid.challenge.axes import draw_axis
 from linid.challenge.catalogue import LISTED
-from linid.challenge.make import assignment
+from linid.challenge.hidden_axis import LAWS
+from linid.challenge.make import assignment, variant
 from linid.challenge.outside import OUTSIDE
-from linid.challenge.suite import GROUPS, SUITE_VERSION, dealt_names, group_plan, group_sizes, read_suite_keys
+from linid.challenge.suite import (
+    GROUPS,
+    SUITE_VERSION,
+    campaign_plan,
+    dealt_names,
+    group_plan,
+    group_sizes,
+    read_suite_keys,
+)
 from linid.challenge.suite_files import check_files, check_keys, default_keys, export_suite, read_manifest
 from linid.errors import ConfigError, DataError, UsageError
 from linid.recording.campaign import read_campaign
@@ -86,6 +97,15 @@ def test_groups_hide_what_they_say() -> None:
     )
     assert set(drawn("none")) == {()}
     assert len({group_plan(group, 3).seed for group in GROUPS}) == len(GROUPS)
+
+
+def test_every_friction_law_but_lugres_is_hidden_equally_often() -> None:
+    drawn = [
+        variant(campaign_plan("laws", 2026, k), k, draw_axis("axis", np.random.default_rng(k))).law
+        for k in range(GROUPS["laws"].weight)
+    ]
+    assert Counter(drawn) == {law: 2 for law in LAWS if law != "lugre"}
+    assert campaign_plan("single", 3, 5) == group_plan("single", 3)
 
 
 @pytest.mark.parametrize("size", [7, 8, 20, 59, 60, 61, 300])

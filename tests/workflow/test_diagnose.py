@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from linid.physics.laws.registry import LAWS
 from tests.workflow.small import campaign, linid, start
 
 MINUTES = 5.0
@@ -35,6 +36,16 @@ def test_the_predictions_give_the_stated_free_run_gaps(undisturbed: Path) -> Non
             error = table[f"free_run_{when}"].to_numpy() - measured
             size = float(np.sqrt(np.mean(error**2)) / np.std(measured))
             assert size == pytest.approx(one["measures"]["free_run"][when], rel=1e-4, abs=1e-6)
+
+
+def test_the_friction_law_of_a_lugre_stand_is_not_another_one(undisturbed: Path) -> None:
+    law = json.loads((undisturbed / "out/diagnosis.json").read_text(encoding="utf-8"))["friction_law"]
+    assert law["law"] == law["base"] == "lugre" and law["closed"] == 0 and law["parameters"] == {}
+    assert set(law["gains"]) == set(LAWS) and law["gains"]["lugre"] == {"gain": 0, "certainty": 0}
+    page = (undisturbed / "out/report.html").read_text(encoding="utf-8")
+    assert ("<h2>Friction law</h2>" in page) is not law["told"]
+    before = json.loads((undisturbed / "out/model_before.json").read_text(encoding="utf-8"))
+    assert before["law"] == "lugre"
 
 
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT], ids=["kill -9", "Ctrl-C"])

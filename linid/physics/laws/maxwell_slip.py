@@ -31,8 +31,8 @@ def shape(k: int, own: Own) -> tuple[float, float]:
         # The three orthogonal polynomials on four places.
         place = (j - 1.5) / 1.5
         outer = 1.0 if j == 0 or j == 3 else -1.0
-        odd = -place if j == 0 or j == 3 else -3.0 * place
-        share = max(1.0 + tilt * place + bend * outer - twist * odd, _LEAST)
+        odd = place / 3.0 if j == 0 or j == 3 else -3.0 * place
+        share = max(1.0 + tilt * place + bend * outer + twist * odd, _LEAST)
         if j == k:
             stiff, force = power, share
         whole += power

@@ -31,8 +31,9 @@ from linid.report.diagnosis.content import (
     shown_pairs,
     tried_rows,
 )
+from linid.report.diagnosis.law import LAW_HEADER, LAW_MEANING, LAW_TITLE, law_lines, law_rows, law_told, law_words
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
-from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
+from linid.report.diagnosis.proposal import TERM_TITLE, TermLine, headline, term_lines, term_measures
 from linid.report.diagnosis.words import in_print
 
 if TYPE_CHECKING:
@@ -52,8 +53,8 @@ def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> s
     parts += [f"> **Warning:** {_safe(warning)}" for warning in diagnosis.warnings]
     if verdict.next_experiment:
         parts += ["## What to record next", _safe(verdict.next_experiment)]
-    parts += _budget(diagnosis) + _term(diagnosis) + _how_far(diagnosis) + _checks(diagnosis) + _where(diagnosis)
-    parts += _which(diagnosis) + _per_recording(diagnosis) + _setting(diagnosis)
+    parts += _budget(diagnosis) + _law(diagnosis) + _term(diagnosis) + _how_far(diagnosis) + _checks(diagnosis)
+    parts += _where(diagnosis) + _which(diagnosis) + _per_recording(diagnosis) + _setting(diagnosis)
     if pictures:
         parts += [
             "## Figures",
@@ -100,14 +101,24 @@ def _entry(line: BudgetLine) -> list[str]:
     return [*parts, *(f"- {_safe(one)}" for one in line.combinations)]
 
 
+def _law(diagnosis: Diagnosis) -> list[str]:
+    if not law_told(diagnosis):
+        return []
+    parts = [f"## {LAW_TITLE}", _safe(law_words(diagnosis)), _facts(law_lines(diagnosis))]
+    return [*parts, _table(LAW_HEADER, law_rows(diagnosis)), LAW_MEANING]
+
+
+def _facts(lines: Iterable[TermLine]) -> str:
+    return "\n".join(
+        " ".join(part for part in (f"- **{one.title}:**", _safe(one.lead), _code(one.code), _safe(one.text)) if part)
+        for one in lines
+    )
+
+
 def _term(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.proposal is None:
         return []
-    facts = [
-        " ".join(part for part in (f"- **{one.title}:**", _safe(one.lead), _code(one.code), _safe(one.text)) if part)
-        for one in term_lines(diagnosis)
-    ]
-    parts = [f"## {TERM_TITLE}", _safe(diagnosis.proposal.sentence), "\n".join(facts)]
+    parts = [f"## {TERM_TITLE}", _safe(diagnosis.proposal.sentence), _facts(term_lines(diagnosis))]
     rows = [
         (f"{m.label} ({m.unit})", m.before, m.after, m.interval or "-", m.floor, m.state)
         for m in term_measures(diagnosis)

@@ -29,6 +29,7 @@ from linid.report.diagnosis.content import (
     scale_words,
     tried_rows,
 )
+from linid.report.diagnosis.law import LAW_HEADER, LAW_MEANING, LAW_TITLE, law_lines, law_rows, law_words
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
 from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
 from linid.report.diagnosis.term_view import term_view, view_words
@@ -101,6 +102,7 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "status": diagnosis.verdict.status.split()[0],
         "status_words": headline(diagnosis),
         "verdict": diagnosis.verdict,
+        **_law_words(diagnosis),
         **_term_words(diagnosis),
         "where_words": where_words(diagnosis),
         "which_words": which_words(diagnosis),
@@ -134,6 +136,18 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "seed": diagnosis.seed,
         "recordings": len(diagnosis.recordings),
         "held_out": len(held_out(diagnosis)),
+    }
+
+
+def _law_words(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What the page says of the friction law."""
+    return {
+        "law_title": LAW_TITLE,
+        "law_words": law_words(diagnosis),
+        "law_lines": law_lines(diagnosis),
+        "law_header": LAW_HEADER,
+        "law_rows": law_rows(diagnosis),
+        "law_meaning": LAW_MEANING,
     }
 
 
