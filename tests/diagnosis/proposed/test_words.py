@@ -137,7 +137,7 @@ def test_a_rival_of_other_arguments_is_not_ruled_out() -> None:
 
 def test_a_proposal_in_full() -> None:
     problem = axis(derated)
-    proposal = propose(problem)
+    proposal = propose(problem, judged_families(problem))
     assert proposal is not None
     assert set(proposal.arguments) == {"velocity", "motor_force"}
     term = described(
@@ -157,7 +157,7 @@ def test_a_proposal_in_full() -> None:
 
 def test_the_interval_is_about_what_is_closed() -> None:
     problem = axis(derated)
-    proposal = propose(problem)
+    proposal = propose(problem, judged_families(problem))
     assert proposal is not None
     low, high = closed_interval(problem, proposal)
     assert low <= proposal.closed <= high
@@ -165,7 +165,8 @@ def test_the_interval_is_about_what_is_closed() -> None:
 
 
 def test_nothing_is_said_where_nothing_is_missing() -> None:
-    assert propose(axis(None)) is None
+    problem = axis(None)
+    assert propose(problem, judged_families(problem)) is None
 
 
 def test_the_form_of_a_family_is_found() -> None:
