@@ -74,7 +74,7 @@ def test_the_kernels_term_is_the_regressions_columns(base: Base, problem: Proble
     moving = ~problem.rows.standstill & (np.abs(problem.rows.v) > 0.02)
     told, wanted = (problem.residual - left)[moving], (family.columns @ coefficients)[moving]
     assert float(np.corrcoef(told, wanted)[0, 1]) > 0.97 or np.std(wanted) < 1e-3 * np.abs(np.mean(wanted))
-    assert float(told @ wanted) / float(wanted @ wanted) == pytest.approx(1.0, abs=0.07)
+    assert float(told @ wanted) / float(wanted @ wanted) == pytest.approx(1.0, abs=0.1)
 
 
 def test_what_no_formula_can_say_has_no_term(problem: Problem) -> None:
