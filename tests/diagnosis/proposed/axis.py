@@ -21,20 +21,32 @@ MASS, STROKE = 2.0, 0.6  # kg, m
 NOISE = 0.1  # m/s^2
 FIELD = 200.0  # rad/m
 HELD_EVERY = 4
+_TURNS = 30
 
 Force = Callable[[Problem], Array]
 
 
 def axis(
-    missing: Force | None, seed: int = 0, *, noise: float = NOISE, memory: float = 0.0, rotary: bool = False
+    missing: Force | None,
+    seed: int = 0,
+    *,
+    noise: float = NOISE,
+    memory: float = 0.0,
+    rotary: bool = False,
+    rests: bool = False,
 ) -> Problem:
     """Swings over the stroke with a known mass, Coulomb and viscous friction and force constant fitted.
 
-    missing: force (n,) in N that the model lacks; noise: deviation in m/s^2; memory: of the noise, from row to row.
+    missing: force (n,) in N that the model lacks; noise: deviation in m/s^2; memory: of the noise, from row to row;
+    rests: whether the axis stops on its way, for 0.05 to 0.5 s.
     """
     random = np.random.default_rng(seed)
-    bare = _bare(random, rotary)
-    force = np.zeros(bare.rows.t.size) if missing is None else missing(bare)
+    bare = _bare(random, rotary, rests)
+    driven = bare.push
+    force = np.zeros(driven.size)
+    for _ in range(_TURNS if missing is not None else 0):  # the drive moves the axis so whatever is missing
+        force = missing(bare)
+        bare = replace(bare, push=driven - force)
     white = random.standard_normal(force.size) * noise * np.sqrt(1.0 - memory**2)
     error = lfilter([1.0], [1.0, -memory], white)
     residual = bare.pushed(force[:, None])[:, 0] + error
@@ -63,7 +75,7 @@ def axis(
     )
 
 
-def _bare(random: np.random.Generator, rotary: bool) -> Problem:
+def _bare(random: np.random.Generator, rotary: bool, rests: bool) -> Problem:
     """The motion alone, without any residual."""
     owner = np.repeat(np.arange(RECORDINGS), LENGTH)
     t = np.tile(np.arange(LENGTH) * STEP, RECORDINGS)
@@ -73,12 +85,12 @@ def _bare(random: np.random.Generator, rotary: bool) -> Problem:
         rate = 2.0 * np.pi * random.uniform(low, high, RECORDINGS)[owner]
         angle = rate * t + random.uniform(0.0, 2.0 * np.pi, RECORDINGS)[owner]
         y, v, a = y + size * np.sin(angle), v + size * rate * np.cos(angle), a - size * rate**2 * np.sin(angle)
+    if rests:
+        y, v, a = _with_rests(random, y)
     friction = -np.tanh(v / 2e-3)
     load = random.uniform(-4.0, 4.0, RECORDINGS)[owner]  # of known weights: force is not acceleration
     n = t.size
-    rows = Rows(
-        owner, _numbers(owner, t, BLOCK), _numbers(owner, t, BIN), t, y, v, a, np.zeros(n), np.zeros(n, np.bool_)
-    )
+    rows = Rows(owner, _numbers(owner, t, BLOCK), _numbers(owner, t, BIN), t, y, v, a, np.zeros(n), np.abs(v) < 1e-9)
     return Problem(
         rows=rows,
         residual=np.zeros(n),
@@ -97,6 +109,20 @@ def _bare(random: np.random.Generator, rotary: bool) -> Problem:
         rotary=rotary,
         seed=1,
     )
+
+
+def _with_rests(random: np.random.Generator, y: Array) -> tuple[Array, Array, Array]:
+    """The way y (n,) gone with smooth stops on it: y, v, a (n,)."""
+    pace = np.ones(y.size)
+    for start in np.arange(0, y.size, LENGTH // 3):
+        first = start + int(random.integers(20, 60))
+        pace[first : first + int(random.uniform(0.05, 0.5) / STEP)] = 0.0
+    pace = np.convolve(pace, np.hanning(9) / np.hanning(9).sum(), "same").reshape(RECORDINGS, LENGTH)
+    pace[pace < 1e-3] = 0.0
+    gone = np.cumsum(pace, axis=1) - pace[:, :1]
+    out = np.array([np.interp(g, np.arange(LENGTH), way) for g, way in zip(gone, y.reshape(gone.shape), strict=True)])
+    speed = np.gradient(out, STEP, axis=1)
+    return out.ravel(), speed.ravel(), np.gradient(speed, STEP, axis=1).ravel()
 
 
 def _numbers(owner: Array, t: Array, length: float) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.proposed.arguments import arguments_of
+from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import leaves
 from linid.diagnosis.proposed.quantities import number, over, quantity
@@ -55,12 +56,11 @@ def test_a_true_formula_is_found_with_its_numbers(
     assert plain[: len(values)] == pytest.approx(values, rel=within)
     assert short.numbers == len(values)
     assert short.closed > 0.9
-    assert "c_1" in short.effect
 
 
 def test_friction_that_wears_in_after_a_reversal() -> None:
     def force(p: Problem) -> np.ndarray:
-        travel = arguments_of(p)["travel"].plain.values
+        travel = memory_of(p.rows).travel
         return 1.5 * np.where(np.isfinite(travel), np.exp(-travel / 0.02), 0.0) * p.friction
 
     short = found(axis(force), "travel x direction")

@@ -165,7 +165,8 @@ def test_the_interval_is_about_what_is_closed() -> None:
 
 
 def test_nothing_is_said_where_nothing_is_missing() -> None:
-    assert propose(axis(None), judged_families(axis(None))) is None
+    problem = axis(None)
+    assert propose(problem, judged_families(problem)) is None
 
 
 def test_the_form_of_a_family_is_found() -> None:

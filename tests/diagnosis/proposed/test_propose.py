@@ -1,0 +1,92 @@
+"""What depends on what is told: each hidden force on a synthetic axis gets its own arguments, and noise alone none."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from linid.diagnosis.proposed.history import memory_of
+from linid.diagnosis.proposed.problem import Problem
+from linid.diagnosis.proposed.propose import AS_GOOD, candidates, judged_families, propose
+from tests.diagnosis.proposed.axis import RECORDINGS, Force, axis
+
+
+def wave(period: float) -> Force:
+    return lambda p: 0.8 * np.sin(2.0 * math.pi * p.rows.y / period + 1.0)
+
+
+def vibration(p: Problem) -> np.ndarray:
+    """13 Hz, which each recording meets at a phase of its own."""
+    phase = np.random.default_rng(5).uniform(0.0, 2.0 * math.pi, RECORDINGS)[p.rows.recording]
+    return np.asarray(np.sin(2.0 * math.pi * 13.0 * p.rows.t + phase))
+
+
+def walk(p: Problem) -> np.ndarray:
+    """A force that wanders, with a memory of 0.3 s."""
+    steps = np.random.default_rng(4).standard_normal(p.rows.t.size)
+    return np.asarray(0.8 * lfilter([math.sqrt(1.0 - 0.99**2)], [1.0, -0.99], steps))
+
+
+def running_time(p: Problem) -> np.ndarray:
+    return p.elapsed[p.rows.recording] + p.rows.t
+
+
+def after_rest(p: Problem) -> np.ndarray:
+    memory = memory_of(p.rows)
+    return np.asarray(3.0 * memory.rest * np.exp(-memory.slid / 0.02) * p.friction)
+
+
+HIDDEN: dict[str, tuple[Force, tuple[str, ...], str]] = {
+    "wave": (wave(0.023), ("position",), r"waves of 43\.\d+ per m, force"),
+    "friction wave": (
+        lambda p: wave(0.017)(p) * p.friction,
+        ("position", "direction"),
+        r"waves of 58\.8\d* per m, fri.*",
+    ),
+    "place": (lambda p: 1.5 * np.exp(-(((p.rows.y - 0.35) / 0.02) ** 2)), ("position",), "position"),
+    "velocity": (lambda p: -1.5 * p.rows.v**3, ("velocity",), "velocity"),
+    "load": (lambda p: 0.6 * np.abs(p.push) * p.friction, ("motor_force", "direction"), "force_size x direction"),
+    "reversal": (
+        lambda p: 2.0 * np.exp(-memory_of(p.rows).travel / 0.01) * p.friction,
+        ("travel", "direction"),
+        "travel x direction",
+    ),
+    "rest": (after_rest, ("rest_time", "direction"), "rest_time and slid x direction"),
+    "cooler": (
+        lambda p: 0.8 * np.sin(2.0 * math.pi * running_time(p) / 14.0) * p.friction,
+        ("campaign_time", "direction"),
+        r"waves of 0\.071\d* per s, friction",
+    ),
+    "vibration": (vibration, ("time",), r"waves of 13\.0\d* per s, phase by recording"),
+    "walk": (walk, ("time",), "wandering force"),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_a_hidden_force_gets_its_own_arguments(name: str) -> None:
+    force, arguments, form = HIDDEN[name]
+    problem = axis(force, rests=name == "rest")
+    proposal = propose(problem, judged_families(problem))
+    assert proposal is not None
+    assert proposal.arguments == arguments
+    assert re.fullmatch(form, proposal.family.form), proposal.family.form
+    assert proposal.low <= proposal.closed and proposal.closed > (0.6 if name == "walk" else 0.95)
+    assert proposal.p_value == pytest.approx(0.01)
+
+
+def test_nothing_is_proposed_on_noise_alone() -> None:
+    for seed in range(20):
+        problem = axis(None, seed, memory=0.3 * (seed % 3))
+        assert propose(problem, judged_families(problem)) is None, seed
+
+
+def test_of_equals_the_one_of_fewest_arguments_comes_first() -> None:
+    problem = axis(wave(0.023))
+    judged = judged_families(problem)
+    first, *rest = candidates(judged)
+    assert first.best[1] >= AS_GOOD * judged[0].best[1]
+    assert all(len(one.family.arguments) >= 1 for one in rest) and len(first.family.arguments) == 1

@@ -1,0 +1,70 @@
+"""The regression of a family beside the base: what the base can do stays the base's, and gains are those of rows that
+were not fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from linid.diagnosis.proposed.regression import FOLDS, Regression, Sums, split_of
+from tests.diagnosis.proposed.axis import axis, family_of
+
+
+def test_base_parameters_are_unbiased_beside_a_term() -> None:
+    """A base that is off by known steps gets them back beside a term that acts too, over seeds."""
+    steps = np.array([0.02, 0.3, 0.2, 0.01])
+    errors, spreads = [], []
+    for seed in range(12):
+        bare = axis(lambda p: 1.5 * np.exp(-(((p.rows.y - 0.35) / 0.02) ** 2)), seed)
+        weight = bare.weights[0]
+        problem = replace(bare, residual=bare.residual + bare.base @ steps / weight, ridge=np.full(4, 1e-6))
+        family = family_of(problem, "position")
+        alone = Regression(Sums(bare, 0.0), family_of(bare, "position")).solution()[2]
+        errors.append(Regression(Sums(problem, 0.0), family).solution()[2] - alone - steps)
+        spreads.append(alone)
+    assert np.abs(np.mean(errors, axis=0)) == pytest.approx(0.0, abs=1e-3)
+    # What is left to the base by the fit without the term comes to it: no more than that is moved.
+    assert np.all(np.abs(np.mean(spreads, axis=0)) < 0.2)
+
+
+def test_a_prior_holds_what_the_recordings_hardly_tell() -> None:
+    """A base column like the term itself: with a narrow prior the term takes the force, with none they share it."""
+    bare = axis(lambda p: -1.5 * p.rows.v**3)
+    twin = (-(bare.rows.v**3) / bare.mass * bare.weights)[:, None]
+    free = replace(bare, base=np.hstack([bare.base, twin]), ridge=np.append(bare.ridge, 1e-9))
+    held = replace(free, ridge=np.append(bare.ridge, 1e6))
+    took = {
+        name: Regression(Sums(p, 0.0), family_of(p, "velocity")).solution()[2][-1]
+        for name, p in (("free", free), ("held", held))
+    }
+    assert took["free"] > 0.5 and abs(took["held"]) < 1e-3
+
+
+def test_gains_are_those_of_a_plain_ridge_regression() -> None:
+    """By hand, with the same penalty, on the judging rows."""
+    problem = axis(lambda p: np.sin(12.0 * p.rows.y))
+    regression = Regression(Sums(problem, 0.0), family_of(problem, "position"))
+    r, k = problem.base.shape[1], regression.family.columns.shape[1]
+    matrix = np.hstack([problem.base, regression.family.columns * problem.weights[:, None] / regression.size])
+    fitted, rest = ~problem.held, problem.rest
+    left = []
+    for size in (r, r + k):
+        normal = matrix[fitted, :size].T @ matrix[fitted, :size]
+        normal[:r, :r] += np.diag(problem.ridge**2)
+        normal += (regression.best[0] * regression.rough + 1e-9 * np.eye(r + k))[:size, :size]
+        x = np.linalg.solve(normal, matrix[fitted, :size].T @ rest[fitted])
+        left.append(float(np.sum((rest[~fitted] - matrix[~fitted, :size] @ x) ** 2)))
+    assert regression.judged() == pytest.approx(1.0 - left[1] / left[0], rel=1e-6)
+    took, had = regression.block_gains(problem.rows.block)
+    assert took.sum() / had.sum() == pytest.approx(regression.judged(), rel=1e-6)
+
+
+@pytest.mark.parametrize("local", [0.0, 0.5])
+def test_no_row_judges_that_was_fitted(local: float) -> None:
+    problem = axis(None)
+    split = split_of(problem, local)
+    assert set(np.unique(split.fold)) == {*split.selecting, *split.judging}
+    assert np.array_equal(np.isin(split.fold, split.judging), problem.held)
+    assert len(split.selecting) == FOLDS
