@@ -100,22 +100,22 @@ def decide(judge: Judge, trials: tuple[LawTrial, ...], rows: Flags) -> LawChoice
     """The friction law that the evidence of all prefers, LuGre's first. rows: (n,), the fitted."""
     better = [t for t in trials if t.law != LUGRE and clearly_better(t.on_fitted) and clearly_better(t.on_held_out)]
     best = max(better, key=lambda t: t.on_fitted.gain + t.on_held_out.gain, default=trials[0])
-    told = True
+    doubted = ""  # the law that recordings should show not to be true, and do not
     if best.law == LUGRE:
         lugre = trials[0].fitted
         if unresolved(judge, lugre):
-            told = shows_bristle(judge, lugre)
-            if told:
+            if shows_bristle(judge, lugre):
                 stiff = next(t for t in trials if t.law == COULOMB)
                 return LawChoice(COULOMB, True, (), trials, stiff, LUGRE)
+            doubted = COULOMB
         dahl = next(t for t in trials if t.law == DAHL)
-        if told and as_good(dahl):
-            told = shows_breakaway(judge, lugre, dahl)
-            best = dahl if told else best
+        if not doubted and as_good(dahl):
+            shown = shows_breakaway(judge, lugre, dahl)
+            best, doubted = (dahl, "") if shown else (best, DAHL)
     # What contains the simpler law is no rival of it.
     others = [t for t in trials if t is not best and not (t.law == LUGRE and LAWS[best.law].absent)]
-    alike = tuple(t.law for t in others if not refuted(judge, best, t, rows))
-    return LawChoice(best.law, told and not alike, alike, trials, best, best.law)
+    alike = tuple(t.law for t in others if t.law == doubted or not refuted(judge, best, t, rows))
+    return LawChoice(best.law, not alike, alike, trials, best, best.law)
 
 
 def clearly_better(evidence: Evidence) -> bool:
