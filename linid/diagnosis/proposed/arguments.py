@@ -58,7 +58,7 @@ class Argument:
         return replace(self, symbol=symbol, values=self.shown(self.values), offset=0.0)
 
     def shown(self, x: Array) -> Array:
-        """Places (m,) among the values, in the unit."""
+        """Places x: (m,) among the values, in the unit."""
         return np.exp(x) - self.offset if self.offset else x
 
 
