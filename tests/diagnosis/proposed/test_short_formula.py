@@ -38,7 +38,7 @@ CASES: list[tuple[str, Force, str, list[float], float]] = [
     ("velocity", lambda p: -2.0 * p.rows.v**3, "N/(m/s)³ · v³", [-2.0], 0.05),
     ("velocity", lambda p: -0.8 * p.rows.v * np.abs(p.rows.v), "N/(m/s)² · v · |v|", [-0.8], 0.05),
     ("speed x motor force", lambda p: -0.1 * np.abs(p.rows.v) * p.push, "per (m/s) · |v| · F", [-0.1], 0.03),
-    ("motor_force", lambda p: -1e-4 * p.push**3, "per N² · F³", [-1e-4], 0.05),
+    ("motor_force", lambda p: -3e-4 * p.push**3, "per N² · F³", [-3e-4], 0.05),
     ("force_size x direction", lambda p: 0.2 * np.abs(p.push) * p.friction, "|F| · sign(v)", [-0.2], 0.05),
     ("position x velocity", lambda p: -2.0 * bell(p) * p.rows.v, "exp(−½ ((y − ", [-2.0, 350.0, 20.0], 0.05),
     ("pole_phase", lambda p: 0.6 * np.sin(200.0 * p.rows.y + 0.4), "sin(2π · y/", [0.6, 31.416, 0.4], 0.1),
