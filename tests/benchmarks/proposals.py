@@ -69,7 +69,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--derive", action="store_true")
     arguments = parser.parse_args()
-    keys = read_keys_file(arguments.folder / KEYS_FILE)
+    keys, _ = read_keys_file(arguments.folder / KEYS_FILE)
     marks: Counter[str] = Counter()
     others: dict[str, Counter[str]] = {}
     for name, key in keys.items():
