@@ -220,7 +220,7 @@ def test_json_holds_the_term_and_the_challenge_reads_it(tmp_path: Path) -> None:
     assert data["arguments"] == ["velocity", "motor_force"] and data["not_on"] == list(made.not_on)
     assert [data[key] for key in ("closed", "low", "high", "p_value")] == [0.83, 0.77, 0.88, 0.002]
     assert data["kept"] is True and data["effect"] == made.effect and data["sentence"] == made.sentence
-    assert data["short"] == {"text": made.short.text, "closed": 0.81, "numbers": 2}
+    assert data["short"] == {"text": made.short.text, "closed": 0.81, "numbers": 2, "effect": made.short.effect}
     assert [one["effect"] for one in data["resembles"]] == ["load_dependent_friction", "force_ripple"]
     axes = data["curve"]["axes"]
     assert [(one["argument"], one["unit"]) for one in axes] == [("velocity", "m/s"), ("motor_force", "N")]

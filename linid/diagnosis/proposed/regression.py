@@ -42,13 +42,17 @@ def split_of(problem: Problem, local: float) -> Split:
     if local:
         piece = (rows.t / local).astype(np.int64) + rows.recording
         fold = piece % FOLDS + np.where(held, FOLDS, 0)
-        groups = tuple(range(FOLDS)), tuple(range(FOLDS, 2 * FOLDS))
+        groups = range(FOLDS), range(FOLDS, 2 * FOLDS)
     else:
         fitted = np.unique(rows.recording[~held])
         rank = np.searchsorted(fitted, rows.recording)
+        if fitted.size == 1:  # its parts in turn
+            rank = (FOLDS * rows.t / (1.001 * float(rows.t.max()))).astype(np.int64)
         fold = np.where(held, _JUDGE, rank % FOLDS)
-        groups = tuple(range(min(FOLDS, fitted.size))), (_JUDGE,)
-    return Split(fold, np.argsort(fold, kind="stable"), *groups, not local)
+        groups = range(FOLDS), range(_JUDGE, _JUDGE + 1)
+    there = set(fold.tolist())  # a short recording has rows in few pieces
+    selecting, judging = (tuple(number for number in group if number in there) for group in groups)
+    return Split(fold, np.argsort(fold, kind="stable"), selecting, judging, not local)
 
 
 class Sums:
