@@ -13,7 +13,7 @@ from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel
-from linid.diagnosis.proposed.describe import closed_share, described, with_formula
+from linid.diagnosis.proposed.describe import described, with_formula
 from linid.diagnosis.proposed.learned import as_formula, effect_of, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import Proposal, judged_families, propose
@@ -105,7 +105,7 @@ def lacking_term(
     term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs))
     if term.short is not None and term.short.effect:
         regression = as_formula(judge, lead.start, problem, proposal, term.short.effect)
-        if regression is not None and (closed := closed_share(problem, regression)) > proposal.closed:
+        if regression is not None and (closed := min(regression.closed(), 1.0)) > proposal.closed:
             proposal = replace(proposal, family=regression.family, regression=regression, closed=closed)
             term = with_formula(term, problem, proposal, lead.judged)
     term = replace(term, effect=effect_of(proposal.family))

@@ -31,7 +31,7 @@ def refined_models(
     found: Selection, fitted: Sequence[Recording], means: Means, memory: Memory
 ) -> tuple[FitResult, FitResult]:
     """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
-    wanted = {f"refined {model.model.effects} {model.key}": model for model in (found.base, found.best)}
+    wanted = {_key(model): model for model in (found.base, found.best)}
     missing = [(key, model) for key, model in wanted.items() if key not in memory]
     means.watch("models", 0, 2)
     # All threads for both: the one with effects takes longer, and then has them for itself.
@@ -43,9 +43,14 @@ def refined_models(
     return models[0], models[-1]
 
 
+def _key(one: Fitted) -> str:
+    """Under which the balance's memory keeps the refined model."""
+    return f"refined {one.model.effects} {one.key}"
+
+
 def refined_model(one: Fitted, fitted: Sequence[Recording], means: Means, memory: Memory) -> FitResult:
     """A model identified as `fit-motor` does it, from where the force balance has brought it."""
-    key = f"refined {one.model.effects} {one.key}"
+    key = _key(one)
     if key not in memory:
         memory[key] = _refined(tuple(fitted), means.seed, means.jobs, (key, one), means.jobs)
     return model_from_text(memory[key], "checkpoint")

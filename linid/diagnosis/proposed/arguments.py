@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.problem import Problem
 
 # What only passes comes last: between equals, what a designer can change is likelier the cause.
@@ -70,7 +69,7 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
     """
     rows = problem.rows
     length, force = ("rad", "N m") if problem.rotary else ("m", "N")
-    memory = memory_of(rows)
+    memory = problem.memory
     near = float(f"{NEAR * max(float(np.ptp(rows.y)), 1e-9):.2g}")
     found = {
         "position": Argument("position", "y", length, rows.y),

@@ -29,7 +29,7 @@ def described(
     judged: the best families, that with the largest gain first; columns: (n, k) in m/s^2 of the known effects that make
     sense for these recordings, by name.
     """
-    low, high = closed_interval(problem, proposal)
+    low, high = closed_interval(proposal)
     without = not_on(problem, proposal, judged)
     return ProposedTerm(
         arguments=proposal.arguments,
@@ -56,24 +56,14 @@ def with_formula(
 
     proposal: with the regression of the formula.
     """
-    low, high = closed_interval(problem, proposal)
+    low, high = closed_interval(proposal)
     without = not_on(problem, proposal, judged)
     words = sentence(problem, proposal, without, low, high)
     return replace(term, closed=proposal.closed, low=low, high=high, sentence=words)
 
 
-def closed_share(problem: Problem, regression: Regression) -> float:
-    """Share of the excess over the floor that a regression closes on the judging rows, at most 1."""
-    took, had = regression.block_gains(problem.rows.block)
-    return min(float(took.sum()) / max(float(had.sum()), 1e-300) / max(1.0 - problem.floor, 1e-9), 1.0)
-
-
-def closed_interval(problem: Problem, proposal: Proposal) -> tuple[float, float]:
+def closed_interval(proposal: Proposal) -> tuple[float, float]:
     """95 % interval of the share of the excess that a term closes on the judging rows, by resampled blocks; within 0
     and 1, about the share itself."""
-    took, had = proposal.regression.block_gains(problem.rows.block)
-    generator = np.random.default_rng(problem.seed)
-    draws = generator.multinomial(took.size, np.full(took.size, 1.0 / took.size), _RESAMPLES)
-    shares = draws @ took / np.maximum(draws @ had, 1e-300) / max(1.0 - problem.floor, 1e-9)
-    low, high = np.quantile(shares, _LIMITS).tolist()
+    low, high = np.quantile(proposal.regression.closed_draws(_RESAMPLES), _LIMITS).tolist()
     return float(np.clip(min(low, proposal.closed), 0.0, 1.0)), float(np.clip(max(high, proposal.closed), 0.0, 1.0))

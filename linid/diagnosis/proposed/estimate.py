@@ -33,13 +33,7 @@ def estimated(problem: Problem, regression: Regression) -> Estimated:
     together more.
     """
     split = regression.sums.split
-    mine = np.concatenate(
-        [
-            np.arange(place.start, place.stop)
-            for fold, place in regression.sums.slices.items()
-            if not (split.apart and fold in split.judging)
-        ]
-    )
+    mine = regression.fitted_rows
     matrix = np.hstack([regression.sums.base[mine], regression.columns[mine]])
     rest, rows = regression.sums.rest[mine], split.order[mine]
     normal = matrix.T @ matrix

@@ -11,11 +11,12 @@ from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.proposed.family import Family
-from linid.diagnosis.proposed.problem import Problem, problem_of
+from linid.diagnosis.proposed.problem import Problem, weighted_base
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.regression import Regression, Sums
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
+from linid.physics.model import Model
 
 NAME = "learned"
 _SMALL = 1e-2  # of what is left, in a difference that shows what an amplitude does
@@ -30,13 +31,10 @@ def as_formula(judge: Judge, start: Fitted, problem: Problem, proposal: Proposal
     start: the model beside which the proposal was found; formula: with amplitudes c_1, c_2 ...
     """
     family = Family(proposal.arguments, "formula", np.empty((0, 0)), np.empty((0, 0)), formula=formula)
-    text = effect_of(family)
-    if not text:
+    able = _extended(start.model, family)
+    if able is None:
         return None
-    try:
-        model = start.model.with_effects((*start.model.effects, text))
-    except ConfigError:
-        return None
+    text, model = able
     names = [parameter.name for parameter in find_effect(text).parameters]
     values = {**start.values, **start.preset}
     force = max(float(np.std(problem.residual * problem.mass)), 1e-9)
@@ -68,19 +66,25 @@ def effect_of(family: Family) -> str:
     return text
 
 
+def _extended(model: Model, family: Family) -> tuple[str, Model] | None:
+    """A family as an own term and a model with it; None where the model cannot have it."""
+    text = effect_of(family)
+    try:
+        return (text, model.with_effects((*model.effects, text))) if text else None
+    except ConfigError:
+        return None
+
+
 def with_term(judge: Judge, best: Fitted, problem: Problem, proposal: Proposal) -> Fitted | None:
     """The best model with a proposed term, base and effects identified anew beside it; None where it cannot have one.
 
     The curve is found by its penalised regression beside all that the model can do, and held while the model is
     fitted; then both once more. problem: that the proposal was found on.
     """
-    text = effect_of(proposal.family)
-    if not text:
+    able = _extended(best.model, proposal.family)
+    if able is None:
         return None
-    try:
-        model = best.model.with_effects((*best.model.effects, text))
-    except ConfigError:
-        return None
+    text, model = able
     coefficients = proposal.regression.solution()[0]
     step = best
     for turn in range(_TURNS):
@@ -103,8 +107,8 @@ def _anew(judge: Judge, step: Fitted, problem: Problem, regression: Regression, 
 
     What rows count, and how far the model may move, stays as it was when the term was found.
     """
-    family, moved = regression.family, problem_of(judge, step, problem.seed)
-    residual = moved.residual + family.columns @ coefficients
-    base = moved.base / moved.weights[:, None] * problem.weights[:, None]
+    family = regression.family
+    residual = step.residual + family.columns @ coefficients
+    base = weighted_base(judge.fits.slopes(step), problem.weights)
     whole = replace(problem, residual=residual, base=base)
     return np.asarray(Regression(Sums(whole, family.local), family).solution(regression.best[0])[0])

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from linid.arrays import Array, Flags
+from linid.arrays import Array, Flags, Integers
 from linid.diagnosis.balance import Rows
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.locate import pushing_input, recording_masses
-from linid.diagnosis.proposed.history import last_where, travelled
+from linid.diagnosis.proposed.history import Memory, last_where, memory_of, travelled
 from linid.diagnosis.seen import field_wavenumber
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
@@ -67,13 +68,23 @@ class Problem:
         left = float(np.sum(self.rest[mine] ** 2))
         return min(float(np.sum((self.noise * self.weights**2)[mine])) / max(left, 1e-300), 1.0)
 
-    def pushed(self, forces: Array) -> Array:
-        """What forces on the mass (n, k) in N give the rows, (n, k) in m/s^2: at rest the bristle takes them up, and
-        forgets that as it slides."""
+    @cached_property
+    def memory(self) -> Memory:
+        """What the axis remembers at each row."""
+        return memory_of(self.rows)
+
+    @cached_property
+    def _rests(self) -> tuple[Integers, Array]:
+        """The row of the last rest (n,), and the share of it (n,) that the bristle still remembers."""
         last = last_where(self.rows.standstill, self.rows.recording)
         path = travelled(self.rows)
         place = np.maximum(last, 0)
-        kept = np.where(last >= 0, np.exp(-(path - path[place]) / self.relaxed), 0.0)
+        return place, np.where(last >= 0, np.exp(-(path - path[place]) / self.relaxed), 0.0)
+
+    def pushed(self, forces: Array) -> Array:
+        """What forces on the mass (n, k) in N give the rows, (n, k) in m/s^2: at rest the bristle takes them up, and
+        forgets that as it slides."""
+        place, kept = self._rests
         return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
 
     def resisted(self, levels: Array) -> Array:
@@ -103,7 +114,7 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         residual=step.residual,
         weights=weights,
         noise=noise,
-        base=np.array([-slope * weights for slope in slopes.values()]).T,
+        base=weighted_base(slopes, weights),
         ridge=math.sqrt(COST * left) / plausible,
         mass=mass,
         push=_motor_force(judge, step, field),
@@ -116,6 +127,14 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         rotary=recordings[0].axis == "rotary",
         seed=seed,
     )
+
+
+def weighted_base(slopes: Mapping[str, Array], weights: Array) -> Array:
+    """Weighted columns (n, r) of what a model's own parameters can do.
+
+    slopes: d residual / d unknown (n,) by name; weights: (n,) s^2/m.
+    """
+    return np.array([-slope * weights for slope in slopes.values()]).T
 
 
 def _motor_force(judge: Judge, step: Fitted, field: float | None) -> Array:

@@ -23,7 +23,7 @@ TRIES = 3  # families that are tested by permutation, each at SURE / TRIES
 SURE = 0.05
 LEAST_CLOSED = 0.05  # of the excess, on the judging rows
 LEAST_GAIN = 0.01  # of what is left: a family that predicts less where it selects is none
-_KEPT = 12  # best families that are kept with their columns
+KEPT = 12  # best families that are kept with their columns: what is not among them gained less than the least
 _RESAMPLES = 400
 
 
@@ -67,13 +67,8 @@ def propose(problem: Problem, found: Sequence[Regression]) -> Proposal | None:
 def tested(problem: Problem, regression: Regression) -> Proposal | None:
     """A family as a proposal if it stands: no chance of rolled residuals, and beyond doubt on the judging rows."""
     penalty, gain = regression.best
-    above = max(1.0 - problem.floor, 1e-9)
-    took, had = regression.block_gains(problem.rows.block)
-    generator = np.random.default_rng(problem.seed)
-    draws = generator.multinomial(took.size, np.full(took.size, 1.0 / took.size), _RESAMPLES)
-    whole = float(had.sum())
-    low = float(np.quantile(draws @ took / np.maximum(draws @ had, 1e-300), 0.025)) / above
-    closed = float(took.sum()) / max(whole, 1e-300) / above
+    low = float(np.quantile(regression.closed_draws(_RESAMPLES), 0.025))
+    closed = regression.closed()
     if closed < LEAST_CLOSED or low <= 0.0:
         return None
     order = regression.sums.split.order
@@ -94,7 +89,7 @@ def judged_families(problem: Problem) -> list[Regression]:
         regression = Regression(shared[family.local], family)
         if regression.best[1] < LEAST_GAIN:
             continue
-        kept = sorted([*kept, regression], key=lambda one: -one.best[1])[:_KEPT]
+        kept = sorted([*kept, regression], key=lambda one: -one.best[1])[:KEPT]
     return kept
 
 

@@ -28,6 +28,10 @@ class Split:
     judging: tuple[int, ...]
     apart: bool
 
+    def fitted(self, fold: int) -> bool:
+        """Whether a fold's rows are fitted to at all."""
+        return not (self.apart and fold in self.judging)
+
     def slices(self) -> dict[int, slice]:
         """Where each fold's rows lie once they are sorted."""
         numbers, starts = np.unique(self.fold[self.order], return_index=True)
@@ -88,7 +92,7 @@ class Regression:
             out[r:, :r] = out[:r, r:].T
             out[r:, r:] = self.columns[rows].T @ self.columns[rows]
             self.normals[fold] = out
-        fitted = [n for fold, n in self.normals.items() if not (sums.split.apart and fold in sums.split.judging)]
+        fitted = [n for fold, n in self.normals.items() if sums.split.fitted(fold)]
         self.total = np.sum(fitted, axis=0)
         self.total[:r, :r] += sums.prior
         rows_in_all = sums.weights.size
@@ -111,12 +115,9 @@ class Regression:
         """
         moments = self.moments(draws)
         split = self.sums.split
-        fitted = self._fitted_sum(moments)
         left = np.zeros((2, draws.shape[1]))
         for fold in split.judging if judging else split.selecting:
-            inside = not (split.apart and fold in split.judging)
-            normal = self.total - self.normals[fold] if inside else self.total
-            moment = fitted - moments[fold] if inside else fitted
+            normal, moment = self._elsewhere(fold, moments)
             squares = np.sum(draws[self.sums.slices[fold]] ** 2, axis=0)
             left += self._left(normal, moment, fold, squares, moments[fold], penalty)
         return np.asarray(1.0 - left[1] / np.maximum(left[0], 1e-300))
@@ -125,7 +126,7 @@ class Regression:
         """Squares (2, D) of a fold's rows that are left by the base alone and with the family, fitted elsewhere."""
         out = []
         for size in (self.r, self.total.shape[0]):
-            system = normal[:size, :size] + penalty * self.rough[:size, :size] + 1e-9 * np.eye(size)
+            system = self._system(normal, penalty)[:size, :size]
             solution = np.linalg.solve(system, moment[:size])
             judged = self.normals[fold][:size, :size]
             left = squares - 2.0 * np.sum(solution * own[:size], axis=0)
@@ -144,49 +145,66 @@ class Regression:
         """Gain on the judging rows."""
         return float(self.gains(self.sums.rest[:, None], self.best[0], True)[0])
 
-    def solution(self, penalty: float | None = None) -> tuple[Array, Array, Array]:
-        """Coefficients (k,) in N, their covariance (k, k) in N^2, and steps (r,) of the base's unknowns, by all rows
-        that may be fitted; the covariance is that of rows with errors as large as what is left."""
+    def solution(self, penalty: float | None = None) -> tuple[Array, Array]:
+        """Coefficients (k,) in N and steps (r,) of the base's unknowns, by all rows that may be fitted; penalty: in
+        place of the one that predicts best."""
+        moment = self._fitted_sum(self.moments(self.sums.rest[:, None]))
+        x = np.linalg.solve(self._system(self.total, penalty), moment)[:, 0]
+        coefficients, steps = (np.asarray(part, dtype=np.float64) for part in (x[self.r :] / self.size, x[: self.r]))
+        return coefficients, steps
+
+    @property
+    def fitted_rows(self) -> Integers:
+        """Places (m,) in sorted order of all rows that may be fitted."""
+        slices = self.sums.slices.items()
+        return np.concatenate([np.arange(s.start, s.stop) for fold, s in slices if self.sums.split.fitted(fold)])
+
+    def block_squares(self, folds: tuple[int, ...], penalty: float | None = None) -> tuple[Array, Array]:
+        """Squares (b,) per block that the base alone and the family leave of some folds, fitted elsewhere."""
         moments = self.moments(self.sums.rest[:, None])
-        moment = self._fitted_sum(moments)
+        squares: list[list[Array]] = [[], []]
+        owner = []
+        for fold in folds:
+            rows = self.sums.slices[fold]
+            normal, moment = self._elsewhere(fold, moments)
+            matrix = np.hstack([self.sums.base[rows], self.columns[rows]])
+            for place, size in enumerate((self.r, matrix.shape[1])):
+                x = np.linalg.solve(self._system(normal, penalty)[:size, :size], moment[:size])[:, 0]
+                squares[place].append((self.sums.rest[rows] - matrix[:, :size] @ x) ** 2)
+            owner.append(self.sums.problem.rows.block[self.sums.split.order][rows])
+        numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
+        before, after = (np.bincount(numbers, np.concatenate(part)) for part in squares)
+        return before.astype(np.float64), after.astype(np.float64)
+
+    def closed(self, penalty: float | None = None) -> float:
+        """Share of the excess over the floor that the family closes on the judging rows."""
+        had, left = self.block_squares(self.sums.split.judging, penalty)
+        return float((had - left).sum()) / max(float(had.sum()), 1e-300) / self._above
+
+    def closed_draws(self, count: int) -> Array:
+        """The same of `count` resamples of the judging rows' blocks, (count,)."""
+        had, left = self.block_squares(self.sums.split.judging)
+        generator = np.random.default_rng(self.sums.problem.seed)
+        draws = generator.multinomial(had.size, np.full(had.size, 1.0 / had.size), count)
+        return np.asarray(draws @ (had - left) / np.maximum(draws @ had, 1e-300) / self._above)
+
+    @property
+    def _above(self) -> float:
+        """Share of what is left on the judging rows that is above the floor."""
+        return max(1.0 - self.sums.problem.floor, 1e-9)
+
+    def _system(self, normal: Array, penalty: float | None) -> Array:
+        """Normal equations (r + k, r + k) with the penalty, the best one where none is given."""
         penalty = self.best[0] if penalty is None else penalty
-        system = self.total + penalty * self.rough + 1e-9 * np.eye(self.total.shape[0])
-        inverse = np.linalg.inv(system)
-        x = (inverse @ moment)[:, 0]
-        mine = np.concatenate([np.arange(s.start, s.stop) for f, s in self.sums.slices.items() if self._fitted(f)])
-        left = self.sums.rest[mine] - self.sums.base[mine] @ x[: self.r] - self.columns[mine] @ x[self.r :]
-        covariance = inverse[self.r :, self.r :] * float(np.mean(left**2)) / self.size**2
-        return x[self.r :] / self.size, np.asarray(covariance), x[: self.r]
+        return np.asarray(normal + penalty * self.rough + 1e-9 * np.eye(normal.shape[0]))
+
+    def _elsewhere(self, fold: int, moments: dict[int, Array]) -> tuple[Array, Array]:
+        """Normal equations and moments of all fitted rows that are not in a fold."""
+        normal, moment = self.total, self._fitted_sum(moments)
+        if self.sums.split.fitted(fold):
+            return normal - self.normals[fold], moment - moments[fold]
+        return normal, moment
 
     def _fitted_sum(self, moments: dict[int, Array]) -> Array:
-        return np.asarray(np.sum([m for fold, m in moments.items() if self._fitted(fold)], axis=0))
-
-    def _fitted(self, fold: int) -> bool:
-        return not (self.sums.split.apart and fold in self.sums.split.judging)
-
-    def block_gains(self, block: Integers) -> tuple[Array, Array]:
-        """Squares that the family takes away and that the base alone leaves, on the judging rows, per block (b,) each.
-
-        block: (n,) number of each row's block.
-        """
-        split = self.sums.split
-        moments = self.moments(self.sums.rest[:, None])
-        fitted = self._fitted_sum(moments)
-        took, had, owner = [], [], []
-        for fold in split.judging:
-            rows = self.sums.slices[fold]
-            inside = self._fitted(fold)
-            normal = self.total - self.normals[fold] if inside else self.total
-            moment = fitted - moments[fold] if inside else fitted
-            lefts = []
-            for size in (self.r, self.total.shape[0]):
-                system = normal[:size, :size] + self.best[0] * self.rough[:size, :size] + 1e-9 * np.eye(size)
-                x = np.linalg.solve(system, moment[:size])[:, 0]
-                left = self.sums.rest[rows] - self.sums.base[rows] @ x[: self.r]
-                lefts.append((left - self.columns[rows] @ x[self.r :] if size > self.r else left) ** 2)
-            took.append(lefts[0] - lefts[1])
-            had.append(lefts[0])
-            owner.append(block[split.order][rows])
-        numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
-        gained, whole = (np.asarray(np.bincount(numbers, np.concatenate(x)), dtype=np.float64) for x in (took, had))
-        return gained, whole
+        fitted = [moment for fold, moment in moments.items() if self.sums.split.fitted(fold)]
+        return np.asarray(np.sum(fitted, axis=0))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from linid.arrays import Array, Integers
+from linid.arrays import Array
 from linid.diagnosis.proposed.dictionary import Formula, formulas
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.problem import Problem
@@ -51,9 +51,9 @@ def short_formula(problem: Problem, proposal: Proposal) -> ShortFormula | None:
         family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), _flat(fit))
         regression = Regression(curve.sums, family)
         folds = curve.sums.split
-        if all(as_good(problem, curve, regression, some) for some in (folds.selecting, folds.judging)):
-            text = fit.formula.words(_amplitudes(regression), fit.theta)
-            return ShortFormula(text, _closed(problem, regression), fit.numbers, fit.formula.own(fit.theta))
+        if all(as_good(problem.seed, curve, regression, some) for some in (folds.selecting, folds.judging)):
+            text = fit.formula.words(regression.solution(0.0)[0], fit.theta)
+            return ShortFormula(text, min(regression.closed(0.0), 1.0), fit.numbers, fit.formula.own(fit.theta))
     return None
 
 
@@ -112,7 +112,7 @@ class _Search:
 
     def effective_rows(self, regression: Regression) -> float:
         """How many independent rows the fitted ones are worth, by how sums over blocks of what is left scatter."""
-        coefficients, _, steps = regression.solution()
+        coefficients, steps = regression.solution()
         problem = self.problem
         term = regression.family.columns[self.mine] @ coefficients * problem.weights[self.mine]
         left = problem.rest[self.mine] - problem.base[self.mine] @ steps - term
@@ -149,60 +149,14 @@ def _aicc(fit: Fitted, rows: int, count: float) -> float:
     return count * math.log(max(fit.squares / rows, 1e-300)) + 2.0 * p + 2.0 * p * (p + 1) / max(count - p - 1, 1.0)
 
 
-def as_good(problem: Problem, curve: Regression, formula: Regression, folds: tuple[int, ...]) -> bool:
+def as_good(seed: int, curve: Regression, formula: Regression, folds: tuple[int, ...]) -> bool:
     """Whether a formula predicts some folds that it is not fitted to as well as the curve, but for chance."""
-    block = problem.rows.block
-    base, with_curve = block_squares(curve, curve.best[0], folds, block)
-    with_formula = block_squares(formula, 0.0, folds, block)[1]
+    base, with_curve = curve.block_squares(folds)
+    with_formula = formula.block_squares(folds, 0.0)[1]
     gain, lost = float(np.sum(base - with_curve)), with_formula - with_curve
     worse = float(lost.sum())
     if worse <= AS_GOOD[0] * gain:
         return True
-    generator = np.random.default_rng(problem.seed)
+    generator = np.random.default_rng(seed)
     draws = generator.multinomial(lost.size, np.full(lost.size, 1.0 / lost.size), _RESAMPLES)
     return worse <= AS_GOOD[1] * gain and float(np.quantile(draws @ lost, CHANCE)) <= 0.0
-
-
-def block_squares(
-    regression: Regression, penalty: float, folds: tuple[int, ...], block: Integers
-) -> tuple[Array, Array]:
-    """Squares (b,) per block that the base alone and the family leave of some folds, fitted elsewhere.
-
-    block: (n,) number of each row's block.
-    """
-    sums, split = regression.sums, regression.sums.split
-    moments = regression.moments(sums.rest[:, None])
-    fitted = {fold for fold in moments if not (split.apart and fold in split.judging)}
-    moment = np.sum([moments[fold] for fold in fitted], axis=0)
-    squares: list[list[Array]] = [[], []]
-    owner = []
-    for fold in folds:
-        rows = sums.slices[fold]
-        inside = fold in fitted
-        normal = regression.total - regression.normals[fold] if inside else regression.total
-        right = moment - moments[fold] if inside else moment
-        matrix = np.hstack([sums.base[rows], regression.columns[rows]])
-        for place, size in enumerate((regression.r, matrix.shape[1])):
-            system = normal[:size, :size] + penalty * regression.rough[:size, :size] + 1e-9 * np.eye(size)
-            solution = np.linalg.solve(system, right[:size])[:, 0]
-            squares[place].append((sums.rest[rows] - matrix[:, :size] @ solution) ** 2)
-        owner.append(block[split.order][rows])
-    numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
-    before, after = (np.bincount(numbers, np.concatenate(part)) for part in squares)
-    return before.astype(np.float64), after.astype(np.float64)
-
-
-def _closed(problem: Problem, regression: Regression) -> float:
-    """Share of the excess over the floor that a formula closes on the judging rows."""
-    base, left = block_squares(regression, 0.0, regression.sums.split.judging, problem.rows.block)
-    share = float(np.sum(base - left)) / max(float(base.sum()), 1e-300)
-    return min(share / max(1.0 - problem.floor, 1e-9), 1.0)
-
-
-def _amplitudes(regression: Regression) -> Array:
-    """Amplitudes (k,) of a formula by all rows that may be fitted."""
-    split = regression.sums.split
-    moments = regression.moments(regression.sums.rest[:, None])
-    moment = np.sum([m for fold, m in moments.items() if not (split.apart and fold in split.judging)], axis=0)
-    solution = np.linalg.solve(regression.total + 1e-9 * np.eye(regression.total.shape[0]), moment)[:, 0]
-    return np.asarray(solution[regression.r :] / regression.size)

@@ -12,13 +12,12 @@ from linid.diagnosis.proposed.arguments import LABELS, arguments_of
 from linid.diagnosis.proposed.basis import support
 from linid.diagnosis.proposed.curve import period_of
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.propose import Proposal
+from linid.diagnosis.proposed.propose import KEPT, Proposal
 from linid.diagnosis.proposed.quantities import quantity
 from linid.diagnosis.proposed.regression import Regression
 
 MOSTLY = 0.5  # of what is left: a term that closes less says nothing of what the rest depends on
 CLEARLY = 0.7  # of the term's gain: an argument whose families all gain less is not what it depends on
-KEPT = 12  # families that are kept: what is not among so many gained less than the least of them
 _SAID = 3  # arguments that a sentence rules out
 _ORDER = ("position", "velocity", "motor_force", "acceleration", "time", "campaign_time", "travel", "rest_time")
 _MOST_PARTS = 2  # recordings that are asked for at once

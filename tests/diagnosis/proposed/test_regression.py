@@ -21,8 +21,8 @@ def test_base_parameters_are_unbiased_beside_a_term() -> None:
         weight = bare.weights[0]
         problem = replace(bare, residual=bare.residual + bare.base @ steps / weight, ridge=np.full(4, 1e-6))
         family = family_of(problem, "position")
-        alone = Regression(Sums(bare, 0.0), family_of(bare, "position")).solution()[2]
-        errors.append(Regression(Sums(problem, 0.0), family).solution()[2] - alone - steps)
+        alone = Regression(Sums(bare, 0.0), family_of(bare, "position")).solution()[1]
+        errors.append(Regression(Sums(problem, 0.0), family).solution()[1] - alone - steps)
         spreads.append(alone)
     assert np.abs(np.mean(errors, axis=0)) == pytest.approx(0.0, abs=1e-3)
     # What is left to the base by the fit without the term comes to it: no more than that is moved.
@@ -36,7 +36,7 @@ def test_a_prior_holds_what_the_recordings_hardly_tell() -> None:
     free = replace(bare, base=np.hstack([bare.base, twin]), ridge=np.append(bare.ridge, 1e-9))
     held = replace(free, ridge=np.append(bare.ridge, 1e6))
     took = {
-        name: Regression(Sums(p, 0.0), family_of(p, "velocity")).solution()[2][-1]
+        name: Regression(Sums(p, 0.0), family_of(p, "velocity")).solution()[1][-1]
         for name, p in (("free", free), ("held", held))
     }
     assert took["free"] > 0.5 and abs(took["held"]) < 1e-3
@@ -57,8 +57,8 @@ def test_gains_are_those_of_a_plain_ridge_regression() -> None:
         x = np.linalg.solve(normal, matrix[fitted, :size].T @ rest[fitted])
         left.append(float(np.sum((rest[~fitted] - matrix[~fitted, :size] @ x) ** 2)))
     assert regression.judged() == pytest.approx(1.0 - left[1] / left[0], rel=1e-6)
-    took, had = regression.block_gains(problem.rows.block)
-    assert took.sum() / had.sum() == pytest.approx(regression.judged(), rel=1e-6)
+    had, without = regression.block_squares(regression.sums.split.judging)
+    assert (had - without).sum() / had.sum() == pytest.approx(regression.judged(), rel=1e-6)
 
 
 @pytest.mark.parametrize("local", [0.0, 0.5])

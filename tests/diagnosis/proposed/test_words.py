@@ -159,7 +159,7 @@ def test_the_interval_is_about_what_is_closed() -> None:
     problem = axis(derated)
     proposal = propose(problem, judged_families(problem))
     assert proposal is not None
-    low, high = closed_interval(problem, proposal)
+    low, high = closed_interval(proposal)
     assert low <= proposal.closed <= high
     assert low == pytest.approx(proposal.low, abs=0.05)
 
