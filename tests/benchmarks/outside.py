@@ -4,7 +4,7 @@ Diagnoses every campaign of a challenge (those with results keep them), fits the
 the base, and prints by cause, and in all, how often a proposed term has the right arguments and how far it closes the
 gap. --make N: first make N campaigns of --kinds in FOLDER. --without-true: of campaigns of one listed effect each, such
 as those of `--make 26 --kinds single`, diagnoses every one with its effect left out of consideration (into
-results_without), and grades what is proposed by `linid.challenge.arguments`.
+results_without), and grades what is proposed by what that effect says it depends on.
 """
 
 from __future__ import annotations
@@ -13,20 +13,27 @@ import argparse
 import math
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 from pathlib import Path
 
 from linid.challenge.answers import ORACLE_FILE, Answer, read_answer
-from linid.challenge.arguments import LISTED_ARGUMENTS, best_grade
 from linid.challenge.create import make_challenge
 from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, KEYS_FILE, RESULTS_FOLDER, Key, read_keys_file
 from linid.challenge.make import Plan
 from linid.challenge.outside import CAUSES
 from linid.challenge.proposals import cause_of, closed_of, grade, score_proposals
 from linid.challenge.run import diagnose_one, in_processes
+from linid.physics.effects.registry import BUILT_IN, find_effect
 
 WITHOUT_FOLDER = "results_without"  # beside the challenge's results
+_RANK = {"wrong": 0, "related": 1, "exact": 2}
+
+
+def best_grade(said: Collection[str], answers: Sequence[tuple[str, ...]]) -> str:
+    """`exact`, `related` or `wrong`: the best that what is said earns of several honest answers."""
+    known = [grade(said, one) if one else "exact" if not said else "wrong" for one in answers]
+    return max(known, key=_RANK.__getitem__)
 
 
 def judged(folder: Path, name: str, key: Key, plan: dict[str, object] | None, oracle: bool) -> tuple[str, float]:
@@ -55,12 +62,13 @@ def left_out(folder: Path, name: str, key: Key) -> tuple[str, float]:
 
 def without_true(folder: Path, keys: dict[str, Key], jobs: int) -> list[str]:
     """Grades of all campaigns of one listed effect that is left out, and rates by effect and in all."""
-    chosen = {name: key for name, key in keys.items() if len(key.effects) == 1 and key.effects[0] in LISTED_ARGUMENTS}
+    listed = {effect.name for effect in BUILT_IN}
+    chosen = {name: key for name, key in keys.items() if len(key.effects) == 1 and key.effects[0] in listed}
     grades: dict[str, list[str]] = {}
     for name, seconds in in_processes(left_out, [(folder, name, key) for name, key in chosen.items()], jobs):
         (effect,) = chosen[name].effects
         answer = read_answer(folder / WITHOUT_FOLDER / name)
-        answers, proposal = LISTED_ARGUMENTS[effect], answer.proposal
+        answers, proposal = find_effect(effect).depends_on, answer.proposal
         if proposal is None:
             mark = "nothing is asked for" if answer.status == "none" or () in answers else "nothing proposed"
         else:

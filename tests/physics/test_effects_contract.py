@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from linid.physics.effects.effect import ALL_KINDS, Effect, Outlook, Values
+from linid.physics.effects.effect import ALL_KINDS, ARGUMENTS, Effect, Outlook, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.parameter import _ROTARY
 
@@ -160,6 +160,9 @@ def test_told_to_people(effect: Effect) -> None:
         metric = {"m", "N", "kg"} & set(parameter.unit.replace("/", " ").replace("^2", "").split())
         assert bool(metric) == (parameter.unit_on("rotary") != parameter.unit), parameter
     assert effect.physics.endswith(".") and "\n" not in effect.physics and len(effect.physics) < 121
+    answers = effect.depends_on
+    assert answers and len({frozenset(one) for one in answers}) == len(answers)
+    assert all(set(one) <= set(ARGUMENTS) and len(set(one)) == len(one) for one in answers)
     assert effect.exposed_by and set(effect.confused_with) <= {other.name for other in EFFECTS} - {effect.name}
 
 

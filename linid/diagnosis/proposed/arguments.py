@@ -9,29 +9,17 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.problem import Problem
+from linid.physics.effects.effect import ARGUMENTS
 
 # What only passes comes last: between equals, what a designer can change is likelier the cause.
 PASSING = ("time", "campaign_time", "recording")
 NEAR = 0.004  # of the stroke: what a reversal or a rest leaves behind is drawn by the logarithm of the way since
 _BRIEF = 0.03  # s, a rest that hardly counts
-LABELS = {
-    "position": "position",
-    "velocity": "velocity",
-    "direction": "direction of motion",
-    "motor_force": "motor force",
-    "acceleration": "acceleration",
-    "travel": "travel since the last reversal",
-    "since_reversal": "time since the last reversal",
-    "rest_time": "rest before the breakaway",
-    "time": "time in the recording",
-    "campaign_time": "time in the campaign",
-    "recording": "recording",
-}
 
 
 @dataclass(frozen=True)
 class Argument:
-    """One argument. name: as in `LABELS`; symbol: what a formula calls it, empty where none can; unit: of it;
+    """One argument. name: as in `ARGUMENTS`; symbol: what a formula calls it, empty where none can; unit: of it;
     values: (n,) of each row; period: of a periodic one in that unit, 0 for others; offset: in that unit, where the
     values are logarithms of what is measured and this; said: its label where it is not that of its name."""
 
@@ -46,7 +34,7 @@ class Argument:
     @property
     def label(self) -> str:
         """What people call it."""
-        return self.said or LABELS[self.name]
+        return self.said or ARGUMENTS[self.name]
 
     @property
     def plain(self) -> Argument:

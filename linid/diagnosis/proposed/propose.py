@@ -10,6 +10,7 @@ import numpy as np
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument, arguments_of
 from linid.diagnosis.proposed.family import Family, families, of_running_time, per_recording
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.regression import Regression, Sums
 from linid.diagnosis.proposed.wander import LEAST_LEAD, wandering
@@ -73,7 +74,7 @@ def tested(problem: Problem, regression: Regression) -> Proposal | None:
         return None
     order = regression.sums.split.order
     rolled = with_rolled(problem.rest, problem.rows.recording, problem.seed)[order].astype(np.float64)
-    gains = regression.gains(rolled, penalty, False)
+    gains = regression.gains(rolled, penalty)
     chance = p_value(float(gains[0]), gains[1:])
     if chance > SURE / TRIES:
         return None
@@ -85,7 +86,7 @@ def judged_families(problem: Problem) -> list[Regression]:
     arguments = arguments_of(problem)
     shared = {0.0: Sums(problem, 0.0), WAVE_PIECE: Sums(problem, WAVE_PIECE)}
     kept: list[Regression] = []
-    for family in _all_families(problem, arguments, leaves(problem)):
+    for family in _all_families(problem, arguments, Leftover(problem).of_rows):
         regression = Regression(shared[family.local], family)
         if regression.best[1] < LEAST_GAIN:
             continue
@@ -99,24 +100,6 @@ def _all_families(problem: Problem, arguments: dict[str, Argument], left: Callab
     yield from per_recording(problem, WAVE_PIECE)
     yield from of_running_time(problem, arguments, WAVE_PIECE)
     yield from wandering(problem)
-
-
-def leaves(problem: Problem) -> Callable[[Array], Array]:
-    """left(columns): what base and columns (n, k) in m/s^2 leave of the fitted rows, weighted, (n,); 0 on others."""
-    mine = ~problem.held
-    base, rest = problem.base[mine], problem.rest[mine]
-    prior = np.diag(problem.ridge**2)
-
-    def left(columns: Array) -> Array:
-        matrix = np.hstack([base, columns[mine] * problem.weights[mine, None]])
-        normal = matrix.T @ matrix
-        normal[: base.shape[1], : base.shape[1]] += prior
-        normal += 1e-9 * float(np.trace(normal)) / max(normal.shape[0], 1) * np.eye(normal.shape[0])
-        out = np.zeros(problem.rest.size)
-        out[mine] = rest - matrix @ np.linalg.solve(normal, matrix.T @ rest)
-        return out
-
-    return left
 
 
 def candidates(found: Sequence[Regression]) -> list[Regression]:

@@ -107,16 +107,15 @@ class Regression:
             out[fold] = np.vstack([self.sums.base[rows].T @ draws[rows], self.columns[rows].T @ draws[rows]])
         return out
 
-    def gains(self, draws: Array, penalty: float, judging: bool) -> Array:
-        """Shares (D,) of the squares of draws (n, D) that the family takes away where it is not fitted.
+    def gains(self, draws: Array, penalty: float) -> Array:
+        """Shares (D,) of the squares of draws (n, D) that the family takes away of the rows that select, where it is
+        not fitted to them.
 
-        draws: in sorted order; penalty: in parts of the columns' mean square; judging: on the judging rows, else on
-        those that select.
+        draws: in sorted order; penalty: in parts of the columns' mean square.
         """
         moments = self.moments(draws)
-        split = self.sums.split
         left = np.zeros((2, draws.shape[1]))
-        for fold in split.judging if judging else split.selecting:
+        for fold in self.sums.split.selecting:
             normal, moment = self._elsewhere(fold, moments)
             squares = np.sum(draws[self.sums.slices[fold]] ** 2, axis=0)
             left += self._left(normal, moment, fold, squares, moments[fold], penalty)
@@ -137,13 +136,9 @@ class Regression:
     def best(self) -> tuple[float, float]:
         """The penalty that predicts best, and its gain on the rows that select."""
         own = self.sums.rest[:, None]
-        gains = [float(self.gains(own, penalty, False)[0]) for penalty in PENALTIES]
+        gains = [float(self.gains(own, penalty)[0]) for penalty in PENALTIES]
         place = int(np.argmax(gains))
         return PENALTIES[place], gains[place]
-
-    def judged(self) -> float:
-        """Gain on the judging rows."""
-        return float(self.gains(self.sums.rest[:, None], self.best[0], True)[0])
 
     def solution(self, penalty: float | None = None) -> tuple[Array, Array]:
         """Coefficients (k,) in N and steps (r,) of the base's unknowns, by all rows that may be fitted; penalty: in

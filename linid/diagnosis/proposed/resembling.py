@@ -11,40 +11,12 @@ from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.words import listed, term_labels
 from linid.diagnosis.report_data import Resemblance
+from linid.physics.effects.registry import find_effect
 
 LEAST_ALIKE = 0.3  # of the term's squares: an effect that reproduces less is another thing
 MOST = 3
 SAME = 0.95  # of the term's squares: an effect that reproduces this much is the same to these recordings
 _RELATIVE = 1e-7  # of a column's size: what is left of it below this is rounding
-# On what the effects of the library depend, the main argument first.
-DEPENDS_ON: dict[str, tuple[str, ...]] = {
-    "asymmetric_friction": ("direction",),
-    "backlash": ("travel", "direction"),
-    "cable_force": ("position",),
-    "cogging": ("position",),
-    "constant_force": (),
-    "current_offset": ("position",),
-    "drive_train_backlash": ("acceleration",),
-    "dwell_stiction": ("rest_time", "direction"),
-    "eddy_current_drag": ("velocity",),
-    "encoder_periodic_error": ("position",),
-    "end_effect": ("position", "motor_force"),
-    "external_disturbance": ("time", "recording"),
-    "flexible_load": ("acceleration",),
-    "force_ripple": ("position", "motor_force"),
-    "force_saturation": ("motor_force",),
-    "friction_drift": ("campaign_time", "direction"),
-    "friction_level_change": ("direction", "recording"),
-    "gravity": ("position",),
-    "input_delay": ("motor_force",),
-    "load_dependent_friction": ("motor_force", "direction"),
-    "payload_change": ("acceleration", "recording"),
-    "phase_gain_imbalance": ("position", "motor_force"),
-    "pole_pitch_error": ("position", "motor_force"),
-    "position_dependent_friction": ("position", "direction"),
-    "quadratic_drag": ("velocity",),
-    "thermal_derating": ("campaign_time", "motor_force"),
-}
 
 
 def resemblances(problem: Problem, proposal: Proposal, tried: Mapping[str, Array]) -> tuple[Resemblance, ...]:
@@ -87,9 +59,10 @@ def _difference(problem: Problem, proposal: Proposal, name: str, alike: float) -
     """How an effect differs from the term, for people."""
     said = name.replace("_", " ")
     missing = f"{100.0 * (1.0 - alike):.2g} % of the term is not reproduced"
-    if name not in DEPENDS_ON:
+    answers = find_effect(name).depends_on
+    if not answers:
         return missing
-    term, effect = proposal.arguments, DEPENDS_ON[name]
+    term, effect = proposal.arguments, answers[0]
     more = term_labels(problem, tuple(a for a in term if a not in effect))
     other = term_labels(problem, tuple(a for a in effect if a not in term))
     if not more and not other:

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from linid.arrays import Array
 from linid.diagnosis.proposed.dictionary import Formula, formulas
 from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.regression import Regression
@@ -63,24 +64,13 @@ class _Search:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.mine = np.flatnonzero(~problem.held)
+        self.leftover = Leftover(problem)
+        self.mine, self.rest = self.leftover.mine, self.leftover.rest
         self.rows = self.mine.size
-        base = np.vstack([problem.base[self.mine], np.diag(problem.ridge)])
-        norms = np.maximum(np.linalg.norm(base, axis=0), 1e-300)
-        left, sizes, _ = np.linalg.svd(base / norms, full_matrices=False)
-        self.span = left[:, sizes > 1e-9 * sizes[0]]
-        rest = np.concatenate([problem.rest[self.mine], np.zeros(problem.ridge.size)])
-        self.rest = rest - self.span @ (self.span.T @ rest)
 
     def left(self, formula: Formula, theta: Array) -> Array:
         """What base and formula leave (n + r,), weighted."""
-        columns = formula.columns(theta)[self.mine] * self.problem.weights[self.mine, None]
-        columns = np.vstack([columns, np.zeros((self.problem.ridge.size, columns.shape[1]))])
-        columns -= self.span @ (self.span.T @ columns)
-        norms = np.linalg.norm(columns, axis=0)
-        scaled = columns / np.where(norms > 0.0, norms, 1.0)
-        normal = scaled.T @ scaled + 1e-9 * np.eye(scaled.shape[1])
-        return np.asarray(self.rest - scaled @ np.linalg.solve(normal, scaled.T @ self.rest))
+        return self.leftover.beside(formula.columns(theta))
 
     def gridded(self, formula: Formula, rank: int) -> Fitted:
         """The best start of a formula."""

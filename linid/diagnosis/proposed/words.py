@@ -8,13 +8,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from linid.diagnosis.proposed.arguments import LABELS, arguments_of
+from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.basis import support
 from linid.diagnosis.proposed.curve import period_of
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import KEPT, Proposal
 from linid.diagnosis.proposed.quantities import quantity
 from linid.diagnosis.proposed.regression import Regression
+from linid.physics.effects.effect import ARGUMENTS
 
 MOSTLY = 0.5  # of what is left: a term that closes less says nothing of what the rest depends on
 CLEARLY = 0.7  # of the term's gain: an argument whose families all gain less is not what it depends on
@@ -30,7 +31,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def term_labels(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
     """Labels of arguments, for people; a rotary axis has torques."""
-    labels = [LABELS[name] for name in names]
+    labels = [ARGUMENTS[name] for name in names]
     return tuple(label.replace("force", "torque") if problem.rotary else label for label in labels)
 
 

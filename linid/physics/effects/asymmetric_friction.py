@@ -35,6 +35,8 @@ EFFECT = Effect(
     amplitudes=("friction_asymmetry", "viscous_asymmetry"),
     level=level,
     force=force,
+    # In Coulomb friction the direction alone, in viscous friction the speed in one direction.
+    depends_on=(("direction",), ("velocity",), ("velocity", "direction")),
     exposed_by="free wheels or slow moves in both directions; standstill tells it from a constant force",
     confused_with=("constant_force", "cable_force"),
 )

@@ -41,6 +41,7 @@ EFFECT = Effect(
     sensor=sensor,
     initial=initial,
     advance=advance,
+    depends_on=(("travel", "direction"), ("travel",), ("acceleration",)),
     exposed_by="quick reversals with the drive on",
     confused_with=("flexible_load", "input_delay"),
 )

@@ -58,6 +58,8 @@ EFFECT = Effect(
     force=force,
     initial=initial,
     advance=advance,
+    # A spring over the stroke; its hysteresis shows after reversals, or as a direction.
+    depends_on=(("position",), ("position", "direction"), ("travel", "position")),
     exposed_by="slow moves and free wheels over the whole stroke, with reversals at several places",
     confused_with=("constant_force", "position_dependent_friction"),
     includes=("constant_force",),

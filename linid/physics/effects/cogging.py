@@ -123,6 +123,7 @@ EFFECT = Effect(
     orders=tuple(p.name for p in _ORDERS),
     grid=grid,
     force=force,
+    depends_on=(("position",),),
     exposed_by="slow free wheels, or slow steady moves over several pole pitches",
     confused_with=("current_offset", "force_ripple", "encoder_periodic_error"),
 )

@@ -22,6 +22,7 @@ EFFECT = Effect(
     parameters=(Parameter("constant_force", "F_0", "N", -200.0, 200.0, 0.0, meaning="tilt, gravity or cable preload"),),
     amplitudes=("constant_force",),
     force=force,
+    depends_on=((),),
     exposed_by="slow moves in both directions, or free wheels in both directions",
     confused_with=("asymmetric_friction", "cable_force"),
 )

@@ -27,6 +27,8 @@ EFFECT = Effect(
     phase_only=("current_offset_3",),
     kinds=MOTORS,
     drive=drive,
+    # While the drive is on, offsets push with the field, current or not.
+    depends_on=(("position",), ("position", "motor_force")),
     exposed_by="slow moves with the drive on, beside free wheels over the same stroke",
     confused_with=("cogging", "constant_force"),
 )

@@ -258,6 +258,7 @@ EFFECT = Effect(
     force=force,
     initial=initial,
     advance=advance,
+    depends_on=(("acceleration",), ("travel",), ("travel", "direction"), ("motor_force",)),
     exposed_by="quick reversals with the drive on, and braking after a steady move",
     confused_with=("flexible_load", "backlash"),
 )

@@ -32,6 +32,7 @@ EFFECT = Effect(
     amplitudes=("eddy_damping",),
     grid=grid,
     force=force,
+    depends_on=(("velocity",),),
     exposed_by="free wheels from the highest speed down to standstill",
     confused_with=("quadratic_drag",),
 )

@@ -44,6 +44,20 @@ TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "initial": COMMON_ARGUMENTS,
     "advance": ("h", "t", "y", "v", "a", *COMMON_ARGUMENTS[3:]),
 }
+# What a missing force may depend on, in words.
+ARGUMENTS = {
+    "position": "position",
+    "velocity": "velocity",
+    "direction": "direction of motion",
+    "motor_force": "motor force",
+    "acceleration": "acceleration",
+    "travel": "travel since the last reversal",
+    "since_reversal": "time since the last reversal",
+    "rest_time": "rest before the breakaway",
+    "time": "time in the recording",
+    "campaign_time": "time in the campaign",
+    "recording": "recording",
+}
 PHASE_MOTORS = tuple(name for name, motor in ALL_MOTORS.items() if motor.phases)
 MOTORS = tuple(name for name, motor in ALL_MOTORS.items() if motor.inputs)
 ALL_KINDS = tuple(ALL_MOTORS)
@@ -112,6 +126,8 @@ class Effect:
     acts: in all recordings, in one or in some; mark: the preset parameter that says in which: of one its number, of
     some the sum of 2^(number - 1). parts: how often the effect can occur, each time with parameters of its own, whose
     names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
+    depends_on: what the force that lacks without the effect depends on, names of `ARGUMENTS` with the main one
+    first; of several honest answers the most usual first; (): not said.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
     includes: effects that this one is with some parameters at zero; own: the term of a formula (own_terms/own_term.py),
     which takes the place of compiled ones.
@@ -123,6 +139,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     amplitudes: tuple[str, ...]
     exposed_by: str
+    depends_on: tuple[tuple[str, ...], ...] = ()
     confused_with: tuple[str, ...] = ()
     includes: tuple[str, ...] = ()
     preset: tuple[str, ...] = ()
@@ -276,6 +293,9 @@ def _fault(effect: Effect) -> str:
     equal = [f"{name}_{k}" for name in first for k in range(1, effect.parts + 1)]
     if effect.parts > 1 and sorted(names) != sorted(equal):
         return f"its parameters are not those of {effect.parts} equal parts, with names that end in _1, _2 ..."
+    strange = sorted({name for answer in effect.depends_on for name in answer} - set(ARGUMENTS))
+    if strange:
+        return f"`depends_on` names {strange[0]!r}, expected some of {', '.join(ARGUMENTS)}"
     for parameter in effect.parameters:
         if not parameter.lower <= parameter.default <= parameter.upper:
             return f"the default of {parameter.name!r} is outside its bounds"

@@ -62,6 +62,8 @@ EFFECT = Effect(
     period="encoder_period",
     grid=grid,
     sensor=sensor,
+    # As a force: the error's second derivative, a wave in position that grows with the speed's square.
+    depends_on=(("position", "velocity"),),
     exposed_by="free wheels or moves at a steady speed of some periods per 0.1 s",
     confused_with=("cogging", "force_ripple"),
 )

@@ -57,6 +57,7 @@ EFFECT = Effect(
     kinds=MOTORS,
     grid=grid,
     thrust=thrust,
+    depends_on=(("position", "motor_force"),),
     exposed_by="accelerations near both ends of the stroke and in its middle",
     confused_with=("cable_force", "pole_pitch_error"),
 )

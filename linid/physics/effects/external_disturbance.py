@@ -122,6 +122,7 @@ EFFECT = Effect(
     parts=_PUSHES,
     grid=grid,
     force=force,
+    depends_on=(("time", "recording"), ("time",), ("campaign_time",)),
     exposed_by="the same motion recorded again",
     confused_with=("payload_change", "friction_drift"),
 )

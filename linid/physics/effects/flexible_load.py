@@ -66,6 +66,8 @@ EFFECT = Effect(
     mass=mass,
     force=force,
     advance=advance,
+    # A mass on a spring rings after what the axis does: acceleration, or a wave of its own in time.
+    depends_on=(("acceleration",), ("time",), ("motor_force",)),
     exposed_by="current steps and quick reversals, which let the load swing",
     confused_with=("input_delay",),
 )

@@ -53,6 +53,8 @@ EFFECT = Effect(
     kinds=MOTORS,
     grid=grid,
     thrust=thrust,
+    # The commutation keeps the current's amplitude with the force: both are one argument.
+    depends_on=(("position", "motor_force"),),
     exposed_by="strong accelerations over several pole pitches, in both directions",
     confused_with=("cogging", "phase_gain_imbalance", "encoder_periodic_error"),
 )

@@ -45,6 +45,7 @@ EFFECT = Effect(
     kinds=MOTORS,
     grid=grid,
     drive=drive,
+    depends_on=(("motor_force",),),
     exposed_by="strong accelerations beside gentle ones: moves of several peak currents",
     confused_with=("thermal_derating", "quadratic_drag"),
 )

@@ -40,6 +40,7 @@ EFFECT = Effect(
     preset=("drift_campaign_time",),
     grid=grid,
     friction=friction,
+    depends_on=(("campaign_time", "direction"), ("time", "direction"), ("recording", "direction")),
     exposed_by="the same slow move at the beginning and at the end of the campaign",
     confused_with=("thermal_derating", "position_dependent_friction"),
 )

@@ -32,6 +32,7 @@ EFFECT = Effect(
     amplitudes=("gravity_sine", "gravity_cosine"),
     grid=grid,
     force=force,
+    depends_on=(("position",),),
     exposed_by="slow turns in both directions, or a swing to rest without current",
     confused_with=("constant_force", "cable_force", "cogging"),
 )

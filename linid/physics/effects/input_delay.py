@@ -25,6 +25,8 @@ EFFECT = Effect(
     amplitudes=("input_delay",),
     kinds=MOTORS,
     delay=delay,
+    # F(t - T) - F(t): what the force was, seen as its rate, which a motion in time may stand for.
+    depends_on=(("motor_force",), ("acceleration",), ("time", "motor_force")),
     exposed_by="currents that change quickly: steps, or sines of several tens of Hz",
     confused_with=("flexible_load", "thermal_derating"),
 )

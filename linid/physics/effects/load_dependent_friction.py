@@ -25,6 +25,7 @@ EFFECT = Effect(
     amplitudes=("load_friction",),
     kinds=MOTORS,
     load=load,
+    depends_on=(("motor_force", "direction"),),
     exposed_by="the same speeds with strong and weak accelerations, and with strong braking",
     confused_with=("force_saturation", "asymmetric_friction"),
 )

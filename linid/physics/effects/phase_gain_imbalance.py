@@ -26,6 +26,7 @@ EFFECT = Effect(
     amplitudes=("phase_gain_1", "phase_gain_3"),
     kinds=PHASE_MOTORS,
     drive=drive,
+    depends_on=(("position", "motor_force"),),
     exposed_by="strong accelerations over several pole pitches",
     confused_with=("current_offset", "force_ripple"),
 )

@@ -40,6 +40,8 @@ EFFECT = Effect(
     kinds=PHASE_MOTORS,
     grid=grid,
     field=field,
+    # A field out of phase: thrust that falls off slowly along the stroke.
+    depends_on=(("position", "motor_force"),),
     exposed_by="strong accelerations in the middle and at both ends of the stroke, with reactive current",
     confused_with=("end_effect",),
 )

@@ -92,6 +92,7 @@ EFFECT = Effect(
     preset=tuple(p.name for p in _POSITIONS),
     grid=grid,
     friction=friction,
+    depends_on=(("position", "direction"),),
     exposed_by="slow moves and free wheels over the whole stroke in both directions",
     confused_with=("cable_force", "friction_drift"),
 )

@@ -35,6 +35,7 @@ EFFECT = Effect(
     preset=("drag_speed",),
     grid=grid,
     force=force,
+    depends_on=(("velocity",),),
     exposed_by="fast free wheels beside slow ones",
     confused_with=("eddy_current_drag", "force_saturation"),
 )

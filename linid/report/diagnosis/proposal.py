@@ -47,12 +47,12 @@ def enumerated(words: tuple[str, ...]) -> str:
 
 def argument_words(diagnosis: Diagnosis) -> str:
     """What the proposed term depends on: `position and motor force`; empty if none is proposed."""
-    from linid.diagnosis.proposed.arguments import LABELS  # compiles: not for those who propose nothing
+    from linid.physics.effects.effect import ARGUMENTS  # compiles: not for those who propose nothing
 
     if diagnosis.proposal is None:
         return ""
     shared = [name for name in diagnosis.proposal.arguments if name != "recording"]
-    labels = [LABELS.get(name, name.replace("_", " ")) for name in shared]
+    labels = [ARGUMENTS.get(name, name.replace("_", " ")) for name in shared]
     words = enumerated(tuple(fitting_words(label, diagnosis.axis, diagnosis.model) for label in labels))
     if len(shared) == len(diagnosis.proposal.arguments):
         return words
@@ -121,11 +121,11 @@ def term_measures(diagnosis: Diagnosis) -> tuple[MeasureLine, ...]:
 
 
 def _short_words(diagnosis: Diagnosis, term: ProposedTerm, short: ShortFormula) -> str:
-    from linid.diagnosis.proposed.arguments import LABELS
+    from linid.physics.effects.effect import ARGUMENTS
 
     count = f"{short.numbers} fitted number{'' if short.numbers == 1 else 's'}"
     said = [
-        f"{letter}: {fitting_words(LABELS[name], diagnosis.axis, diagnosis.model)}"
+        f"{letter}: {fitting_words(ARGUMENTS[name], diagnosis.axis, diagnosis.model)}"
         for name, letter in _LETTERS.items()
         if re.search(rf"(?<![A-Za-z]){letter}(?![A-Za-z])", short.text)
     ]

@@ -29,6 +29,7 @@ def _row(effect: Effect) -> dict[str, Any]:
         "slot": effect.slot,
         "physics": effect.physics,
         "models": list(effect.kinds),
+        "depends_on": [list(answer) for answer in effect.depends_on],
         "exposed_by": effect.exposed_by,
         "confused_with": list(effect.confused_with),
         "parameters": [
@@ -78,6 +79,9 @@ def _one(effect: Effect) -> Any:
         unit = p.unit if rotary == p.unit else f"{p.unit}, rotary {rotary}"
         scale = "set by the recordings" if p.name in effect.preset else f"within {p.lower:g} to {p.upper:g}"
         table.add_row("parameter", f"{p.name} ({p.symbol}) in {unit}: {p.meaning}; {_role(effect, p.name)}, {scale}")
+    if effect.depends_on:
+        usual = ", ".join(effect.depends_on[0]) or "nothing: it is the same everywhere"
+        table.add_row("depends on", usual.replace("_", " "))
     table.add_row("shown by", effect.exposed_by)
     rotary_words = fitting_words(effect.exposed_by, "rotary", "sine")
     if rotary_words != effect.exposed_by:

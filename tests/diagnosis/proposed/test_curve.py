@@ -12,8 +12,9 @@ from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.curve import term_curve
 from linid.diagnosis.proposed.estimate import estimated
 from linid.diagnosis.proposed.family import per_recording
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.propose import Proposal, leaves
+from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.report_data import TermCurve
 from tests.diagnosis.proposed.axis import STROKE, axis, proposal_of
@@ -94,7 +95,7 @@ def test_a_periodic_curve_is_drawn_over_one_period() -> None:
 def test_waves_are_drawn_over_a_period_or_over_the_stroke(number: int, periods: bool) -> None:
     lengths = (0.031, 0.047)[:number]
     problem = axis(lambda p: sum(0.5 * np.sin(2.0 * math.pi * p.rows.y / one) for one in lengths))
-    family = next(iter(wave_families(problem, arguments_of(problem), leaves(problem))))
+    family = next(iter(wave_families(problem, arguments_of(problem), Leftover(problem).of_rows)))
     curve = shown(problem, proposal_of(problem, family))
     x = curve.axes[0].x
     assert (x[-1] - x[0] < 0.035) == periods

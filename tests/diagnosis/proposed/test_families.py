@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.diagnosis.proposed.arguments import LABELS, arguments_of
+from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.family import families, of_running_time, per_recording
 from linid.diagnosis.proposed.history import direction_of, last_where, memory_of, travelled
-from linid.diagnosis.proposed.propose import leaves
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.regression import Regression, Sums
 from linid.diagnosis.proposed.wander import wandering
 from linid.diagnosis.proposed.waves import wave_families
+from linid.physics.effects.effect import ARGUMENTS
 from tests.diagnosis.proposed.axis import LENGTH, RECORDINGS, STEP, axis
 
 SMOOTH = ("position", "velocity", "travel", "since_reversal", "motor_force", "time", "campaign_time")
@@ -51,7 +52,7 @@ def test_a_function_of_an_argument_is_taken_by_its_family(key: str, form: str) -
 def test_arguments_have_names_and_values_of_all_rows() -> None:
     problem = axis(None, rests=True)
     for argument in arguments_of(problem).values():
-        assert argument.name in LABELS and argument.values.shape == problem.rows.t.shape
+        assert argument.name in ARGUMENTS and argument.values.shape == problem.rows.t.shape
         assert np.all(np.isfinite(argument.values))
     assert "motor_force" not in arguments_of(replace(problem, push=np.zeros(problem.rows.t.size)))
     assert "pole_phase" not in arguments_of(replace(problem, field=None))
@@ -96,10 +97,12 @@ def test_steps_of_single_recordings_are_found_in_those() -> None:
 @pytest.mark.parametrize("periods", [(0.0231,), (0.0173, 0.0419)])
 def test_waves_have_the_true_periods(periods: tuple[float, ...]) -> None:
     problem = axis(lambda p: sum(np.sin(2.0 * math.pi * p.rows.y / period + k) for k, period in enumerate(periods)))
-    found = {f.form.rsplit(", ", 1)[1]: f for f in wave_families(problem, arguments_of(problem), leaves(problem))}
+    found = {
+        f.form.rsplit(", ", 1)[1]: f for f in wave_families(problem, arguments_of(problem), Leftover(problem).of_rows)
+    }
     waves = sorted(2.0 * math.pi / k for k in found["force"].sides[0].wavenumbers)
     assert waves == pytest.approx(sorted(periods), rel=3e-3)
-    assert Regression(Sums(problem, 0.0), found["force"]).judged() > 0.95 * (1.0 - problem.floor)
+    assert Regression(Sums(problem, 0.0), found["force"]).closed() > 0.95
 
 
 def test_what_wanders_is_told_by_its_neighbours_alone() -> None:

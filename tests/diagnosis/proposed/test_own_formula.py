@@ -9,8 +9,8 @@ from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.dictionary import formulas
 from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.propose import leaves
 from linid.diagnosis.proposed.waves import wave_families
 from linid.physics.own_terms.own_term import parse_term
 from linid.physics.own_terms.values import formula_values
@@ -70,7 +70,7 @@ def test_formulas_of_waves() -> None:
         lambda p: np.sin(60.0 * p.rows.y + 3.0 * p.rows.v) + np.sin(70.0 * p.rows.t) * (np.abs(p.rows.v) > 0.3)
     )
     tried = 0
-    for family in wave_families(problem, arguments_of(problem), leaves(problem)):
+    for family in wave_families(problem, arguments_of(problem), Leftover(problem).of_rows):
         if not family.local:
             check(problem, family)
             tried += 1

@@ -10,8 +10,8 @@ import pytest
 
 from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.history import memory_of
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.propose import leaves
 from linid.diagnosis.proposed.quantities import number, over, quantity
 from linid.diagnosis.proposed.short_formula import short_formula
 from linid.diagnosis.proposed.waves import wave_families
@@ -75,7 +75,7 @@ def test_a_vibration_above_a_speed() -> None:
         return np.sin(2.0 * math.pi * 11.0 * p.rows.t + 0.5) / (1.0 + np.exp(-(np.abs(p.rows.v) - 0.4) / 0.02))
 
     problem = axis(force)
-    waves = wave_families(problem, arguments_of(problem), leaves(problem))
+    waves = wave_families(problem, arguments_of(problem), Leftover(problem).of_rows)
     family = next(one for one in waves if one.arguments == ("time", "velocity") and "phase" in one.form)
     short = short_formula(problem, proposal_of(problem, family))
     assert short is not None

@@ -10,8 +10,9 @@ import pytest
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.describe import closed_interval, described
+from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.propose import judged_families, leaves, propose
+from linid.diagnosis.proposed.propose import judged_families, propose
 from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.proposed.words import listed, next_experiment, not_on, sentence
 from tests.diagnosis.proposed.axis import axis, family_of, proposal_of
@@ -81,7 +82,7 @@ def test_a_rotary_axis_has_torques() -> None:
 def test_a_vibration_with_a_phase_of_its_own_in_each_recording() -> None:
     phases = np.random.default_rng(5).uniform(0.0, 6.0, 12)
     problem = axis(lambda p: np.sin(2.0 * np.pi * 13.0 * p.rows.t + phases[p.rows.recording]))
-    waves = wave_families(problem, arguments_of(problem), leaves(problem))
+    waves = wave_families(problem, arguments_of(problem), Leftover(problem).of_rows)
     proposal = replace(proposal_of(problem, next(one for one in waves if one.local)), p_value=0.02)
     assert sentence(problem, proposal, (), 0.7, 0.9) == (
         "What is left depends on time in the recording (13 Hz, another phase in each recording) (p = 0.02); "

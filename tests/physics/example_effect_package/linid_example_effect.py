@@ -29,6 +29,7 @@ EFFECT = Effect(
     amplitudes=("magnet_attraction",),
     grid=grid,
     force=force,
+    depends_on=(("position",),),
     exposed_by="slow free wheels past the place",
     confused_with=("cogging",),
 )
