@@ -11,7 +11,10 @@ from click.testing import CliRunner
 
 import linid
 from linid.cli.main import cli
-from linid.interface.own_terms import LEARNED, with_terms
+from linid.diagnosis.base import numbered
+from linid.diagnosis.laws import try_laws
+from linid.diagnosis.means import Means
+from linid.interface.own_terms import LEARNED, _fitted, with_terms
 from linid.interface.settings import make_settings
 from linid.interface.stages import stages_of
 from linid.physics.effects.registry import find_effect
@@ -62,6 +65,16 @@ def test_nothing_is_fitted_where_nothing_is_asked_for() -> None:
     few = linid.Campaign.of([replace(r, split="fit") for r in campaign.recordings[:3]])
     with pytest.raises(linid.UsageError, match="too few recordings"):
         linid.fit(few, "friction", effects=[LEARNED])
+
+
+def test_a_term_is_sought_beside_the_law_that_is_named(dragged: linid.Campaign) -> None:
+    """The base under that law is fitted to the same recordings, and is no worse than the law's first values."""
+    recordings, means = numbered(dragged.recordings), Means(seed=1)
+    lugre, _ = _fitted(recordings, "friction", make_settings({}), {}, "lugre", means)
+    dahl, step = _fitted(recordings, "friction", make_settings({}), {}, "dahl", means)
+    assert (lugre.fitted.model.law, dahl.fitted.model.law, step.model.law) == ("lugre", "dahl", "dahl")
+    (trial,) = (one for one in try_laws(lugre.judge, lugre.fitted) if one.law == "dahl")
+    assert dahl.fitted.level <= trial.fitted.level + 1e-6 * abs(trial.fitted.level)
 
 
 def test_a_model_gives_its_term(dragged: linid.Campaign, found: linid.Fit, tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from linid.physics.laws.names import LAW_CHOICES
+
 if TYPE_CHECKING:
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
@@ -190,9 +192,9 @@ def start_option(otherwise: str) -> Callable[[Command], Command]:
     return click.option(
         "--friction",
         type=click.Path(path_type=Path),
-        metavar="MODEL.json",
-        help="Start from this result; --effect learned takes the term that a diagnosis has put into its "
-        f"model_after.json [else {otherwise}].",
+        metavar="MODEL",
+        help="Start from this result: a MODEL.json, or the folder of a fit or diagnosis; --effect learned takes the "
+        f"term that a diagnosis has put into its model_after.json [else {otherwise}].",
     )
 
 
@@ -229,7 +231,7 @@ fit_options = _apply(
         click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
         click.option(
             "--law",
-            type=click.Choice(["auto", "lugre", "dahl", "coulomb", "elasto_plastic", "maxwell_slip"]),
+            type=click.Choice(LAW_CHOICES),
             help="Friction law; auto: the one that the recordings prefer [that of --friction, else lugre].",
         ),
         click.option("--substeps", type=int, metavar="N", help="Internal steps per sample [from the data]."),

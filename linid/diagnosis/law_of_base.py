@@ -9,7 +9,7 @@ from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING, THOROUGH
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge, compare
-from linid.diagnosis.laws import LawChoice, choose_law, clearly_better
+from linid.diagnosis.laws import LawChoice, choose_law, clearly_better, under_law
 from linid.diagnosis.report_data import LawFinding
 from linid.diagnosis.select import Selection
 from linid.diagnosis.verdict import LEAST_EXCESS
@@ -31,10 +31,16 @@ def base_with_law(base: Base, known: Mapping[str, float]) -> tuple[Base, LawChoi
     return _under(base, choice), choice
 
 
+def base_under(base: Base, law: str) -> Base:
+    """The base under a friction law that somebody names."""
+    return base if law == base.fitted.model.law else _settled(base, under_law(base.judge.fits, base.fitted, law))
+
+
 def _under(base: Base, choice: LawChoice) -> Base:
-    if choice.base == LUGRE:
-        return base
-    one = choice.chosen.fitted
+    return base if choice.base == LUGRE else _settled(base, choice.chosen.fitted)
+
+
+def _settled(base: Base, one: Fitted) -> Base:
     fits = base.judge.fits
     settled = fits.fit(one.model, one.values, one.preset, one.recordings, THOROUGH, fits.slopes(one), exact=True)
     return replace(base, fitted=settled, rivals=())

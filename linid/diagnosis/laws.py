@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from linid.arrays import Flags
 from linid.diagnosis.descent import QUICK, SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
-from linid.diagnosis.joint import Fitted
+from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE
 
@@ -49,20 +49,23 @@ def starts_of(one: Fitted, law: str) -> Iterator[dict[str, float]]:
             yield values
 
 
+def under_law(fits: JointFit, one: Fitted, law: str) -> Fitted:
+    """The model under a friction law, fitted to the same recordings from where it is."""
+    model = replace(one.model, law=law)
+    tried = [one] if law == one.model.law else []
+    tried += [fits.fit(model, start, one.preset, one.recordings, QUICK) for start in starts_of(one, law)]
+    best = min(tried, key=lambda fitted: fitted.level)
+    if best is one:
+        return best
+    return fits.fit(model, best.values, best.preset, best.recordings, _MORE, fits.slopes(best), exact=True)
+
+
 def try_laws(judge: Judge, one: Fitted) -> tuple[LawTrial, ...]:
     """The model under every friction law, LuGre first, each fitted to the same recordings from where it is."""
     fits = judge.fits
     rows = fits.rows_of(one.recordings)
     held = judge.balance.split
-    found: dict[str, Fitted] = {}
-    for law in LAWS:
-        model = replace(one.model, law=law)
-        tried = [one] if law == one.model.law else []
-        tried += [fits.fit(model, start, one.preset, one.recordings, QUICK) for start in starts_of(one, law)]
-        best = min(tried, key=lambda fitted: fitted.level)
-        if best is not one:
-            best = fits.fit(model, best.values, best.preset, best.recordings, _MORE, fits.slopes(best), exact=True)
-        found[law] = best
+    found = {law: under_law(fits, one, law) for law in LAWS}
     base = found[LUGRE]
     return tuple(
         LawTrial(law, fitted, compare(fits, base, fitted, rows), compare(fits, base, fitted, held))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from linid.errors import UsageError
 from linid.interface.friction_law import with_judges
+from linid.physics.laws.names import ASKED_OF_THE_RECORDINGS
 
 if TYPE_CHECKING:
     from linid.diagnosis.base import Base
@@ -66,11 +67,13 @@ def _proposed(
     from linid.diagnosis.proposed.problem import problem_of
     from linid.diagnosis.proposed.propose import judged_families, propose
     from linid.physics.effects.registry import find_effect
+    from linid.physics.laws.registry import LUGRE
     from linid.physics.own_terms.own_term import is_own
 
     kind, recordings = _judged_recordings(campaign, model)
     means = Means(jobs=jobs, seed=settings.seed)
-    base, step = _fitted(recordings, kind, settings, _known(campaign, settings, model, start), means)
+    law = settings.law or (LUGRE if start is None else start.law)
+    base, step = _fitted(recordings, kind, settings, _known(campaign, settings, model, start), law, means)
     problem = problem_of(base.judge, step, means.seed)
     proposal = propose(problem, judged_families(problem))
     if proposal is None:
@@ -122,11 +125,16 @@ def _known(campaign: Campaign, settings: Settings, model: ModelKind, start: FitR
 
 
 def _fitted(
-    recordings: tuple[Recording, ...], kind: ModelKind, settings: Settings, known: dict[str, float], means: Means
+    recordings: tuple[Recording, ...],
+    kind: ModelKind,
+    settings: Settings,
+    known: dict[str, float],
+    law: str,
+    means: Means,
 ) -> tuple[Base, Fitted]:
-    """The base model along the measured motion, and it with all effects but the term."""
+    """The base model along the measured motion under a friction law, and it with all effects but the term."""
     from linid.diagnosis.base import fit_base_model
-    from linid.diagnosis.law_of_base import base_with_law
+    from linid.diagnosis.law_of_base import base_under, base_with_law
     from linid.diagnosis.screen import Screening
     from linid.diagnosis.select import fit_effects
     from linid.physics.model import Model
@@ -134,8 +142,7 @@ def _fitted(
     others = tuple(name for name in settings.effects if name != LEARNED)
     names = {p.name for p in Model(kind, others).parameters}
     base = fit_base_model(recordings, kind, {k: x for k, x in known.items() if k in names}, means, [])
-    if settings.law == "auto":
-        base, _ = base_with_law(base, known)
+    base = base_with_law(base, known)[0] if law == ASKED_OF_THE_RECORDINGS else base_under(base, law)
     if not others:
         return base, base.fitted
     step = fit_effects(base, Screening(base.judge.fits, base.fitted, means.jobs), others)

@@ -6,11 +6,21 @@ import difflib
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+)
 
 from linid.errors import ConfigError
 from linid.former_names import present_name, with_present_keys
 from linid.identification.settings import HORIZON, Ending, SearchSettings
+from linid.physics.laws.names import LAW_CHOICES
 from linid.physics.own_terms.own_term import is_own, own_text, parse_term
 from linid.recording.mapping import ChannelMapping
 from linid.recording.recording import Axis, Kind
@@ -41,6 +51,13 @@ def _effect_names(value: Any) -> Any:
     return tuple(out)
 
 
+def _law_choice(name: str) -> str:
+    if name not in LAW_CHOICES:
+        raise ValueError(f"there is no such friction law; known: {', '.join(LAW_CHOICES)}")
+    return name
+
+
+LawChoice = Annotated[str, AfterValidator(_law_choice), WithJsonSchema({"type": "string", "enum": list(LAW_CHOICES)})]
 _OWN_SCHEMA = {"type": "object", "description": "own terms, NAME: formula"}
 Effects = Annotated[
     tuple[str, ...],
@@ -97,7 +114,7 @@ class Settings(BaseModel):
     )
     free_exponent: bool = Field(default=False, description="identify the Stribeck exponent alpha too")
     stribeck: bool = Field(default=True, description="false: F_S is tied to F_C, Coulomb and viscous friction only")
-    law: Literal["auto", "lugre", "dahl", "coulomb", "elasto_plastic", "maxwell_slip"] | None = Field(
+    law: LawChoice | None = Field(
         default=None,
         description="friction law; auto: the one that the recordings prefer; default: of the start, else lugre",
     )

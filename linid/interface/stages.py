@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from linid.errors import UsageError
 from linid.interface.friction_law import preferred_law
+from linid.physics.laws.names import ASKED_OF_THE_RECORDINGS
 
 if TYPE_CHECKING:
     from linid.identification.result import FitResult, ModelKind
@@ -137,7 +138,7 @@ def _law_of_fit(campaign: Campaign, settings: Settings, start: FitResult | None)
 
     if settings.law is None:
         return (LUGRE if start is None else start.law), ()
-    if settings.law != "auto":
+    if settings.law != ASKED_OF_THE_RECORDINGS:
         return settings.law, ()
     return preferred_law(campaign, settings, base_kind(campaign.recordings))
 

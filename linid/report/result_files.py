@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 GROUP = "linid.results"
 MODEL_FILE = "parameters.json"
+MODEL_AFTER = "model_after.json"  # of a diagnosis, with all that it found
 
 
 @dataclass(frozen=True)

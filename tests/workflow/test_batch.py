@@ -19,6 +19,7 @@ from linid.workflow.batch.file import (
     ValidateJob,
     read_batch,
 )
+from linid.workflow.batch.run import JobQueue
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 DEFAULTS = "defaults: {population: 10, generations: 4, least_squares_steps: 4, figures: false}\n"
@@ -53,6 +54,39 @@ def test_any_number_of_jobs_gives_the_same_results(tmp_path: Path) -> None:
     options = ("--population", 10, "--generations", 4, "--set", "least_squares_steps=4", "--no-figures")
     linid("fit-friction", tmp_path / "campaign.yaml", "--out", single, *options)
     assert (single / "parameters.json").read_bytes() == (tmp_path / "o1/friction/parameters.json").read_bytes()
+
+
+def test_fits_start_from_a_job_a_file_or_a_folder(tmp_path: Path) -> None:
+    """All three give the same result, under the law that the job names."""
+    campaign(tmp_path)
+    law = ", settings: {law: dahl}"
+    linid(
+        "batch",
+        write(tmp_path, friction() + friction("job", more=f", friction: friction{law}")),
+        "--out",
+        tmp_path / "o",
+    )
+    (tmp_path / "diagnosis").mkdir()
+    (tmp_path / "diagnosis" / "model_after.json").write_bytes((tmp_path / "o/friction/parameters.json").read_bytes())
+    jobs = friction("file", more=f", friction: o/friction/parameters.json{law}")
+    jobs += friction("fit", more=f", friction: o/friction{law}") + friction("gap", more=f", friction: diagnosis{law}")
+    linid("batch", write(tmp_path, jobs), "--out", tmp_path / "p")
+    wanted = (tmp_path / "o/job/parameters.json").read_text(encoding="utf-8")
+    assert json.loads(wanted)["law"] == "dahl"
+    for name in ("file", "fit", "gap"):
+        assert (tmp_path / "p" / name / "parameters.json").read_text(encoding="utf-8") == wanted
+    # A start that nobody could use would show in the fit without one.
+    linid("batch", write(tmp_path, friction("bare", more=law)), "--out", tmp_path / "q")
+    assert (tmp_path / "q/bare/parameters.json").read_text(encoding="utf-8") != wanted
+
+
+def test_a_diagnosis_job_gives_its_model_after(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    gap = "  - {name: gap, command: diagnose, files: [campaign.yaml]}\n"
+    specs = read_batch(write(tmp_path, gap + friction(more=", friction: gap")), {})
+    queue = JobQueue(specs, tmp_path / "o", places=None, reporter=None)  # type: ignore[arg-type]
+    assert queue._with_paths(specs[1]).models == {"friction": str(tmp_path / "o" / "gap" / "model_after.json")}
+    assert specs[1].after == ("gap",)
 
 
 def test_a_failing_job_stops_only_those_that_need_it_and_resume_mends(tmp_path: Path) -> None:
@@ -194,6 +228,7 @@ def test_the_template_explains_every_setting() -> None:
         ),
         ("  - {name: x, command: fit-motor, files: [campaign.yaml], model: cosine}\n", 3, "cosine"),
         (friction(more=", after: [ghost]"), 3, "ghost"),
+        (friction(more=", friction: ."), 3, "holds no parameters.json and no model_after.json"),
     ],
 )
 def test_a_wrong_batch_file_exits_with_3_and_names_the_line(tmp_path: Path, jobs: str, line: int, word: str) -> None:

@@ -87,6 +87,18 @@ def test_the_number_of_threads_changes_no_bit(friction: tuple[Path, dict[str, An
     assert (tmp_path / "two" / "gaps.json").read_bytes() == (out / "gaps.json").read_bytes()
 
 
+def test_a_folder_stands_for_its_model(friction: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+    out = friction[0]
+    path, options = out.parent / "campaign.yaml", ("--config", out / "config.yaml", "--no-figures")
+    for name, start in (("file", out / "parameters.json"), ("folder", out)):
+        linid("fit-friction", path, *options, "--friction", start, "--out", tmp_path / name)
+    found = [(tmp_path / name / "parameters.json").read_bytes() for name in ("file", "folder")]
+    assert found[0] == found[1] != (out / "parameters.json").read_bytes()
+    failed = linid("fit-motor", "--model", "sine", path, "--friction", tmp_path)
+    assert failed.exit_code == 3
+    assert "holds no parameters.json and no model_after.json" in failed.stderr and "--friction" in failed.stderr
+
+
 def test_another_seed_is_another_search(friction: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     out = friction[0]
     path = out.parent / "campaign.yaml"

@@ -1,12 +1,15 @@
-"""The explicit list of friction laws; the first is the default."""
+"""The friction laws by name, those of `names.py`; the first is the default."""
 
 from __future__ import annotations
 
-from linid.errors import UsageError
-from linid.physics.laws import coulomb, dahl, elasto_plastic, lugre, maxwell_slip
-from linid.physics.laws.law import Law
+from importlib import import_module
 
-LAWS: dict[str, Law] = {module.LAW.name: module.LAW for module in (lugre, dahl, coulomb, elasto_plastic, maxwell_slip)}
+from linid.errors import UsageError
+from linid.physics.laws import coulomb, dahl, lugre
+from linid.physics.laws.law import Law
+from linid.physics.laws.names import LAW_NAMES
+
+LAWS: dict[str, Law] = {name: import_module(f"linid.physics.laws.{name}").LAW for name in LAW_NAMES}
 LUGRE, DAHL, COULOMB = lugre.LAW.name, dahl.LAW.name, coulomb.LAW.name
 MOST_ELEMENTS = max(law.elements for law in LAWS.values())
 

@@ -10,12 +10,12 @@ from linid.diagnosis.report_data import MEASURES
 from linid.physics.wording import fitting_words
 from linid.report.diagnosis.content import STATUS_WORDS, force_word, interval_percent, p_words, percent
 from linid.report.diagnosis.measures import WORSE, MeasureLine, measure_lines, state
+from linid.report.result_files import MODEL_AFTER
 
 if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis, ProposedTerm, ShortFormula
 
 TERM_TITLE = "A term for what is left"
-MODEL_AFTER = "model_after.json"
 _SPOKEN = {"free_run": "the free run", "ahead": "the prediction 0.1 s ahead"}
 # What a formula calls an argument.
 _LETTERS = {

@@ -14,6 +14,7 @@ from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
 from linid.interface.settings import Settings, make_settings
 from linid.physics.motors.names import driven_motors
+from linid.workflow.run.model_path import model_path
 from linid.workflow.run.settings import resolve_channels
 
 
@@ -30,6 +31,7 @@ def _base_name(name: str) -> str:
 MotorModel = Annotated[str, AfterValidator(_motor_name)]
 BaseModelKind = Annotated[str, AfterValidator(_base_name)]
 Files = Annotated[tuple[str, ...], Field(min_length=1)]
+MODEL = "name of a fitting or diagnosing job, a MODEL.json, or the folder of a fit or diagnosis"
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
 
 
@@ -51,8 +53,11 @@ class Job(BaseModel):
 class FitFrictionJob(Job):
     """linid fit-friction."""
 
+    MODELS = ("friction",)
+
     command: Literal["fit-friction"]
     files: Files
+    friction: str | None = Field(default=None, description=MODEL)
     settings: Settings = Field(default_factory=lambda: Settings())
 
 
@@ -64,7 +69,7 @@ class FitMotorJob(Job):
     command: Literal["fit-motor"]
     files: Files
     model: MotorModel | tuple[MotorModel, ...]
-    friction: str | None = Field(default=None, description="name of a job, or a parameters.json")
+    friction: str | None = Field(default=None, description=MODEL)
     input: Literal["current", "voltage"] = "current"
     connection: Literal["star", "separate"] = "star"
     settings: Settings = Field(default_factory=lambda: Settings())
@@ -77,7 +82,7 @@ class ValidateJob(Job):
 
     command: Literal["validate"]
     files: Files
-    model: str = Field(description="name of a fitting job, or a parameters.json")
+    model: str = Field(description=MODEL)
     split: Literal["auto", "held_out", "fit", "all"] = "auto"
     settings: Settings = Field(default_factory=lambda: Settings())
 
@@ -115,8 +120,8 @@ class FieldJob(Job):
     command: Literal["field"]
     geometry: str | None = None
     k: float | None = Field(default=None, gt=0.0)
-    model: str | None = Field(default=None, description="name of a fitting job, or a parameters.json")
-    friction: str | None = Field(default=None, description="name of a fitting job, or a parameters.json")
+    model: str | None = Field(default=None, description=MODEL)
+    friction: str | None = Field(default=None, description=MODEL)
     settings: Settings = Field(default_factory=lambda: Settings())
 
 
@@ -133,7 +138,7 @@ class ReproduceJob(Job):
     command: Literal["reproduce"]
     files: Files
     geometry: str
-    friction: str = Field(description="name of a fitting job, or a parameters.json; so are the following")
+    friction: str = Field(description=f"{MODEL}; so are the following")
     sine: str
     theta: str
     narrow_files: Files
@@ -262,11 +267,13 @@ class _Reader:
                 self._model(model, labels, key)
 
     def _model(self, text: str, labels: dict[str, str], key: str) -> None:
-        """A job's name or a MODEL file."""
+        """A job's name, a MODEL file, or a folder with one."""
+        path = self.file.path.parent / text
         if text in labels:
-            self._makes(text, labels, ("fit-friction", "fit-motor"), key)
-        elif re.search(r"[/\\]|\.json$", text):
+            self._makes(text, labels, ("fit-friction", "fit-motor", "diagnose"), key)
+        elif re.search(r"[/\\]|\.json$", text) or path.is_dir():
             self._exists(text, (key,))
+            model_path(path, self._place((key,)))
         else:
             self._known(text, labels, key)
 
@@ -310,7 +317,7 @@ def _specs(
         return f"job:{prefix}{text[4:]}" if _is_job(text) else str(folder / text)
 
     def model(text: str) -> str:
-        return f"job:{prefix}{text}" if text in labels else str(folder / text)
+        return f"job:{prefix}{text}" if text in labels else str(model_path(folder / text, str(folder)))
 
     own = job.settings.model_dump(exclude_unset=True) if hasattr(job, "settings") else None
     campaigns = {key: tuple(campaign(text) for text in getattr(job, key)) for key in job.CAMPAIGNS}

@@ -115,7 +115,7 @@ class _Call:
 def _fit_friction(call: _Call) -> Outcome:
     from linid.workflow.commands.fit_friction import fit_friction
 
-    return fit_friction(call.request, call.reporter)
+    return fit_friction(call.request, call.reporter, friction=call.models.get("friction"))
 
 
 def _fit_motor(call: _Call) -> Outcome:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from linid.interface.reading import file_record
 from linid.report.files import csv_text
+from linid.report.result_files import MODEL_AFTER, MODEL_FILE
 from linid.report.tables import BatchRow, batch_table_console
 from linid.stop_signals import exit_code_of
 from linid.workflow.batch.file import JobSpec, read_batch
@@ -186,9 +187,14 @@ class JobQueue:
         campaigns = {
             key: tuple(self._path(text, "campaign.yaml") for text in texts) for key, texts in spec.campaigns.items()
         }
-        models = {key: self._path(text, "parameters.json") for key, text in spec.models.items()}
+        models = {key: self._path(text, self._model_of(text)) for key, text in spec.models.items()}
         others = {key: str(Path(spec.options[key]).absolute()) for key in spec.paths}
         return replace(spec, campaigns=campaigns, models=models, options={**spec.options, **others})
+
+    def _model_of(self, text: str) -> str:
+        """The name of the MODEL file that the job of a `job:LABEL` leaves behind."""
+        made = self.specs.get(text.removeprefix("job:"))
+        return MODEL_AFTER if made is not None and made.command == "diagnose" else MODEL_FILE
 
     def _path(self, text: str, name: str) -> str:
         made = self.folder / text[4:] / name

@@ -61,14 +61,15 @@ def diagnose_with_linid(path: Path, out: Path, jobs: int, without: Sequence[str]
     from linid.challenge.checks import fresh_gaps, fresh_text
     from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, FRESH_FOLDER
     from linid.diagnosis.measures import measure_gaps
-    from linid.workflow.commands.diagnose import AFTER_FILE, diagnose_campaign
+    from linid.report.result_files import MODEL_AFTER
+    from linid.workflow.commands.diagnose import diagnose_campaign
 
     found = diagnose_campaign(path, out, jobs, without)
     fresh = path.parent.parent / FRESH_FOLDER / path.parent.name / CAMPAIGN_FILE
     if fresh.exists():
         stated = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
         recordings = api.read(fresh).recordings
-        gaps, _ = measure_gaps(api.load(out / AFTER_FILE).result, recordings, jobs=jobs, floors=False)
+        gaps, _ = measure_gaps(api.load(out / MODEL_AFTER).result, recordings, jobs=jobs, floors=False)
         write_text(out / FRESH_FILE, fresh_text(fresh_gaps(stated, gaps)))
     return found
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.interface.stages import base_kind
+from linid.report.result_files import MODEL_AFTER
 from linid.workflow.cluster.connection import Cluster, connected
 from linid.workflow.run.checkpoint import Memory
 from linid.workflow.run.fit_run import announce, begin
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "diagnose"
-BEFORE_FILE, AFTER_FILE = "model_before.json", "model_after.json"
+BEFORE_FILE = "model_before.json"
 
 
 def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = None) -> Outcome:
@@ -108,7 +109,7 @@ def _write_models(found: Found, folder: Path) -> None:
     from linid.identification.model_file import model_to_text
 
     write_text(folder / BEFORE_FILE, model_to_text(found.before))
-    write_text(folder / AFTER_FILE, model_to_text(found.after))
+    write_text(folder / MODEL_AFTER, model_to_text(found.after))
 
 
 def _write_predictions(found: Found, folder: Path) -> None:

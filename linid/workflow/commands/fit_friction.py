@@ -9,6 +9,7 @@ from linid.interface.reading import file_record
 from linid.threads import one_thread
 from linid.workflow.run.fit_run import announce, begin, complete, finished_before, plan_outcome, start_of
 from linid.workflow.run.inputs import task_identity
+from linid.workflow.run.model_path import model_path
 from linid.workflow.run.run_folder import recorded
 from linid.workflow.run.stage import StageFiles
 
@@ -23,13 +24,14 @@ COMMAND = "fit-friction"
 def fit_friction(request: Request, reporter: Reporter, *, friction: Path | None = None) -> Outcome:
     """Identify friction from the `fit` recordings and measure the gap of all; see the command's help.
 
-    friction: MODEL that gives first values and own terms, or None.
+    friction: MODEL that gives first values and own terms, or the folder of a fit or diagnosis that holds it; or None.
     Raises LinidError for what the user can mend, Interrupted after Ctrl-C or SIGTERM (the state is saved).
     """
     from linid import api
     from linid.interface.own_terms import with_terms
     from linid.interface.stages import stages_of
 
+    friction = None if friction is None else model_path(friction, "--friction")
     start = None if friction is None else api.load(friction)
     campaign = api.read(*request.files, axis_of=start, **request.settings.given())
     announce(campaign, reporter)

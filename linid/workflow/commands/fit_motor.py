@@ -10,6 +10,7 @@ from linid.interface.reading import file_record
 from linid.threads import one_thread
 from linid.workflow.run.fit_run import announce, begin, complete, finished_before, plan_outcome, start_of
 from linid.workflow.run.inputs import decisive, fingerprint
+from linid.workflow.run.model_path import model_path
 from linid.workflow.run.run_folder import identity_of, recorded
 from linid.workflow.run.stage import StageFiles
 
@@ -27,8 +28,8 @@ def fit_motor(
 ) -> Outcome:
     """Identify a motor model and the friction with it from the `fit` recordings; see the command's help.
 
-    friction: MODEL of an earlier friction fit; None: the free wheels among the recordings are fitted first; winding:
-    star or separate to identify the windings too, from phase voltages.
+    friction: MODEL of an earlier fit, or the folder of a fit or diagnosis that holds it; None: the free wheels among
+    the recordings are fitted first; winding: star or separate to identify the windings too, from phase voltages.
     Raises LinidError for what the user can mend, such as UsageError for a friction result of another kind of axis;
     Interrupted after Ctrl-C or SIGTERM (the state is saved).
     """
@@ -39,6 +40,7 @@ def fit_motor(
     from linid.physics.motors.registry import MOTORS
 
     settings = request.settings
+    friction = None if friction is None else model_path(friction, "--friction")
     start = None if friction is None else api.load(friction)
     campaign = api.read(*request.files, axis_of=start, **settings.given())
     announce(campaign, reporter)
