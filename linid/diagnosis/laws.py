@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from linid.arrays import Flags
 from linid.diagnosis.descent import QUICK, SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
-from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE
+from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE, find_law
 
 # First values tried: factors on the stiffness that another law's fit has found, and the law's own parameters.
 _STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0.5), "maxwell_slip": (1.0, 2.5)}
 _MORE: Effort = SETTLING
+_USUAL_BREAKAWAY, _USUAL_STRIBECK = 1.5, 0.01  # of the Coulomb force, of the top speed
 # Thresholds: `python -m tests.benchmarks.laws --seed 31 --count 2 --derive` tells what they do at half and twice.
 LEAST_CLOSED = 0.3  # of the log power above the floor: what closes less is some effect's work
 EQUAL = 0.05  # of the log power per row, within which a law of fewer parameters does as well
@@ -49,11 +52,25 @@ def starts_of(one: Fitted, law: str) -> Iterator[dict[str, float]]:
             yield values
 
 
+def _plain_stribeck(fits: JointFit, values: Mapping[str, float]) -> dict[str, float]:
+    """A usual breakaway force and Stribeck speed: LuGre's go astray where its one bristle has to do for several."""
+    speed = float(np.quantile(np.abs(fits.balance.rows.v), 0.99))
+    return {"static_force": _USUAL_BREAKAWAY * values["coulomb_force"], "stribeck_velocity": _USUAL_STRIBECK * speed}
+
+
 def under_law(fits: JointFit, one: Fitted, law: str) -> Fitted:
     """The model under a friction law, fitted to the same recordings from where it is."""
     model = replace(one.model, law=law)
     tried = [one] if law == one.model.law else []
-    tried += [fits.fit(model, start, one.preset, one.recordings, QUICK) for start in starts_of(one, law)]
+    for start in starts_of(one, law):
+        if find_law(law).elements:
+            for first in (start, {**start, **_plain_stribeck(fits, start)}):
+                # The elements' shares trade against all else: what they stand on settles before they are free.
+                shape = {p.name: first[p.name] for p in find_law(law).own}
+                settled = fits.fit(model, first, {**one.preset, **shape}, one.recordings, QUICK)
+                tried.append(fits.fit(model, settled.values, one.preset, one.recordings, QUICK))
+        else:
+            tried.append(fits.fit(model, start, one.preset, one.recordings, QUICK))
     best = min(tried, key=lambda fitted: fitted.level)
     if best is one:
         return best
