@@ -8,15 +8,18 @@ from typing import Any
 
 import pytest
 
+from linid.challenge.files import write_hidden_campaign
 from linid.challenge.hidden_axis import Law
-from linid.diagnosis.base import Base, fit_base_model
+from linid.challenge.make import Plan, make_campaign
+from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.law_of_base import PRESLIDING, base_with_law, law_finding, sentence, untold
-from linid.diagnosis.laws import LawChoice, LawTrial, as_good, clearly_better
+from linid.diagnosis.laws import LawChoice, LawTrial, as_good, clearly_better, under_law
 from linid.diagnosis.means import Means
 from linid.interface.campaign import Campaign
 from linid.interface.friction_law import preferred_law
 from linid.interface.settings import make_settings
+from linid.recording.campaign import read_campaign
 from tests.diagnosis.law_axes import NAMES, recorded, sliding
 
 NOTHING: Any = None  # the tests read figures, not models
@@ -44,7 +47,7 @@ def test_the_true_law_is_told_where_presliding_was_recorded(law: Law) -> None:
 def test_maxwells_axis_leaves_a_gap_under_lugre_and_little_of_it_under_its_own_law() -> None:
     plain, base, choice = decided("maxwell")
     under_lugre, under_its_own = (plain.judge.excess(one.fitted.residual) for one in (plain, base))
-    # The damping of the plant's elements fades as they strain, linid's does not: some of the gap stays.
+    # The damping of the plant's elements fades as they strain, linid's is constant: it ends at about half the plant's.
     assert under_lugre > 8.0 and under_its_own < 0.1 * under_lugre
     assert choice.chosen.on_held_out.power_closed > 0.9
 
@@ -123,3 +126,18 @@ def test_a_model_file_keeps_its_law(tmp_path: Path) -> None:
     assert again.law == found.result.law == "maxwell_slip"
     assert {e.name: e.value for e in again.estimates} == {e.name: e.value for e in found.result.estimates}
     assert {"slip_stiffness_ratio", "slip_force_tilt"} <= {e.name for e in again.estimates}
+
+
+def test_the_shape_of_maxwells_elements_is_found_where_lugres_stribeck_curve_goes_astray(tmp_path: Path) -> None:
+    """LuGre's one bristle ends without a breakaway force on this axis: from there the elements end 40 floors away."""
+    hidden = make_campaign(Plan(2207, kinds=("none",), laws=("maxwell",)), 71)
+    write_hidden_campaign(hidden, tmp_path, fresh=False)
+    recordings = numbered(read_campaign(tmp_path / hidden.name / "campaign.yaml").recordings)
+    base = fit_base_model(recordings, "sine", {}, Means(), [])
+    assert base.fitted.values["static_force"] < 1.05 * base.fitted.values["coulomb_force"]
+    found = under_law(base.judge.fits, base.fitted, "maxwell_slip")
+    assert base.judge.excess(found.residual) < 1.0
+    stiffnesses, friction = hidden.description.stiffnesses, hidden.description.friction
+    assert found.values["slip_stiffness_ratio"] == pytest.approx(stiffnesses[1] / stiffnesses[0], rel=0.05)
+    breakaway = found.values["static_force"] / found.values["coulomb_force"]
+    assert breakaway == pytest.approx(friction.static_force_n / friction.coulomb_force_n, rel=0.05)
