@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,10 +11,10 @@ import numpy as np
 
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.descent import SETTLING, THOROUGH
-from linid.diagnosis.joint import Fitted, JointFit
+from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Judge, judge_of
+from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.means import Means
-from linid.identification.guess.effect_values import scaled_to_masses
 from linid.identification.guess.first_values import first_values
 from linid.identification.guess.regression import force_guess
 from linid.identification.guess.scales import typical_acceleration
@@ -28,6 +29,7 @@ from linid.recording.recording import Recording
 # as a share of the travel between reversals (all tried, the best of them fitted), damping ratio of the bristle.
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
 _TRIED = 2
+_SHIFTS = tuple(math.radians(side * k) for k in (15, 30, 45, 60, 75) for side in (-1, 1))  # of the field's phase
 _UNBALANCED = 0.05  # of the currents' RMS: a sum below that is noise of the sensors
 _DISAGREEING = 2.0  # factor between a base and a regression beside a free force, from which on the base is biased
 _FORCES = ("N", "N m", "Nm")  # units of an input that is a force
@@ -92,7 +94,8 @@ def fit_base_model(
         levels = [judge.fits.level(*pair, rows) for pair in zip(residuals, floors, strict=True)]
         best = [rivals[k] for k in np.argsort(levels)[:_TRIED]]
         settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
-    found = _at_the_masses(judge.fits, min(settled, key=lambda one: one.level), fitted, means.jobs)
+    found = at_the_masses(judge.fits, min(settled, key=lambda one: one.level))
+    found = _at_the_phase(judge.fits, found)
     limits = _limits(found, starts, held, assumptions)
     means.watch("base", 2, 3)
     # The noise that the inputs bring hangs on the model, and the criterion on the noise.
@@ -102,15 +105,26 @@ def fit_base_model(
     return Base(found, judge, tuple(starts[1:]), held)
 
 
-def _at_the_masses(fits: JointFit, found: Fitted, fitted: Sequence[Recording], jobs: int) -> Fitted:
-    """The base where mass and all forces are of the size that recordings with different added masses tell.
+def _at_the_phase(fits: JointFit, found: Fitted) -> Fitted:
+    """The base where the field's first phase is one of those that commutated currents hardly tell from it.
 
-    Only free wheels tell it, a few of all rows: a fit that starts far off counts them as bursts, and leaves them so.
+    While the currents keep with the field, a phase that is wrong by d and a force constant that is too large by 1/cos d
+    give the same thrust: a fit may settle there, with the current across the thrust in the place of other forces.
     """
-    values = scaled_to_masses(found.model, fitted, found.values, found.held, jobs)
-    if values == found.values:
+    known = {"force_constant", "commutation_offset"} & found.held.keys()
+    if known or "commutation_offset" not in found.values or found.level < FAR:
         return found
-    other = fits.fit(found.model, values, {}, found.recordings, SETTLING)
+    turns = found.model.turns
+    trials = [
+        {
+            **found.values,
+            "commutation_offset": found.values["commutation_offset"] + shift / turns,
+            "force_constant": found.values["force_constant"] * math.cos(shift),
+        }
+        for shift in _SHIFTS
+    ]
+    best = min(trials, key=lambda values: fits.level_at(found.model, values, {}, found.recordings))
+    other = at_the_masses(fits, fits.fit(found.model, best, {}, found.recordings, SETTLING))
     return other if other.level < found.level else found
 
 

@@ -24,16 +24,18 @@ _LEAST_LEFT = 0.1  # of a bin's squares, whatever noise is taken off
 
 @dataclass(frozen=True)
 class Posed:
-    """What a fit searches: coordinates (p) of a model, with SI values that are held and the field's phase, rad."""
+    """What a fit searches: coordinates (p) of a model, with SI values that are held, the field's phase, rad, and
+    parameters that keep a ratio to another."""
 
     model: Model
     coordinates: tuple[Coordinate, ...]
     held: Mapping[str, float]
     phase: float
+    ties: Mapping[str, tuple[str, float]]
 
     def vectors(self, x: Array) -> Array:
         """Flat parameter vectors (C, VECTOR_SIZE), SI, of unknowns x, (p,) or (C, p)."""
-        return vectors_of(self.coordinates, self.model, self.held, x, self.phase)
+        return vectors_of(self.coordinates, self.model, self.held, x, self.phase, self.ties)
 
 
 class Criterion:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from linid.diagnosis.criterion import Criterion, Posed
 from linid.diagnosis.descent import Descent, Effort
 from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded, vectors_of
 from linid.identification.space.bounds import build_space
+from linid.identification.space.proportions import UNSHAPED, Proportions
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
@@ -31,7 +32,8 @@ class Fitted:
     """A model fitted by the force balance. values: SI by name; vector: (VECTOR_SIZE,) SI; residual: (n,) m/s^2 of all
     rows of the balance; preset: SI values that say where its effects act; held: SI values that were not
     identified; level: criterion per fitted row; floor: (B,) mean squares of what noise gives its residuals, in the
-    fit's scale; recordings: places of those it is fitted to; key: under which the balance's memory keeps it."""
+    fit's scale; recordings: places of those it is fitted to; key: under which the balance's memory keeps it; shape: of
+    a term of which only the size was identified."""
 
     model: Model
     values: dict[str, float]
@@ -43,12 +45,15 @@ class Fitted:
     floor: Array = field(repr=False)
     recordings: tuple[int, ...] = field(repr=False)
     key: str
+    shape: Proportions = UNSHAPED
 
     def space(self, recordings: Sequence[Recording]) -> tuple[SearchSpace, Array]:
         """The search box of a fit around the values, and their search coordinates (p,)."""
         density = self.values.get("electrical_wavenumber")
         densities = () if density is None else (density,)
-        space = build_space(self.model, recordings, self.values, self.held | self.preset, {}, False, densities, True)
+        held, bounds = self.held | self.preset | self.shape.values, self.shape.bounds
+        space = build_space(self.model, recordings, self.values, held, bounds, False, densities, True)
+        space = replace(space, ties=self.shape.ties)
         return space, space.encode(self.values)
 
 
@@ -83,20 +88,21 @@ class JointFit(Criterion):
         slopes: Mapping[str, Array] | None = None,
         exact: bool = False,
         soft: Sequence[float] = (),
+        shape: Proportions = UNSHAPED,
     ) -> Fitted:
         """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
         near there, where they are known; exact: they are those at the first values; soft: floors that count as one,
-        in turn, before one does."""
+        in turn, before one does; shape: of a term of which only the size is identified."""
         chosen = tuple(sorted(recordings))
         names = {p.name for p in model.parameters}
         held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
         if "stribeck_exponent" in names:
             held.setdefault("stribeck_exponent", 2.0)
-        coordinates = self.coordinates.of(model, held, values)
+        coordinates = self.coordinates.of(model, held | shape.values, values, shape.bounds)
         x = encoded(coordinates, model, {**values, **held})
         phase = float({**values, **held}.get("commutation_offset", 0.0))
-        posed = Posed(model, coordinates, held, phase)
-        key = _key(model, {**held, "phase": phase}, chosen, x, effort, soft)
+        posed = Posed(model, coordinates, held, phase, shape.ties)
+        key = _key(model, {**held, **shape.values, "phase": phase}, chosen, x, effort, soft)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
@@ -110,7 +116,7 @@ class JointFit(Criterion):
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, self.rows_of(chosen))
         own_held = {k: found[k] for k in held if k not in preset}
-        return Fitted(model, found, vector, residual, dict(preset), own_held, level, floor, chosen, key)
+        return Fitted(model, found, vector, residual, dict(preset), own_held, level, floor, chosen, key, shape)
 
     def annealed(self, one: Fitted, effort: Effort) -> Fitted:
         """The fit of a model taken further by way of softer criteria, if that ends lower; else as it was.
@@ -119,7 +125,15 @@ class JointFit(Criterion):
         that count as many times as large join them (graduated non-convexity: Blake and Zisserman 1987).
         """
         step = self.fit(
-            one.model, one.values, one.preset, one.recordings, effort, self.slopes(one), exact=True, soft=SOFTNESS
+            one.model,
+            one.values,
+            one.preset,
+            one.recordings,
+            effort,
+            self.slopes(one),
+            exact=True,
+            soft=SOFTNESS,
+            shape=one.shape,
         )
         return step if step.level < one.level else one
 
@@ -131,9 +145,9 @@ class JointFit(Criterion):
         held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
         if "stribeck_exponent" in names:
             held.setdefault("stribeck_exponent", 2.0)
-        coordinates = self.coordinates.of(model, held, values)
+        coordinates = self.coordinates.of(model, held, values, {})
         x = encoded(coordinates, model, {**values, **held})
-        vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("commutation_offset", 0.0)))
+        vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("commutation_offset", 0.0)), {})
         residual = self.balance.residuals(model, vector)[0]
         return self.level(residual, self.floor_of(model, vector[0]), self.rows_of(recordings))
 
@@ -156,8 +170,9 @@ class JointFit(Criterion):
     def _posed(self, fitted: Fitted) -> tuple[Posed, Array]:
         """A fit as it was posed, and its unknowns (p,)."""
         held = fitted.held | fitted.preset
-        coordinates = self.coordinates.of(fitted.model, held, fitted.values)
-        posed = Posed(fitted.model, coordinates, held, fitted.values.get("commutation_offset", 0.0))
+        shape = fitted.shape
+        coordinates = self.coordinates.of(fitted.model, held | shape.values, fitted.values, shape.bounds)
+        posed = Posed(fitted.model, coordinates, held, fitted.values.get("commutation_offset", 0.0), shape.ties)
         return posed, encoded(coordinates, fitted.model, fitted.values)
 
 

@@ -14,10 +14,11 @@ from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.proposed.describe import described, with_formula
-from linid.diagnosis.proposed.learned import as_formula, effect_of, with_term
+from linid.diagnosis.proposed.learned import effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import Proposal, judged_families, propose
 from linid.diagnosis.proposed.regression import Regression
+from linid.diagnosis.proposed.short_formula import short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
@@ -102,18 +103,22 @@ def lacking_term(
 ) -> tuple[ProposedTerm, Models]:
     """A term in full, and the models with it where it is kept. models: with the effects found."""
     problem, proposal = lead.problem, lead.proposal
-    term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs))
-    if term.short is not None and term.short.effect:
-        regression = as_formula(judge, lead.start, problem, proposal, term.short.effect)
-        if regression is not None and (closed := min(regression.closed(), 1.0)) > proposal.closed:
-            proposal = replace(proposal, family=regression.family, regression=regression, closed=closed)
-            term = with_formula(term, problem, proposal, lead.judged)
+    formula = short_formula(problem, proposal)
+    term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs), formula)
+    better = None if formula is None else formula_instead(judge, lead.start, problem, proposal, formula)
+    if better is None:
+        formula = None  # the curve itself goes into the simulation
+    else:
+        proposal = better
+        term = with_formula(term, problem, proposal, lead.judged)
     term = replace(term, effect=effect_of(proposal.family))
     means.watch("term", 1, 3)
-    one = with_term(judge, lead.start, problem, proposal)
-    if one is None:
+    joined = with_term(judge, lead.start, problem, proposal, formula)
+    if joined is None:
         means.watch("term", 3, 3)
         return term, models
+    one = joined.fitted
+    term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
     fitted = [r for r in recordings if r.split == "fit"]
     after = refined_model(one, fitted, means, judge.balance.memory)
     means.watch("term", 2, 3)

@@ -64,15 +64,25 @@ class Coordinates:
         self.outlook = look_out(balance.base, recordings, self.reference)
         self.force_scale = force_scale(recordings, self.reference)
 
-    def of(self, model: Model, held: Mapping[str, float], values: Mapping[str, float]) -> tuple[Coordinate, ...]:
-        """The unknowns of a model; held: SI values that are not identified; values: first values."""
+    def of(
+        self,
+        model: Model,
+        held: Mapping[str, float],
+        values: Mapping[str, float],
+        sizes: Mapping[str, tuple[float, float]],
+    ) -> tuple[Coordinate, ...]:
+        """The unknowns of a model; held: SI values that are not identified; values: first values; sizes: bounds of
+        coefficients that stand for a whole term."""
         effects = [find_effect(effect) for effect in model.effects]
         amplitudes = {name: effect for effect in effects for name in effect.amplitudes_of(model.kind)}
         out = []
         for parameter in model.parameters:
             if parameter.name in held or parameter.name == "stribeck_exponent":
                 continue
-            if parameter.name in amplitudes:
+            if parameter.name in sizes:
+                low, high = sizes[parameter.name]
+                out.append(Coordinate(parameter.name, False, low, high, max(abs(low), abs(high)), True))
+            elif parameter.name in amplitudes:
                 effect, mass = amplitudes[parameter.name], self.reference["mass"]
                 low, high = effect_range(effect, parameter, self.outlook, self.force_scale, mass)
                 out.append(Coordinate(parameter.name, False, low, high, high, True))
@@ -143,9 +153,15 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
 
 
 def vectors_of(
-    coordinates: Sequence[Coordinate], model: Model, held: Mapping[str, float], searched: Array, phase: float
+    coordinates: Sequence[Coordinate],
+    model: Model,
+    held: Mapping[str, float],
+    searched: Array,
+    phase: float,
+    ties: Mapping[str, tuple[str, float]],
 ) -> Array:
-    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units; phase: the field's first, rad."""
+    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units; phase: the field's first, rad;
+    ties: parameters that keep a ratio to another."""
     searched = np.atleast_2d(searched)
     out = np.empty((searched.shape[0], model.vector({}).size))
     out[:] = model.vector(dict(held))
@@ -153,6 +169,8 @@ def vectors_of(
     for k, c in enumerate(coordinates):
         if c.name != ACROSS:
             out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
+    for name, (leader, ratio) in ties.items():
+        out[:, model.slot(name)] = ratio * out[:, model.slot(leader)]
     if ACROSS in names:
         across = searched[:, [c.name for c in coordinates].index(ACROSS)]
         constant, shift = model.slot("force_constant"), model.slot("commutation_offset")

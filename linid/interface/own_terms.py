@@ -68,7 +68,6 @@ def _proposed(
     from linid.diagnosis.proposed.propose import judged_families, propose
     from linid.physics.effects.registry import find_effect
     from linid.physics.laws.registry import LUGRE
-    from linid.physics.own_terms.own_term import is_own
 
     kind, recordings = _judged_recordings(campaign, model)
     means = Means(jobs=jobs, seed=settings.seed)
@@ -83,16 +82,14 @@ def _proposed(
             "Leave it out; `linid diagnose` says what it tried. Or start from a model that has the term: "
             "--friction model_after.json",
         )
-    found = with_term(base.judge, step, problem, proposal)
-    if found is None:
+    joined = with_term(base.judge, step, problem, proposal, None)
+    if joined is None:
         raise UsageError(
             _PLACE,
             f"these recordings ask for a term of {' and '.join(proposal.arguments)} that no formula can say",
             "Leave it out; `linid diagnose` shows it.",
         )
-    (text,) = (name for name in found.model.effects if is_own(name) and find_effect(name).own.name == LEARNED)
-    values = {**found.values, **found.preset}
-    return text, {name: values[name] for name in find_effect(text).amplitudes}
+    return joined.effect, {name: joined.fitted.values[name] for name in find_effect(joined.effect).amplitudes}
 
 
 def _judged_recordings(campaign: Campaign, model: ModelKind) -> tuple[ModelKind, tuple[Recording, ...]]:

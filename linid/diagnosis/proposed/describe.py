@@ -13,7 +13,7 @@ from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.regression import Regression
 from linid.diagnosis.proposed.resembling import resemblances
-from linid.diagnosis.proposed.short_formula import short_formula
+from linid.diagnosis.proposed.short_formula import FoundFormula
 from linid.diagnosis.proposed.words import next_experiment, not_on, sentence, term_labels
 from linid.diagnosis.report_data import ProposedTerm
 
@@ -22,12 +22,16 @@ _LIMITS = 0.025, 0.975
 
 
 def described(
-    problem: Problem, proposal: Proposal, judged: Sequence[Regression], columns: Mapping[str, Array]
+    problem: Problem,
+    proposal: Proposal,
+    judged: Sequence[Regression],
+    columns: Mapping[str, Array],
+    formula: FoundFormula | None,
 ) -> ProposedTerm:
     """A proposal in full, but for what its simulation shows (kept, measures).
 
     judged: the best families, that with the largest gain first; columns: (n, k) in m/s^2 of the known effects that make
-    sense for these recordings, by name.
+    sense for these recordings, by name; formula: that says the curve as well.
     """
     low, high = closed_interval(proposal)
     without = not_on(problem, proposal, judged)
@@ -39,7 +43,7 @@ def described(
         high=high,
         p_value=proposal.p_value,
         curve=term_curve(problem, proposal),
-        short=short_formula(problem, proposal),
+        short=None if formula is None else formula.said,
         resembles=resemblances(problem, proposal, columns),
         effect=proposal.family.formula,
         kept=False,

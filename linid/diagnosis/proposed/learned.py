@@ -2,57 +2,94 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.descent import SETTLING
+from linid.diagnosis.descent import SETTLING, Effort
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
+from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.proposed.family import Family
-from linid.diagnosis.proposed.problem import Problem, weighted_base
+from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.regression import Regression, Sums
+from linid.diagnosis.proposed.short_formula import AS_GOOD, FoundFormula
 from linid.errors import ConfigError
+from linid.identification.space.proportions import proportions_of
 from linid.physics.effects.registry import canonical, find_effect
 from linid.physics.model import Model
 
 NAME = "learned"
 _SMALL = 1e-2  # of what is left, in a difference that shows what an amplitude does
 _FLAT = 1e-6  # roughness of amplitudes, which have none
-_TURNS = 2  # of curve and model, each with the other as it was last
+_TURNS = 3  # of curve and model, each with the other as it was last
+_AS_IT_IS = Effort(0, 0.0, 0)
 
 
-def as_formula(judge: Judge, start: Fitted, problem: Problem, proposal: Proposal, formula: str) -> Regression | None:
-    """The regression of a short formula in a proposal's stead, its columns those of the simulation's own term; None
-    where no model can have it.
+@dataclass(frozen=True)
+class Joined:
+    """A model with a proposed term. effect: the own term; formula: that it is, where it is one of the dictionary."""
 
-    start: the model beside which the proposal was found; formula: with amplitudes c_1, c_2 ...
+    fitted: Fitted
+    effect: str
+    formula: FoundFormula | None
+
+
+def formula_instead(
+    judge: Judge, start: Fitted, problem: Problem, proposal: Proposal, formula: FoundFormula
+) -> Proposal | None:
+    """A proposal with a short formula in its curve's stead, where the simulation's own term closes about as much.
+
+    start: the model beside which the proposal was found.
     """
-    family = Family(proposal.arguments, "formula", np.empty((0, 0)), np.empty((0, 0)), formula=formula)
-    able = _extended(start.model, family)
-    if able is None:
+    regression = _simulated(judge, start, problem, _family_of(proposal, formula))
+    if regression is None:
         return None
-    text, model = able
-    names = [parameter.name for parameter in find_effect(text).parameters]
-    values = {**start.values, **start.preset}
+    closed = min(regression.closed(), 1.0)
+    if closed < (1.0 - AS_GOOD[0]) * proposal.closed:
+        return None
+    return replace(proposal, family=regression.family, regression=regression, closed=closed)
+
+
+def _family_of(proposal: Proposal, formula: FoundFormula) -> Family:
+    """A formula as a family, its columns to follow."""
+    amplitudes = formula.fit.numbers - formula.fit.theta.size
+    flat = _FLAT * np.eye(amplitudes)
+    return Family(proposal.arguments, "formula", np.empty((0, amplitudes)), flat, formula=formula.said.effect)
+
+
+def _simulated(judge: Judge, plain: Fitted, problem: Problem, family: Family) -> Regression | None:
+    """The regression of a family with the columns of the simulation's own term; None where no model can have it.
+
+    plain: the model without the term, at whose values the columns are taken.
+    """
+    if _extended(plain.model, family) is None:
+        return None
+    whole = replace(family, columns=_columns(judge, plain, problem, family.formula))
+    if not np.all(np.isfinite(whole.columns)):
+        return None
+    return Regression(Sums(problem, family.local), whole)
+
+
+def _columns(judge: Judge, plain: Fitted, problem: Problem, formula: str) -> Array:
+    """Accelerations (n, k) in m/s^2 per unit of each amplitude of an own term in the simulation."""
+    (text,) = canonical((f"{NAME}: {formula}",))
+    model = plain.model.with_effects((*plain.model.effects, text))
+    values = {**plain.values, **plain.preset}
     force = max(float(np.std(problem.residual * problem.mass)), 1e-9)
-    plain = judge.balance.residuals(model, model.vector(values)[None, :])[0]
     columns = []
-    for name in names:
+    for parameter in find_effect(text).parameters:
         # What an amplitude of one makes of the rows tells the size of a step that is small beside the forces.
         step = _SMALL * force
         for _ in range(2):
-            shown = plain - judge.balance.residuals(model, model.vector({**values, name: step})[None, :])[0]
-            column, size = shown / step, float(np.std(shown * problem.mass))
-            step *= _SMALL * force / max(size, 1e-12 * force)
+            vector = model.vector({**values, parameter.name: step})
+            column = (plain.residual - judge.balance.residuals(model, vector[None, :])[0]) / step
+            step *= _SMALL * force / max(float(np.std(column * step * problem.mass)), 1e-12 * force)
         columns.append(column)
-    flat = _FLAT * np.eye(len(names))
-    whole = replace(family, columns=np.array(columns).T, roughness=flat)
-    if not np.all(np.isfinite(whole.columns)):
-        return None
-    return Regression(Sums(problem, 0.0), whole)
+    return np.array(columns).T
 
 
 def effect_of(family: Family) -> str:
@@ -75,40 +112,38 @@ def _extended(model: Model, family: Family) -> tuple[str, Model] | None:
         return None
 
 
-def with_term(judge: Judge, best: Fitted, problem: Problem, proposal: Proposal) -> Fitted | None:
-    """The best model with a proposed term, base and effects identified anew beside it; None where it cannot have one.
+def with_term(
+    judge: Judge, start: Fitted, problem: Problem, proposal: Proposal, formula: FoundFormula | None
+) -> Joined | None:
+    """The model with a proposed term, base and effects identified anew beside it; None where it cannot have one.
 
-    The curve is found by its penalised regression beside all that the model can do, and held while the model is
-    fitted; then both once more. problem: that the proposal was found on.
+    The curve is found by its penalised regression beside all that the model can do, and keeps its shape, not its size,
+    while the model is fitted; then both once more, a formula with its numbers. problem: that the proposal was found on;
+    formula: that the proposal is, if any.
     """
-    able = _extended(best.model, proposal.family)
+    able = _extended(start.model, proposal.family)
     if able is None:
         return None
-    text, model = able
-    coefficients = proposal.regression.solution()[0]
-    step = best
+    (text, model), step, coefficients = able, start, proposal.regression.solution()[0]
     for turn in range(_TURNS):
         if turn:
-            coefficients = _anew(judge, step, problem, proposal.regression, coefficients)
-        preset = {**best.preset, **named(text, coefficients)}
-        values = {**step.values, **preset}
-        step = judge.fits.fit(model, values, preset, step.recordings, SETTLING)
-    return step
+            plain = judge.fits.fit(start.model, step.values, start.preset, step.recordings, _AS_IT_IS)
+            whole = problem_of(judge, plain, problem.seed)
+            formula = None if formula is None else formula.anew(whole, partial(_columns, judge, plain, whole))
+            family = proposal.family if formula is None else _family_of(proposal, formula)
+            regression, able = _simulated(judge, plain, whole, family), _extended(start.model, family)
+            if regression is None or able is None:
+                break
+            (text, model), coefficients = able, regression.solution(proposal.regression.best[0])[0]
+        shape = proportions_of(model, named(text, coefficients), {})
+        values = {**step.values, **shape.values, **shape.leaders}
+        step = judge.fits.fit(model, values, start.preset, step.recordings, SETTLING, shape=shape)
+        step = at_the_masses(judge.fits, step)
+    final = np.array([step.values[name] for name in named(text, coefficients)])
+    return Joined(step, text, None if formula is None else formula.put(final))
 
 
 def named(text: str, coefficients: Array) -> dict[str, float]:
     """The coefficients (k,) of a family, in N, by the names of the own term's parameters."""
     names = [parameter.name for parameter in find_effect(text).parameters]
     return dict(zip(names, coefficients.tolist(), strict=True))
-
-
-def _anew(judge: Judge, step: Fitted, problem: Problem, regression: Regression, coefficients: Array) -> Array:
-    """The coefficients (k,) in N after the model has moved: of what it leaves, with the term as it was put back.
-
-    What rows count, and how far the model may move, stays as it was when the term was found.
-    """
-    family = regression.family
-    residual = step.residual + family.columns @ coefficients
-    base = weighted_base(judge.fits.slopes(step), problem.weights)
-    whole = replace(problem, residual=residual, base=base)
-    return np.asarray(Regression(Sums(whole, family.local), family).solution(regression.best[0])[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from linid.diagnosis.report_data import ShortFormula
 
 REFINED = 6  # formulas whose numbers are searched beyond the grid
 JUDGED = 4  # of those by AICc that are judged against the curve
-EVALUATIONS = 25
+EVALUATIONS, STEPS_ANEW = 25, 6
 SIMPLER = 0.02  # of what the likeliest takes away: what else takes this much, with fewer numbers, comes first
 CHANCE = 0.05  # a formula is worse than the curve if resampled blocks say so in all but this share
 AS_GOOD = 0.02, 0.1  # of the curve's gain: a loss that never matters, and one that matters beyond chance or not
@@ -38,14 +39,37 @@ class Fitted:
     rank: int
 
 
-def short_formula(problem: Problem, proposal: Proposal) -> ShortFormula | None:
+@dataclass(frozen=True)
+class FoundFormula:
+    """A formula that takes the place of a family's curve: with its numbers, and as it is said."""
+
+    family: Family
+    fit: Fitted
+    said: ShortFormula
+
+    def anew(self, problem: Problem, columns: Callable[[str], Array]) -> FoundFormula:
+        """The same with the numbers that suit a problem best, from those it has.
+
+        columns(effect): (n, k) m/s^2 per unit amplitude that the own term gives the rows in the simulation.
+        """
+        named = next(one for one in formulas(problem, self.family) if one.name == self.fit.formula.name)
+        shown = replace(named, columns=lambda theta: columns(named.own(theta)))
+        fit = _Search(problem).refined(replace(self.fit, formula=shown, squares=math.inf), STEPS_ANEW)
+        return replace(self, fit=fit, said=replace(self.said, effect=fit.formula.own(fit.theta)))
+
+    def put(self, amplitudes: Array) -> FoundFormula:
+        """The same with its amplitudes (k,) in N, as it is said."""
+        return replace(self, said=replace(self.said, text=self.fit.formula.words(amplitudes, self.fit.theta)))
+
+
+def short_formula(problem: Problem, proposal: Proposal) -> FoundFormula | None:
     """The best formula of the dictionary by AICc that predicts left-out recordings as well as the curve, if any."""
     if proposal.family.local:
         return None
     search = _Search(problem)
     tried = [search.gridded(formula, k) for k, formula in enumerate(formulas(problem, proposal.family))]
     tried.sort(key=lambda fit: fit.squares)
-    refined = [search.refined(fit) for fit in tried[:REFINED]]
+    refined = [search.refined(fit, EVALUATIONS) for fit in tried[:REFINED] if math.isfinite(fit.squares)]
     count = search.effective_rows(proposal.regression)
     curve = proposal.regression
     for fit in _in_order(refined, search, count)[:JUDGED]:
@@ -54,7 +78,8 @@ def short_formula(problem: Problem, proposal: Proposal) -> ShortFormula | None:
         folds = curve.sums.split
         if all(as_good(problem.seed, curve, regression, some) for some in (folds.selecting, folds.judging)):
             text = fit.formula.words(regression.solution(0.0)[0], fit.theta)
-            return ShortFormula(text, min(regression.closed(0.0), 1.0), fit.numbers, fit.formula.own(fit.theta))
+            said = ShortFormula(text, min(regression.closed(0.0), 1.0), fit.numbers, fit.formula.own(fit.theta))
+            return FoundFormula(proposal.family, fit, said)
     return None
 
 
@@ -80,9 +105,9 @@ class _Search:
         amplitudes = formula.columns(theta).shape[1]
         return Fitted(formula, theta, min(squares, default=math.inf), amplitudes + theta.size, rank)
 
-    def refined(self, fit: Fitted) -> Fitted:
+    def refined(self, fit: Fitted, evaluations: int) -> Fitted:
         """A formula with its numbers between the starts."""
-        if fit.theta.size == 0 or not math.isfinite(fit.squares):
+        if fit.theta.size == 0:
             return fit
         logs = np.array(fit.formula.logs)
         scales = np.where(logs, 0.1, 0.05 * np.maximum(np.ptp(fit.formula.starts, axis=0), 1e-9))
@@ -95,7 +120,7 @@ class _Search:
             lambda u: self.left(fit.formula, theta_of(u)),
             np.zeros(fit.theta.size),
             diff_step=1e-3,
-            max_nfev=EVALUATIONS,
+            max_nfev=evaluations,
         )
         squares = 2.0 * float(found.cost)
         return replace(fit, theta=theta_of(found.x), squares=squares) if squares < fit.squares else fit

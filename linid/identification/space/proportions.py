@@ -22,6 +22,9 @@ class Proportions:
     bounds: dict[str, tuple[float, float]]
 
 
+UNSHAPED = Proportions({}, {}, {}, {})
+
+
 def proportions_of(model: Model, given: Mapping[str, float], known: Mapping[str, float]) -> Proportions:
     """What keeps its ratios in a model. given: SI values of coefficients; known: SI values that are not searched; a
     term of which some coefficient is known has none."""

@@ -22,7 +22,7 @@ from tests.diagnosis.proposed.axis import Force, axis, proposal_of
 def found(problem: Problem, form: str) -> ShortFormula:
     short = short_formula(problem, proposal_of(problem, form))
     assert short is not None
-    return short
+    return short.said
 
 
 def numbers(text: str) -> list[float]:
@@ -80,8 +80,8 @@ def test_a_vibration_above_a_speed() -> None:
     short = short_formula(problem, proposal_of(problem, family))
     assert short is not None
     pattern = r"([\d.]+) N · sin\(2π · ([\d.]+) Hz · t \+ ([\d.]+)\) · \[\|v\| > ([\d.]+) m/s\]"
-    match = re.fullmatch(pattern, short.text)
-    assert match is not None, short.text
+    match = re.fullmatch(pattern, short.said.text)
+    assert match is not None, short.said.text
     assert [float(one) for one in match.groups()] == pytest.approx([1.0, 11.0, 0.5, 0.4], rel=0.05)
 
 

@@ -14,6 +14,7 @@ from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import judged_families, propose
 from linid.diagnosis.proposed.waves import wave_families
+from linid.diagnosis.proposed.short_formula import short_formula
 from linid.diagnosis.proposed.words import listed, next_experiment, not_on, sentence
 from tests.diagnosis.proposed.axis import axis, family_of, proposal_of
 
@@ -141,9 +142,8 @@ def test_a_proposal_in_full() -> None:
     proposal = propose(problem, judged_families(problem))
     assert proposal is not None
     assert set(proposal.arguments) == {"velocity", "motor_force"}
-    term = described(
-        problem, proposal, judged_families(problem), {"input_delay": problem.pushed(derated(problem)[:, None])}
-    )
+    known = {"input_delay": problem.pushed(derated(problem)[:, None])}
+    term = described(problem, proposal, judged_families(problem), known, short_formula(problem, proposal))
     assert term.sentence.startswith("What is left depends on velocity and motor force, not on position,")
     assert term.curve is not None
     assert term.short is not None
