@@ -119,19 +119,6 @@ def held_at_start(terms, axis, bristles, course, motion, currents, factor):
 
 
 @inlined
-def reached_by(piece, pieces, way):
-    """How far the axis has come in m by the end of a piece of the time between two samples; way: as in
-    `bristle_along`."""
-    travel, v, v_next, dt = way
-    reached = travel
-    if piece < pieces - 1:  # cubic through both samples with their speeds
-        s = (piece + 1) / pieces
-        reached = s * s * (3.0 - 2.0 * s) * travel
-        reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
-    return reached
-
-
-@inlined
 def pieces_of(way):
     """How many pieces of the time between two samples the bristle is followed in, each at its mean speed."""
     travel, v, v_next, dt = way
@@ -139,18 +126,30 @@ def pieces_of(way):
 
 
 @inlined
+def piece_of(bristles, resistance, piece, pieces, way, done):
+    """One piece of the time between two samples: how far the axis has come by its end, the travel in it, and the
+    deflection of steady sliding at its mean speed, in m. way: as in `bristle_along`; done: of the way before it."""
+    coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
+    _, level, load = resistance
+    travel, v, v_next, dt = way
+    reached = travel
+    if piece < pieces - 1:  # cubic through both samples with their speeds
+        s = (piece + 1) / pieces
+        reached = s * s * (3.0 - 2.0 * s) * travel
+        reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+    part = reached - done
+    rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
+    return reached, part, rest
+
+
+@inlined
 def bristle_along(axis, bristles, resistance, w, way, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
     to 1. way: travel between in m, speeds at both in m/s, time in s."""
-    coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
-    _, level, load = resistance
-    pieces, dt = pieces_of(way), way[3]
+    pieces = pieces_of(way)
     done = mean = late = 0.0  # of the way
     for piece in range(pieces):
-        reached = reached_by(piece, pieces, way)
-        part = reached - done
-        done = reached
-        rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
+        done, part, rest = piece_of(bristles, resistance, piece, pieces, way, done)
         if part < 0.0:
             rest = -rest
         started = w - rest

@@ -10,11 +10,10 @@ import math
 from functools import cache
 from typing import Any
 
-from linid.physics.friction import stribeck
 from linid.physics.laws.law import Law
 from linid.physics.laws.registry import find_law
 from linid.physics.model import ELEMENT_START
-from linid.simulation.along import REST_AVERAGE, bristle_along, bristle_at_rest, pieces_of, reached_by
+from linid.simulation.along import REST_AVERAGE, bristle_along, bristle_at_rest, piece_of, pieces_of
 from linid.simulation.binding import inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.law_steps import bristle_terms, element_terms, own_of
@@ -54,16 +53,11 @@ def _single_along(law: Law) -> Any:
 
     @inlined
     def along(axis, bristles, resistance, w, way, want_means):
-        coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
-        _, level, load = resistance
-        own, breakaway = own_of(axis), coulomb / sigma_0
-        pieces, dt = pieces_of(way), way[3]
+        own, breakaway = own_of(axis), bristles.coulomb / bristles.sigma_0
+        pieces = pieces_of(way)
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            reached = reached_by(piece, pieces, way)
-            part = reached - done
-            done = reached
-            rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
+            done, part, rest = piece_of(bristles, resistance, piece, pieces, way, done)
             splits = 1
             if abs(w - math.copysign(rest, part)) > _STEADY * rest:
                 splits = min(1 + int(abs(part) / (_SPLIT * rest)), _SPLITS)
@@ -86,16 +80,11 @@ def _elements_along(law: Law) -> tuple[Any, Any]:
 
     @inlined
     def along(axis, bristles, resistance, w, way, want_means):
-        coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
-        _, level, load = resistance
         p, own = axis.p, own_of(axis)
-        pieces, dt = pieces_of(way), way[3]
+        pieces = pieces_of(way)
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            reached = reached_by(piece, pieces, way)
-            part = reached - done
-            done = reached
-            rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
+            done, part, rest = piece_of(bristles, resistance, piece, pieces, way, done)
             w = whole = second = 0.0
             for k in range(count):
                 share, stiff = shape(k, own)
