@@ -27,6 +27,7 @@ ERROR_LIGHT = "#F2B48A"
 ACCENT = "#009E73"
 SHADE = "#E7E3DC"
 MUTED = "#777777"
+NO_DATA = "#E4E4E4"  # cells of a map in which nothing was recorded
 PHASES = ("#0072B2", "#E69F00", "#009E73")
 WIDTH_MM = 160.0
 _INCH = 25.4

@@ -9,7 +9,7 @@ import numpy as np
 from linid.arrays import Array
 from linid.report.display import display_unit, envelope, peak, rms
 from linid.report.numbers import format_number
-from linid.report.style import ERROR, MEASURED, MODEL, MUTED
+from linid.report.style import ERROR, MEASURED, MODEL, MUTED, NO_DATA
 
 if TYPE_CHECKING:
     from linid.diagnosis.gap import Trace
@@ -41,6 +41,18 @@ def error_display(traces: list[Trace]) -> Display:
 def velocity_display(traces: list[Trace]) -> Display:
     """One unit for the velocities of all traces."""
     return display_unit("velocity", traces[0].axis, max(peak(trace.velocity_measured) for trace in traces))
+
+
+def draw_map(axes: Any, x: Array, y: Array, values: Array, limit: float, **more: Any) -> Any:
+    """Signed values over two quantities, blue to red about zero; what is nan is grey.
+
+    x (m,), y (k,): centres or edges of the cells; values: (k, m); limit: of the colours; all in the units shown.
+    """
+    axes.grid(False)
+    axes.set_facecolor(NO_DATA)
+    return axes.pcolormesh(
+        x, y, np.ma.masked_invalid(values), cmap="RdBu_r", vmin=-limit, vmax=limit, rasterized=True, **more
+    )
 
 
 def legend_beside(axes: Any) -> None:

@@ -16,6 +16,7 @@ from linid.report.diagnosis.content import (
     share_words,
     shown_pairs,
 )
+from linid.report.figures.common import draw_map
 from linid.report.residual_views import COLOURED, centres, pair_slopes
 from linid.report.style import MEASURED, MUTED, caption, new_figure, style
 
@@ -83,17 +84,7 @@ def _draw(figure: Figure, axes: Any, diagnosis: Diagnosis, pair: PairShare) -> N
         axes.set_ylabel(textwrap.fill(f"slope in {pair.y_label} ({slope_unit(force.unit, pair)})", up))
         return
     y = coordinate_display(pair.y_edges, pair.y_unit)
-    axes.grid(False)
-    axes.set_facecolor("#E4E4E4")
     limit = map_limit(pair) * force.factor
-    mesh = axes.pcolormesh(
-        pair.x_edges * x.factor,
-        pair.y_edges * y.factor,
-        pair.mean * force.factor,
-        cmap="RdBu_r",
-        vmin=-limit,
-        vmax=limit,
-        rasterized=True,
-    )
+    mesh = draw_map(axes, pair.x_edges * x.factor, pair.y_edges * y.factor, pair.mean * force.factor, limit)
     axes.set_ylabel(textwrap.fill(axis_title(pair.y_label, y.unit), up))
     figure.colorbar(mesh, ax=axes, label=f"mean residual ({force.unit})", extend="both", shrink=0.9)

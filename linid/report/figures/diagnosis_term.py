@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.report.diagnosis.proposal import argument_words, term_closed_words
 from linid.report.diagnosis.term_view import direction_words, term_view, value_limits, view_words
+from linid.report.figures.common import draw_map
 from linid.report.style import MEASURED, MUTED, PHASES, caption, new_figure, style
 
 if TYPE_CHECKING:
@@ -49,18 +50,7 @@ def _map(figure: Figure, axes: Any, view: TermView) -> None:
     surface = view.surface
     assert surface is not None
     along, up = _LABEL_COLUMNS
-    axes.grid(False)
-    axes.set_facecolor("#E4E4E4")
-    mesh = axes.pcolormesh(
-        view.cuts[0].x,
-        surface.y,
-        np.ma.masked_invalid(surface.value),
-        shading="nearest",
-        cmap="RdBu_r",
-        vmin=-surface.limit,
-        vmax=surface.limit,
-        rasterized=True,
-    )
+    mesh = draw_map(axes, view.cuts[0].x, surface.y, surface.value, surface.limit, shading="nearest")
     axes.set_xlabel(textwrap.fill(view.x_title, along))
     axes.set_ylabel(textwrap.fill(surface.y_title, up))
     for cut, colour in zip(view.cuts, cut_colours(view), strict=True):

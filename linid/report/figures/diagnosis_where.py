@@ -22,7 +22,7 @@ from linid.report.diagnosis.content import (
     significant,
 )
 from linid.report.display import display_unit, peak
-from linid.report.figures.common import legend_above
+from linid.report.figures.common import draw_map, legend_above
 from linid.report.residual_views import Which, amplitude_spectrum, folded, residual_map, resolves_poles, symmetric_limit
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, new_figure, style
 
@@ -53,17 +53,7 @@ def residual_map_figure(diagnosis: Diagnosis) -> Figure:
         figure = new_figure(72.0, f"Residual {force_word(diagnosis.axis)} over position and velocity, all recordings")
         row: Any = figure.subplots(1, len(shown), sharex=True, sharey=True, squeeze=False)[0]
         for axes, one, (_, words, _) in zip(row, maps, shown, strict=True):
-            axes.grid(False)
-            axes.set_facecolor("#E4E4E4")
-            mesh = axes.pcolormesh(
-                one.y * position.factor,
-                one.v * velocity.factor,
-                one.mean * force.factor,
-                cmap="RdBu_r",
-                vmin=-limit,
-                vmax=limit,
-                rasterized=True,
-            )
+            mesh = draw_map(axes, one.y * position.factor, one.v * velocity.factor, one.mean * force.factor, limit)
             axes.set_title(words)
             axes.set_xlabel(f"position ({position.unit})")
         row[0].set_ylabel(f"velocity ({velocity.unit})")

@@ -12,8 +12,9 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.report.display import log_limits
+from linid.report.style import NO_DATA
 
-DIVERGING = [[0.0, "#053061"], [0.25, "#4393C3"], [0.5, "#F7F7F7"], [0.75, "#D6604D"], [1.0, "#67001F"]]
+_DIVERGING = [[0.0, "#053061"], [0.25, "#4393C3"], [0.5, "#F7F7F7"], [0.75, "#D6604D"], [1.0, "#67001F"]]
 _DIGITS = 5
 _MOST_DECADES = 5  # labels of a logarithmic axis that a third of the page has room for
 
@@ -99,9 +100,35 @@ def base_layout(x: str, y: str, height: int) -> dict[str, Any]:
     }
 
 
-def colour_bar(unit: str) -> dict[str, Any]:
-    """The bar beside a map of the mean residual in the unit."""
-    return {"thickness": 10, "title": {"text": f"mean residual ({unit})", "side": "right"}, "outlinewidth": 0}
+def heat_map(
+    x: Array, y: Array, values: Array, limit: float, title: str, units: tuple[str, str, str]
+) -> dict[str, Any]:
+    """Signed values over two quantities, blue to red about zero.
+
+    x (m,), y (k,): centres or edges of the cells; values: (k, m); limit: of the colours; title: of their bar; units:
+    those of x, y and the values, in which all are given.
+    """
+    return {
+        "type": "heatmap",
+        "x": short(x),
+        "y": short(y),
+        "z": [short(row, 3) for row in values],
+        "zmin": -limit,
+        "zmax": limit,
+        "colorscale": _DIVERGING,
+        "hoverongaps": False,
+        "colorbar": {"thickness": 10, "title": {"text": title, "side": "right"}, "outlinewidth": 0},
+        "hovertemplate": "%{{x:.4g}} {}, %{{y:.3g}} {}<br>%{{z:.3g}} {}<extra></extra>".format(*units),
+    }
+
+
+def map_layout(x: str, y: str, height: int) -> dict[str, Any]:
+    """`base_layout` of a map with a title above: cells without data are grey, and no grid lies over it."""
+    layout = base_layout(x, y, height) | {"plot_bgcolor": NO_DATA}
+    layout["margin"] |= {"t": 34}
+    for axis in ("xaxis", "yaxis"):
+        layout[axis] |= {"showgrid": False}
+    return layout
 
 
 def small_title(text: str) -> dict[str, Any]:

@@ -21,12 +21,12 @@ from linid.report.diagnosis.content import (
 from linid.report.display import display_unit, envelope, peak
 from linid.report.figures.diagnosis_where import MOST_CURVES, pitch_words, states
 from linid.report.page.pieces import (
-    DIVERGING,
     Plot,
     band,
     base_layout,
-    colour_bar,
+    heat_map,
     line,
+    map_layout,
     percent_ticks,
     short,
     small_title,
@@ -82,24 +82,11 @@ def map_plots(diagnosis: Diagnosis) -> list[Plot]:
     limit = symmetric_limit(*maps) * force.factor
     plots = []
     for (which, words, _), one in zip(states(diagnosis), maps, strict=True):
-        data = {
-            "type": "heatmap",
-            "x": short(one.y * position.factor),
-            "y": short(one.v * velocity.factor),
-            "z": [short(row, 3) for row in one.mean * force.factor],
-            "zmin": -limit,
-            "zmax": limit,
-            "colorscale": DIVERGING,
-            "hoverongaps": False,
-            "colorbar": colour_bar(force.unit),
-            "hovertemplate": f"%{{x:.4g}} {position.unit}, %{{y:.3g}} {velocity.unit}<br>"
-            f"%{{z:.3g}} {force.unit}<extra></extra>",
-        }
-        layout = base_layout(f"position ({position.unit})", f"velocity ({velocity.unit})", 330)
-        layout |= {"plot_bgcolor": "#E4E4E4", "title": small_title(words)}
-        layout["margin"] |= {"t": 34}
-        for axis in ("xaxis", "yaxis"):
-            layout[axis] |= {"showgrid": False, "zeroline": False}
+        x, y, mean = one.y * position.factor, one.v * velocity.factor, one.mean * force.factor
+        units = (position.unit, velocity.unit, force.unit)
+        data = heat_map(x, y, mean, limit, f"mean residual ({force.unit})", units)
+        layout = map_layout(f"position ({position.unit})", f"velocity ({velocity.unit})", 330)
+        layout["title"] = small_title(words)
         alt = f"Map of the mean residual {force_word(diagnosis.axis)} over position and velocity, {words}."
         plots.append(Plot(f"map-{which}", alt, [data], layout))
     return plots

@@ -23,13 +23,13 @@ from linid.report.diagnosis.measures import measure_display, measure_labels
 from linid.report.figures.diagnosis_pairs import axis_title, map_limit, pair_title, slope_unit
 from linid.report.figures.diagnosis_waterfall import colour, limits
 from linid.report.page.pieces import (
-    DIVERGING,
     Plot,
     base_layout,
-    colour_bar,
     dots,
+    heat_map,
     line,
     log_axis,
+    map_layout,
     short,
     small_title,
     wrapped,
@@ -180,31 +180,19 @@ def measure_plots(diagnosis: Diagnosis) -> list[Plot]:
 
 def _pair(diagnosis: Diagnosis, pair: PairShare, place: int) -> Plot:
     force, x = force_display(diagnosis), coordinate_display(pair.x_edges, pair.x_unit)
+    x_title = axis_title(pair.x_label, x.unit)
     if pair.form == "proportional":
         data = line(centres(pair.x_edges) * x.factor, pair_slopes(pair) * force.factor, pair.y_label, MEASURED)
         y_title = f"slope in {pair.y_label} ({slope_unit(force.unit, pair)})"
+        layout = base_layout(x_title, wrapped(y_title, _TITLE_COLUMNS), 330)
+        layout["margin"] |= {"t": 34}
     else:
         y = coordinate_display(pair.y_edges, pair.y_unit)
-        limit, y_title = map_limit(pair) * force.factor, axis_title(pair.y_label, y.unit)
-        data = {
-            "type": "heatmap",
-            "x": short(pair.x_edges * x.factor),
-            "y": short(pair.y_edges * y.factor),
-            "z": [short(row, 3) for row in pair.mean * force.factor],
-            "zmin": -limit,
-            "zmax": limit,
-            "colorscale": DIVERGING,
-            "hoverongaps": False,
-            "colorbar": colour_bar(force.unit),
-            "hovertemplate": f"%{{x:.4g}} {x.unit}, %{{y:.3g}} {y.unit}<br>%{{z:.3g}} {force.unit}<extra></extra>",
-        }
-    layout = base_layout(axis_title(pair.x_label, x.unit), wrapped(y_title, _TITLE_COLUMNS), 330)
+        edges, mean = (pair.x_edges * x.factor, pair.y_edges * y.factor), pair.mean * force.factor
+        limit, units = map_limit(pair) * force.factor, (x.unit, y.unit, force.unit)
+        data = heat_map(*edges, mean, limit, f"mean residual ({force.unit})", units)
+        layout = map_layout(x_title, wrapped(axis_title(pair.y_label, y.unit), _TITLE_COLUMNS), 330)
     layout |= {"showlegend": False, "title": small_title(pair_title(pair))}
-    layout["margin"] |= {"t": 34}
-    if pair.form == "table":
-        layout["plot_bgcolor"] = "#E4E4E4"
-        for axis in ("xaxis", "yaxis"):
-            layout[axis] |= {"showgrid": False, "zeroline": False}
     alt = (
         f"Residual {force_word(diagnosis.axis)} over {pair.x_label} and {pair.y_label}, {share_words(pair)} explained "
         "by both together."

@@ -9,7 +9,7 @@ import numpy as np
 from linid.report.diagnosis.proposal import argument_words, term_closed_words
 from linid.report.diagnosis.term_view import direction_words, term_view, value_limits
 from linid.report.figures.diagnosis_term import cut_colours
-from linid.report.page.pieces import DIVERGING, Plot, band, base_layout, line, short, wrapped
+from linid.report.page.pieces import Plot, band, base_layout, heat_map, line, map_layout, short, wrapped
 from linid.report.style import MUTED
 
 if TYPE_CHECKING:
@@ -33,24 +33,8 @@ def term_plots(diagnosis: Diagnosis) -> list[Plot]:
 
 def _map(view: TermView, surface: TermSurface, said: str) -> Plot:
     units = (view.x_unit, surface.y_unit, view.value_unit)
-    hover = "%{{x:.4g}} {}, %{{y:.3g}} {}<br>%{{z:.3g}} {}<extra></extra>".format(*units)
-    data = {
-        "type": "heatmap",
-        "x": short(view.cuts[0].x),
-        "y": short(surface.y),
-        "z": [short(row, 3) for row in surface.value],
-        "zmin": -surface.limit,
-        "zmax": surface.limit,
-        "colorscale": DIVERGING,
-        "hoverongaps": False,
-        "colorbar": {"thickness": 10, "title": {"text": view.value_title, "side": "right"}, "outlinewidth": 0},
-        "hovertemplate": hover,
-    }
-    layout = base_layout(view.x_title, wrapped(surface.y_title, _TITLE_COLUMNS), _HEIGHT)
-    layout |= {"plot_bgcolor": "#E4E4E4", "showlegend": False}
-    layout["margin"] |= {"t": 34}
-    for axis in ("xaxis", "yaxis"):
-        layout[axis] |= {"showgrid": False, "zeroline": False}
+    data = heat_map(view.cuts[0].x, surface.y, surface.value, surface.limit, view.value_title, units)
+    layout = map_layout(view.x_title, wrapped(surface.y_title, _TITLE_COLUMNS), _HEIGHT) | {"showlegend": False}
     layout["shapes"] = [
         {
             "type": "line",
