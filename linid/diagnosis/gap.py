@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from linid.arrays import Array
+from linid.recording.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -73,3 +76,28 @@ class Trace:
     input_unit: str = "A"
     ahead: AheadPieces | None = None
     pole_pitch: float | None = None
+
+
+def traced(recording: Recording, y: Array, v: Array) -> Trace:
+    """A recording beside its simulated motion, without a residual force.
+
+    y, v: (n,) simulated position in m (rotary: rad) and speed in m/s (rad/s) at the recording's samples.
+    """
+    dt, nothing = recording.duration / (recording.t.size - 1), np.zeros(0)
+    return Trace(
+        recording=recording.name,
+        kind=recording.kind,
+        split=recording.split,
+        axis=recording.axis,
+        added_mass=recording.added_mass,
+        t=recording.t,
+        y_measured=recording.y,
+        y_simulated=y,
+        velocity_measured=np.gradient(recording.y, dt, edge_order=2),
+        velocity_simulated=v,
+        force_t=nothing,
+        force_residual=nothing,
+        phase_currents=recording.phase_currents,
+        drive_input=recording.drive_input,
+        input_unit=recording.input_unit,
+    )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.gap import AheadPieces, RecordingGap, Trace
+from linid.diagnosis.gap import AheadPieces, RecordingGap, Trace, traced
 from linid.diagnosis.repeats import aligned, repeats_of
 from linid.errors import UsageError
 from linid.identification.objectives.acceleration import Acceleration
@@ -160,23 +160,10 @@ def _measure(
         force_floor=float(floors[2]),
         repeats=len(scatters),
     )
-    dt = recording.duration / (recording.t.size - 1)
-    trace = Trace(
-        recording=recording.name,
-        kind=recording.kind,
-        split=recording.split,
-        axis=recording.axis,
-        added_mass=recording.added_mass,
-        t=recording.t,
-        y_measured=recording.y,
-        y_simulated=y_simulated,
-        velocity_measured=np.gradient(recording.y, dt, edge_order=2),
-        velocity_simulated=v_simulated,
+    trace = replace(
+        traced(recording, y_simulated, v_simulated),
         force_t=recording.t[balance.rows],
         force_residual=force,
-        phase_currents=recording.phase_currents,
-        drive_input=recording.drive_input,
-        input_unit=recording.input_unit,
         ahead=pieces if recording.kind != "free_wheel" else None,
     )
     return gap, trace

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.gap import Trace
+from linid.diagnosis.gap import Trace, traced
 from linid.identification.result import FitResult
 from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
@@ -34,23 +36,5 @@ def voltage_driven(
     y, v, i, _ = Simulator(model, inputs, result.substeps).run_by_voltage(
         vector, whole_recordings(inputs), state, first
     )
-    dt = recording.duration / (recording.t.size - 1)
-    nothing = np.zeros(0)
-    trace = Trace(
-        recording=recording.name,
-        kind=recording.kind,
-        split=recording.split,
-        axis=recording.axis,
-        added_mass=recording.added_mass,
-        t=recording.t,
-        y_measured=recording.y,
-        y_simulated=y[0],
-        velocity_measured=np.gradient(recording.y, dt, edge_order=2),
-        velocity_simulated=v[0],
-        force_t=nothing,
-        force_residual=nothing,
-        phase_currents=i[0],
-        drive_input=None,
-        input_unit=recording.input_unit,
-    )
+    trace = replace(traced(recording, y[0], v[0]), phase_currents=i[0], drive_input=None)
     return trace, np.asarray(i[0])
