@@ -53,7 +53,8 @@ def starts_of(one: Fitted, law: str) -> Iterator[dict[str, float]]:
 
 
 def _plain_stribeck(fits: JointFit, values: Mapping[str, float]) -> dict[str, float]:
-    """A usual breakaway force and Stribeck speed: LuGre's go astray where its one bristle has to do for several."""
+    """A usual breakaway force and Stribeck speed: LuGre's go astray where its bristle has to do for several, or for one
+    that does not drift below breakaway."""
     speed = float(np.quantile(np.abs(fits.balance.rows.v), 0.99))
     return {"static_force": _USUAL_BREAKAWAY * values["coulomb_force"], "stribeck_velocity": _USUAL_STRIBECK * speed}
 
@@ -62,15 +63,15 @@ def under_law(fits: JointFit, one: Fitted, law: str) -> Fitted:
     """The model under a friction law, fitted to the same recordings from where it is."""
     model = replace(one.model, law=law)
     tried = [one] if law == one.model.law else []
+    searched = find_law(law)
+    astray = searched.own and "static_force" not in searched.absent  # LuGre's breakaway force may not be this law's
     for start in starts_of(one, law):
-        if find_law(law).elements:
-            for first in (start, {**start, **_plain_stribeck(fits, start)}):
+        for first in (start, {**start, **_plain_stribeck(fits, start)}) if astray else (start,):
+            if searched.elements:
                 # The elements' shares trade against all else: what they stand on settles before they are free.
-                shape = {p.name: first[p.name] for p in find_law(law).own}
-                settled = fits.fit(model, first, {**one.preset, **shape}, one.recordings, QUICK)
-                tried.append(fits.fit(model, settled.values, one.preset, one.recordings, QUICK))
-        else:
-            tried.append(fits.fit(model, start, one.preset, one.recordings, QUICK))
+                held = {**one.preset, **{p.name: first[p.name] for p in searched.own}}
+                first = fits.fit(model, first, held, one.recordings, QUICK).values
+            tried.append(fits.fit(model, first, one.preset, one.recordings, QUICK))
     best = min(tried, key=lambda fitted: fitted.level)
     if best is one:
         return best

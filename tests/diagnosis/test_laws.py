@@ -10,7 +10,7 @@ import pytest
 
 from linid.challenge.files import write_hidden_campaign
 from linid.challenge.hidden_axis import Law
-from linid.challenge.make import Plan, make_campaign
+from linid.challenge.make import HiddenCampaign, Plan, make_campaign
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.law_of_base import PRESLIDING, base_with_law, law_finding, sentence, untold
@@ -32,6 +32,14 @@ def decided(law: Law) -> tuple[Base, Base, LawChoice]:
     base, choice = base_with_law(plain, {})
     assert choice is not None
     return plain, base, choice
+
+
+def hidden_axis(seed: int, law: Law, index: int, folder: Path) -> tuple[HiddenCampaign, Base]:
+    """An axis of that friction law and nothing else hidden, and its base under LuGre's."""
+    hidden = make_campaign(Plan(seed, kinds=("none",), laws=(law,)), index)
+    write_hidden_campaign(hidden, folder, fresh=False)
+    recordings = numbered(read_campaign(folder / hidden.name / "campaign.yaml").recordings)
+    return hidden, fit_base_model(recordings, "sine", {}, Means(), [])
 
 
 @pytest.mark.parametrize("law", NAMES)
@@ -130,10 +138,7 @@ def test_a_model_file_keeps_its_law(tmp_path: Path) -> None:
 
 def test_the_shape_of_maxwells_elements_is_found_where_lugres_stribeck_curve_goes_astray(tmp_path: Path) -> None:
     """LuGre's one bristle ends without a breakaway force on this axis: from there the elements end 40 floors away."""
-    hidden = make_campaign(Plan(2207, kinds=("none",), laws=("maxwell",)), 71)
-    write_hidden_campaign(hidden, tmp_path, fresh=False)
-    recordings = numbered(read_campaign(tmp_path / hidden.name / "campaign.yaml").recordings)
-    base = fit_base_model(recordings, "sine", {}, Means(), [])
+    hidden, base = hidden_axis(2207, "maxwell", 71, tmp_path)
     assert base.fitted.values["static_force"] < 1.05 * base.fitted.values["coulomb_force"]
     found = under_law(base.judge.fits, base.fitted, "maxwell_slip")
     assert base.judge.excess(found.residual) < 1.0
@@ -141,3 +146,15 @@ def test_the_shape_of_maxwells_elements_is_found_where_lugres_stribeck_curve_goe
     assert found.values["slip_stiffness_ratio"] == pytest.approx(stiffnesses[1] / stiffnesses[0], rel=0.05)
     breakaway = found.values["static_force"] / found.values["coulomb_force"]
     assert breakaway == pytest.approx(friction.static_force_n / friction.coulomb_force_n, rel=0.05)
+
+
+def test_an_elasto_plastic_breakaway_is_found_where_lugres_ends_at_the_bound(tmp_path: Path) -> None:
+    """LuGre's bristle, which drifts, needs eight times the Coulomb force: from there the fit ends 15 floors away."""
+    hidden, base = hidden_axis(4409, "elasto_plastic", 18, tmp_path)
+    assert base.fitted.values["static_force"] > 5.0 * base.fitted.values["coulomb_force"]
+    found = under_law(base.judge.fits, base.fitted, "elasto_plastic")
+    assert base.judge.excess(found.residual) < 0.2
+    friction = hidden.description.friction
+    breakaway = found.values["static_force"] / found.values["coulomb_force"]
+    assert breakaway == pytest.approx(friction.static_force_n / friction.coulomb_force_n, rel=0.05)
+    assert found.values["bristle_stiffness"] == pytest.approx(friction.bristle_stiffness_n_per_m, rel=0.05)

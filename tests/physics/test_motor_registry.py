@@ -33,7 +33,7 @@ def plain(y, i_1, i_2, i_3, force_constant):
         (replace(force.MOTOR, inputs=2), "2 inputs"),
         (replace(force.MOTOR, thrust=plain), "not compiled"),
         (replace(force.MOTOR, thrust=None), "either"),
-        (replace(force.MOTOR, thrust=theta.MOTOR.constant), "5 arguments"),
+        (replace(force.MOTOR, thrust=theta.MOTOR.constant), "expected 5"),
         (replace(force.MOTOR, amplitudes=sine.MOTOR.amplitudes, thrust=None), "not three inputs"),
         (replace(force.MOTOR, parameters=theta.MOTOR.parameters[1:]), "first parameter"),
         (replace(force.MOTOR, parameters=force.MOTOR.parameters * 2), "same name"),
@@ -41,7 +41,7 @@ def plain(y, i_1, i_2, i_3, force_constant):
         (replace(force.MOTOR, derived=(Derived("a", "a", "1", abs, ("nome",)),)), "follows from nome"),
         (replace(force.MOTOR, constant=theta.MOTOR.constant), "no `amplitudes`"),
         (replace(theta.MOTOR, shape=theta.MOTOR.shape[:1]), "are not force_constant"),
-        (replace(sine.MOTOR, amplitudes=theta.MOTOR.amplitudes), "does not take the 1 arguments"),
+        (replace(sine.MOTOR, amplitudes=theta.MOTOR.amplitudes), "takes 3 arguments, expected 1: out"),
     ],
 )
 def test_a_malformed_motor_is_refused(motor: Motor, fact: str) -> None:

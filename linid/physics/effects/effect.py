@@ -19,10 +19,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from linid.errors import ConfigError
 from linid.physics.motors.registry import MOTORS as ALL_MOTORS
 from linid.physics.parameter import Parameter
 from linid.physics.term import term as term  # for the effects
+from linid.physics.well_formed import fault_of_arguments, well_formed
 
 Slot = Literal["DRIVE", "FORCE", "SENSOR"]
 Acts = Literal["all", "one", "some"]
@@ -251,28 +251,18 @@ class Effect:
 
 def check_effect(effect: Any, place: str) -> Effect:
     """The effect itself if it is well formed; raises ConfigError that names what is not."""
-    remedy = "Correct the effect's file (see linid/physics/effects/effect.py), or uninstall its package"
-    if not isinstance(effect, Effect):
-        raise ConfigError(place, f"found {type(effect).__name__}, an Effect is expected", remedy)
-    fault = _fault(effect)
-    if fault:
-        raise ConfigError(f"{place}, effect {effect.name!r}", fault, remedy)
-    return effect
+    return well_formed(effect, Effect, place, _fault)
 
 
 def _fault(effect: Effect) -> str:
     """What is wrong with an effect, or nothing."""
     names = [parameter.name for parameter in effect.parameters]
-    if not effect.name.isidentifier():
-        return "its name is not an identifier"
     if effect.slot not in ("DRIVE", "FORCE", "SENSOR"):
         return f"its slot is {effect.slot!r}, expected DRIVE, FORCE or SENSOR"
     if not effect.terms.keys() - {"initial", "advance"}:
         return "it has no term that acts on the axis"
     if effect.initial is not None and effect.advance is None:
         return "it has `initial` but no `advance`"
-    if len(set(names)) < len(names):
-        return "two of its parameters have the same name"
     for listed in ("amplitudes", "preset", "phase_only", "single_only", "orders"):
         strange = sorted(set(getattr(effect, listed)) - set(names))
         if strange:
@@ -297,20 +287,13 @@ def _fault(effect: Effect) -> str:
     if strange:
         return f"`depends_on` names {strange[0]!r}, expected some of {', '.join(ARGUMENTS)}"
     for parameter in effect.parameters:
-        if not parameter.lower <= parameter.default <= parameter.upper:
-            return f"the default of {parameter.name!r} is outside its bounds"
         if parameter.name in effect.amplitudes and (parameter.default != 0.0 or parameter.log):
             return f"the amplitude {parameter.name!r} must have the default 0 and a linear scale"
-        if parameter.log and parameter.lower <= 0.0:
-            return f"{parameter.name!r} has a logarithmic scale and a lower bound that is not above 0"
     for name, function in effect.terms.items():
-        if not hasattr(function, "py_func"):
-            return f"its term `{name}` is not compiled (decorate it with @term)"
         states = effect.states_of(name)
         if effect.states and states not in ((0,) if name in STATELESS else (0, effect.states)):
             return f"its term `{name}` takes {states} hidden states, `advance` takes {effect.states}"
-        expected = [*effect.arguments_of(name), *names]
-        found = len(inspect.signature(function.py_func).parameters)
-        if found != len(expected):
-            return f"its term `{name}` takes {found} arguments, expected {len(expected)}: " + ", ".join(expected)
+        fault = fault_of_arguments(name, function, (*effect.arguments_of(name), *names))
+        if fault:
+            return fault
     return ""

@@ -13,7 +13,6 @@ Every term is a function decorated with `term` (linid.physics.term). A motor has
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from linid.errors import ConfigError
 from linid.physics.parameter import Parameter
+from linid.physics.well_formed import fault_of_arguments, well_formed
 
 MAX_HARMONICS = 12
 _POINTS = 256  # of a period, for more harmonics than MAX_HARMONICS
@@ -66,6 +65,12 @@ class Motor:
     amplitudes: Any = None
     constant: Any = None
     thrust: Any = None
+
+    @property
+    def terms(self) -> dict[str, Any]:
+        """The terms that this motor has, by name."""
+        names = ("amplitudes", "constant", "thrust")
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
 
     @property
     def phases(self) -> bool:
@@ -114,25 +119,15 @@ class Motor:
 
 def check_motor(motor: Any, place: str) -> Motor:
     """The motor itself if it is well formed; raises ConfigError that names what is not."""
-    remedy = "Correct the motor's file (see linid/physics/motors/motor.py), or uninstall its package"
-    if not isinstance(motor, Motor):
-        raise ConfigError(place, f"found {type(motor).__name__}, a Motor is expected", remedy)
-    fault = _fault(motor)
-    if fault:
-        raise ConfigError(f"{place}, motor {motor.name!r}", fault, remedy)
-    return motor
+    return well_formed(motor, Motor, place, _fault)
 
 
 def _fault(motor: Motor) -> str:
     """What is wrong with a motor, or nothing."""
     names = tuple(parameter.name for parameter in motor.parameters)
     shape = tuple(name for name, _ in motor.shape)
-    if not motor.name.isidentifier():
-        return "its name is not an identifier"
     if motor.inputs not in (0, 1, 3):
         return f"it has {motor.inputs} inputs, expected 0, 1 or 3"
-    if len(set(names)) < len(names):
-        return "two of its parameters have the same name"
     if motor.phases and names != (*PHASE_PARAMETERS, *shape):
         return "its parameters are not " + ", ".join((*PHASE_PARAMETERS, "and then those of `shape`"))
     if motor.inputs == 1 and names[:1] != PHASE_PARAMETERS[:1]:
@@ -143,20 +138,9 @@ def _fault(motor: Motor) -> str:
         return "it has `amplitudes`, but not three inputs"
     if motor.constant is not None and not motor.periodic:
         return "it has `constant`, but no `amplitudes`"
-    for parameter in motor.parameters:
-        if not parameter.lower <= parameter.default <= parameter.upper:
-            return f"the default of {parameter.name!r} is outside its bounds"
     for derived in motor.derived:
         if set(derived.of) - set(names):
             return f"`{derived.name}` follows from {', '.join(derived.of)}, of which some are no parameters of it"
-    for term, expected in (
-        ("amplitudes", ("out", *shape)),
-        ("constant", ("z", *shape)),
-        ("thrust", ("y", "i_1", "i_2", "i_3", *names)),
-    ):
-        function = getattr(motor, term)
-        if function is not None and not hasattr(function, "py_func"):
-            return f"its term `{term}` is not compiled (decorate it with @term)"
-        if function is not None and len(inspect.signature(function.py_func).parameters) != len(expected):
-            return f"its term `{term}` does not take the {len(expected)} arguments {', '.join(expected)}"
-    return ""
+    expected = {"amplitudes": ("out", *shape), "constant": ("z", *shape), "thrust": ("y", "i_1", "i_2", "i_3", *names)}
+    faults = (fault_of_arguments(name, function, expected[name]) for name, function in motor.terms.items())
+    return next(filter(None, faults), "")
