@@ -11,10 +11,11 @@ import numpy as np
 
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.descent import SETTLING, THOROUGH
-from linid.diagnosis.joint import FAR, Fitted, JointFit
+from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Judge, judge_of
 from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.means import Means
+from linid.diagnosis.verdict import LEAST_EXCESS
 from linid.identification.guess.first_values import first_values
 from linid.identification.guess.regression import force_guess
 from linid.identification.guess.scales import typical_acceleration
@@ -30,6 +31,7 @@ from linid.recording.recording import Recording
 _BREAKAWAY, _STRIBECK, _PRESLIDING, _RATIO = (1.1, 1.6, 2.4), (1e-3, 5e-3, 2.5e-2), (1e-4, 1e-3, 1e-2), 0.3
 _TRIED = 2
 _SHIFTS = tuple(math.radians(side * k) for k in (15, 30, 45, 60, 75) for side in (-1, 1))  # of the field's phase
+_EXPLAINED = math.log1p(LEAST_EXCESS / 2.0)  # level of a base that leaves nothing
 _UNBALANCED = 0.05  # of the currents' RMS: a sum below that is noise of the sensors
 _DISAGREEING = 2.0  # factor between a base and a regression beside a free force, from which on the base is biased
 _FORCES = ("N", "N m", "Nm")  # units of an input that is a force
@@ -112,7 +114,7 @@ def _at_the_phase(fits: JointFit, found: Fitted) -> Fitted:
     give the same thrust: a fit may settle there, with the current across the thrust in the place of other forces.
     """
     known = {"force_constant", "commutation_offset"} & found.held.keys()
-    if known or "commutation_offset" not in found.values or found.level < FAR:
+    if known or "commutation_offset" not in found.values or found.level < _EXPLAINED:
         return found
     turns = found.model.turns
     trials = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +20,12 @@ _LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 @dataclass(frozen=True)
 class Effort:
     """How long a fit may take. steps: at most; precision: promised decrease of the criterion per row that ends it;
-    renewals: how often the slopes may be computed anew."""
+    renewals: how often the slopes may be computed anew; soft: floors that count as one, in turn, before one does."""
 
     steps: int
     precision: float
     renewals: int
+    soft: tuple[float, ...] = ()
 
 
 THOROUGH = Effort(60, 1e-5, 4)
@@ -77,9 +78,9 @@ class Descent:
         floor = self.criterion.floor_of(self.posed.model, vector)
         return _Place(x, residual, vector, floor, self.criterion.level(residual, floor, self.rows, softness))
 
-    def run(self, effort: Effort, soft: Sequence[float]) -> tuple[Array, Array]:
-        """The unknowns (p,) and the residual (n,) at the end; soft: floors that count as one, in turn, before one."""
-        for softness in (*soft, 1.0):
+    def run(self, effort: Effort) -> tuple[Array, Array]:
+        """The unknowns (p,) and the residual (n,) at the end."""
+        for softness in (*effort.soft, 1.0):
             self._descend(effort if softness == 1.0 else SOFTENED, softness)
         return self.place.x, self.place.residual
 

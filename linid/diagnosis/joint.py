@@ -87,12 +87,11 @@ class JointFit(Criterion):
         effort: Effort,
         slopes: Mapping[str, Array] | None = None,
         exact: bool = False,
-        soft: Sequence[float] = (),
         shape: Proportions = UNSHAPED,
     ) -> Fitted:
         """Identify a model on some recordings (places), from first values in SI; slopes: d residual / d unknown (n,)
-        near there, where they are known; exact: they are those at the first values; soft: floors that count as one,
-        in turn, before one does; shape: of a term of which only the size is identified."""
+        near there, where they are known; exact: they are those at the first values; shape: of a term of which only the
+        size is identified."""
         chosen = tuple(sorted(recordings))
         names = {p.name for p in model.parameters}
         held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
@@ -102,14 +101,14 @@ class JointFit(Criterion):
         x = encoded(coordinates, model, {**values, **held})
         phase = float({**values, **held}.get("commutation_offset", 0.0))
         posed = Posed(model, coordinates, held, phase, shape.ties)
-        key = _key(model, {**held, **shape.values, "phase": phase}, chosen, x, effort, soft)
+        key = _key(model, {**held, **shape.values, "phase": phase}, chosen, x, effort)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
             residual = self.residuals(posed, x[None, :])[0]
         else:
             descent = Descent(self, posed, x, self.rows_of(chosen), slopes or {}, exact)
-            x, residual = descent.run(effort, soft)
+            x, residual = descent.run(effort)
             memory[key] = x.tolist()
         vector = posed.vectors(x)[0]
         found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
@@ -129,10 +128,9 @@ class JointFit(Criterion):
             one.values,
             one.preset,
             one.recordings,
-            effort,
+            replace(effort, soft=SOFTNESS),
             self.slopes(one),
             exact=True,
-            soft=SOFTNESS,
             shape=one.shape,
         )
         return step if step.level < one.level else one
@@ -176,15 +174,8 @@ class JointFit(Criterion):
         return posed, encoded(coordinates, fitted.model, fitted.values)
 
 
-def _key(
-    model: Model,
-    held: Mapping[str, float],
-    recordings: tuple[int, ...],
-    x: Array,
-    effort: Effort,
-    soft: Sequence[float],
-) -> str:
+def _key(model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort) -> str:
     """What decides the result of a fit, as a hash."""
     law = () if model.law == LUGRE else (model.law,)
-    parts = (model.kind, *law, model.effects, sorted(held.items()), recordings, x.tolist(), effort, tuple(soft))
+    parts = (model.kind, *law, model.effects, sorted(held.items()), recordings, x.tolist(), effort)
     return hashlib.sha256(repr(parts).encode()).hexdigest()

@@ -14,12 +14,12 @@ from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.proposed.describe import described, with_formula
-from linid.diagnosis.proposed.learned import effect_of, formula_instead, with_term
+from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
-from linid.diagnosis.proposed.propose import Proposal, judged_families, propose
+from linid.diagnosis.proposed.propose import WORTH, Proposal, judged_families, propose
 from linid.diagnosis.proposed.regression import Regression
-from linid.diagnosis.proposed.short_formula import short_formula
-from linid.diagnosis.refined_models import measured_alone, refined_model
+from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, short_formula
+from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import judged_rows
@@ -106,29 +106,46 @@ def lacking_term(
     formula = short_formula(problem, proposal)
     term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs), formula)
     better = None if formula is None else formula_instead(judge, lead.start, problem, proposal, formula)
-    if better is None:
-        formula = None  # the curve itself goes into the simulation
-    else:
+    if better is not None:
         proposal = better
         term = with_formula(term, problem, proposal, lead.judged)
     term = replace(term, effect=effect_of(proposal.family))
     means.watch("term", 1, 3)
-    joined = with_term(judge, lead.start, problem, proposal, formula)
+    joined = _joined(judge, lead, proposal, formula if better is not None else None)
     if joined is None:
         means.watch("term", 3, 3)
         return term, models
-    one = joined.fitted
     term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
     fitted = [r for r in recordings if r.split == "fit"]
-    after = refined_model(one, fitted, means, judge.balance.memory)
+    after = refined_model(joined.fitted, fitted, means, judge.balance.memory)
     means.watch("term", 2, 3)
-    more = _changed(models, Models(after, one, *_measures(after, recordings, means)))
+    more = _changed(models, Models(after, joined.fitted, *_measures(after, recordings, means)))
+    if _worse_somewhere(_beside(models, more)):
+        after = refined_further(joined.fitted, after, fitted, means, judge.balance.memory)
+        more = _changed(models, Models(after, joined.fitted, *_measures(after, recordings, means)))
     beside = _beside(models, more)
     term = replace(term, measures=together(beside, more.traces, means.seed))
     means.watch("term", 3, 3)
-    if any(_rises(change) for change in beside if change.split == "held_out"):
-        return term, models
-    return replace(term, kept=True), more
+    return (term, models) if _worse_somewhere(beside) else (replace(term, kept=True), more)
+
+
+def _joined(judge: Judge, lead: Lead, proposal: Proposal, formula: FoundFormula | None) -> Joined | None:
+    """The model with a term: of the curve or the formula that stands for it; beside a curve also of the likeliest
+    formula, which may explain more once the base has moved."""
+    problem = lead.problem
+    joined = with_term(judge, lead.start, problem, proposal, formula)
+    if formula is not None or (likely := likely_formula(problem, proposal)) is None:
+        return joined
+    instead = formula_instead(judge, lead.start, problem, proposal, likely, WORTH)
+    other = None if instead is None else with_term(judge, lead.start, problem, instead, likely)
+    options = [one for one in (joined, other) if one is not None]
+    rows = judge.balance.split
+    return min(options, key=lambda one: judge.fits.level(one.fitted.residual, one.fitted.floor, rows), default=None)
+
+
+def _worse_somewhere(changes: Sequence[RecordingChange]) -> bool:
+    """Whether some held-out recording is predicted worse with the term."""
+    return any(_rises(change) for change in changes if change.split == "held_out")
 
 
 def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -25,6 +26,7 @@ from linid.recording.recording import Recording
 
 # The models start from where the force balance has brought them.
 _STEPS, _PRECISION = 10, 0.1
+_MORE_STEPS, _MORE_PRECISION = 40, 3e-3  # where a small step ended too early: mass and all forces may creep together
 
 
 def refined_models(
@@ -56,6 +58,21 @@ def refined_model(one: Fitted, fitted: Sequence[Recording], means: Means, memory
     return model_from_text(memory[key], "checkpoint")
 
 
+def refined_further(
+    one: Fitted, result: FitResult, fitted: Sequence[Recording], means: Means, memory: Memory
+) -> FitResult:
+    """A refined model taken on from where it stopped, to a finer end."""
+    key = f"{_key(one)} further"
+    if key not in memory:
+        space, _ = one.space(fitted)
+        point = space.encode({p.name: result.value(p.name) for p in one.model.parameters})
+        settings = replace(
+            _settings(means.seed, means.jobs), least_squares_steps=_MORE_STEPS, least_squares_precision=_MORE_PRECISION
+        )
+        memory[key] = model_to_text(refine(space, point, fitted, settings=settings))
+    return model_from_text(memory[key], "checkpoint")
+
+
 def measured_alone(
     recordings: tuple[Recording, ...], model: FitResult, seed: int, index: int, jobs: int
 ) -> tuple[RecordingChange, Trace]:
@@ -68,14 +85,14 @@ def measured_alone(
 def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[str, Fitted], jobs: int) -> str:
     """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
     runs on workers."""
-    settings = FitSettings(
-        search=SearchSettings(seed=seed),
-        jobs=max(jobs, least),
-        least_squares_steps=_STEPS,
-        least_squares_precision=_PRECISION,
-    )
     space, point = item[1].space(fitted)
-    return model_to_text(refine(space, point, fitted, settings=settings))
+    return model_to_text(refine(space, point, fitted, settings=_settings(seed, max(jobs, least))))
+
+
+def _settings(seed: int, jobs: int) -> FitSettings:
+    return FitSettings(
+        search=SearchSettings(seed=seed), jobs=jobs, least_squares_steps=_STEPS, least_squares_precision=_PRECISION
+    )
 
 
 def changes_of(

@@ -39,17 +39,22 @@ class Joined:
 
 
 def formula_instead(
-    judge: Judge, start: Fitted, problem: Problem, proposal: Proposal, formula: FoundFormula
+    judge: Judge,
+    start: Fitted,
+    problem: Problem,
+    proposal: Proposal,
+    formula: FoundFormula,
+    least: float = 1.0 - AS_GOOD[0],
 ) -> Proposal | None:
     """A proposal with a short formula in its curve's stead, where the simulation's own term closes about as much.
 
-    start: the model beside which the proposal was found.
+    start: the model beside which the proposal was found; least: share of what the curve closes.
     """
     regression = _simulated(judge, start, problem, _family_of(proposal, formula))
     if regression is None:
         return None
     closed = min(regression.closed(), 1.0)
-    if closed < (1.0 - AS_GOOD[0]) * proposal.closed:
+    if closed < least * proposal.closed:
         return None
     return replace(proposal, family=regression.family, regression=regression, closed=closed)
 
@@ -124,23 +129,25 @@ def with_term(
     able = _extended(start.model, proposal.family)
     if able is None:
         return None
-    (text, model), step, coefficients = able, start, proposal.regression.solution()[0]
+    (text, model), step, regression = able, start, proposal.regression
+    coefficients = regression.solution()[0]
     for turn in range(_TURNS):
         if turn:
             plain = judge.fits.fit(start.model, step.values, start.preset, step.recordings, _AS_IT_IS)
             whole = problem_of(judge, plain, problem.seed)
             formula = None if formula is None else formula.anew(whole, partial(_columns, judge, plain, whole))
             family = proposal.family if formula is None else _family_of(proposal, formula)
-            regression, able = _simulated(judge, plain, whole, family), _extended(start.model, family)
-            if regression is None or able is None:
+            other, able = _simulated(judge, plain, whole, family), _extended(start.model, family)
+            if other is None or able is None:
                 break
-            (text, model), coefficients = able, regression.solution(proposal.regression.best[0])[0]
+            (text, model), regression = able, other
+            coefficients = regression.solution(proposal.regression.best[0])[0]
         shape = proportions_of(model, named(text, coefficients), {})
         values = {**step.values, **shape.values, **shape.leaders}
         step = judge.fits.fit(model, values, start.preset, step.recordings, SETTLING, shape=shape)
         step = at_the_masses(judge.fits, step)
     final = np.array([step.values[name] for name in named(text, coefficients)])
-    return Joined(step, text, None if formula is None else formula.put(final))
+    return Joined(step, text, None if formula is None else formula.put(final, regression.closed()))
 
 
 def named(text: str, coefficients: Array) -> dict[str, float]:

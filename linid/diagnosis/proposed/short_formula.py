@@ -14,7 +14,7 @@ from linid.diagnosis.proposed.dictionary import Formula, formulas
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.propose import Proposal
+from linid.diagnosis.proposed.propose import WORTH, Proposal
 from linid.diagnosis.proposed.regression import Regression
 from linid.diagnosis.report_data import ShortFormula
 
@@ -57,30 +57,53 @@ class FoundFormula:
         fit = _Search(problem).refined(replace(self.fit, formula=shown, squares=math.inf), STEPS_ANEW)
         return replace(self, fit=fit, said=replace(self.said, effect=fit.formula.own(fit.theta)))
 
-    def put(self, amplitudes: Array) -> FoundFormula:
-        """The same with its amplitudes (k,) in N, as it is said."""
-        return replace(self, said=replace(self.said, text=self.fit.formula.words(amplitudes, self.fit.theta)))
+    def put(self, amplitudes: Array, closed: float) -> FoundFormula:
+        """The same with its amplitudes (k,) in N and the share that it closes, as it is said."""
+        text = self.fit.formula.words(amplitudes, self.fit.theta)
+        return replace(self, said=replace(self.said, text=text, closed=min(closed, 1.0)))
 
 
 def short_formula(problem: Problem, proposal: Proposal) -> FoundFormula | None:
     """The best formula of the dictionary by AICc that predicts left-out recordings as well as the curve, if any."""
+    curve = proposal.regression
+    folds = curve.sums.split
+    for fit in _likeliest(problem, proposal)[:JUDGED]:
+        regression = _regressed(proposal, fit)
+        if all(as_good(problem.seed, curve, regression, some) for some in (folds.selecting, folds.judging)):
+            return _said(proposal, fit, regression)
+    return None
+
+
+def likely_formula(problem: Problem, proposal: Proposal) -> FoundFormula | None:
+    """The likeliest formula of the dictionary by AICc that a model can have, where it closes a good part of what the
+    curve does: a curve also imitates how far the base is pulled, which a formula cannot before the base has moved."""
+    for fit in _likeliest(problem, proposal)[:1]:
+        found = _said(proposal, fit, _regressed(proposal, fit))
+        if found.said.effect and found.said.closed >= WORTH * proposal.closed:
+            return found
+    return None
+
+
+def _likeliest(problem: Problem, proposal: Proposal) -> list[Fitted]:
+    """Formulas with the arguments of a proposal, the likeliest first."""
     if proposal.family.local:
-        return None
+        return []
     search = _Search(problem)
     tried = [search.gridded(formula, k) for k, formula in enumerate(formulas(problem, proposal.family))]
     tried.sort(key=lambda fit: fit.squares)
     refined = [search.refined(fit, EVALUATIONS) for fit in tried[:REFINED] if math.isfinite(fit.squares)]
-    count = search.effective_rows(proposal.regression)
-    curve = proposal.regression
-    for fit in _in_order(refined, search, count)[:JUDGED]:
-        family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), _flat(fit))
-        regression = Regression(curve.sums, family)
-        folds = curve.sums.split
-        if all(as_good(problem.seed, curve, regression, some) for some in (folds.selecting, folds.judging)):
-            text = fit.formula.words(regression.solution(0.0)[0], fit.theta)
-            said = ShortFormula(text, min(regression.closed(0.0), 1.0), fit.numbers, fit.formula.own(fit.theta))
-            return FoundFormula(proposal.family, fit, said)
-    return None
+    return _in_order(refined, search, search.effective_rows(proposal.regression))
+
+
+def _regressed(proposal: Proposal, fit: Fitted) -> Regression:
+    family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), _flat(fit))
+    return Regression(proposal.regression.sums, family)
+
+
+def _said(proposal: Proposal, fit: Fitted, regression: Regression) -> FoundFormula:
+    text = fit.formula.words(regression.solution(0.0)[0], fit.theta)
+    said = ShortFormula(text, min(regression.closed(0.0), 1.0), fit.numbers, fit.formula.own(fit.theta))
+    return FoundFormula(proposal.family, fit, said)
 
 
 class _Search:

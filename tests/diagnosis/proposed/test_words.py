@@ -13,8 +13,8 @@ from linid.diagnosis.proposed.describe import closed_interval, described
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import judged_families, propose
-from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.proposed.short_formula import short_formula
+from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.proposed.words import listed, next_experiment, not_on, sentence
 from tests.diagnosis.proposed.axis import axis, family_of, proposal_of
 
