@@ -73,7 +73,7 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
         yield from _turning(problem, variable)
     if names == {"position", "direction"} and len(variable.wavenumbers) > 1:
         yield _forth_and_back(problem, variable)
-    if names == {"time", "velocity"}:
+    if names == {"time", "velocity"} and variable.wavenumbers:
         yield _gated(problem, variable)
     if names == {"position", "motor_force"}:
         yield _place_and_force(problem, variable)

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.proposed.arguments import arguments_of
+from linid.diagnosis.proposed.dictionary import formulas
+from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
@@ -135,3 +137,18 @@ def test_numbers_without_needless_zeros() -> None:
 )
 def test_units_of_quotients(unit: str, divisor: str, power: float, text: str) -> None:
     assert over(unit, divisor, power) == text
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("time", "velocity"), ("position", "direction"), ("position", "velocity"), ("position", "motor_force"), ("time",)],
+)
+def test_every_formula_of_a_term_without_waves_has_columns(names: tuple[str, ...]) -> None:
+    problem = axis(lambda problem: np.zeros(problem.rows.t.size))
+    rows = problem.rows.t.size
+    family = Family(names, "smooth", np.empty((rows, 0)), np.empty((0, 0)))
+    found = list(formulas(problem, family))
+    assert found
+    for formula in found:
+        theta = formula.starts[0] if len(formula.starts) else np.zeros(0)
+        assert formula.columns(theta).shape[0] == rows, formula.name
