@@ -87,14 +87,9 @@ def fit_base_model(
     balance = Balance(model, recordings, means.jobs, means.seed, means.memory)
     judge = judge_of(balance, model, starts[0], held, {}, means.seed)
     means.watch("base", 1, 3)
-    rows = judge.fits.rows_of(places)
     settled = []
     for start in starts:
-        rivals = _friction_rivals(start, fitted, held)
-        residuals = balance.residuals(model, np.array([model.vector(values) for values in rivals]))
-        floors = [judge.fits.floor_of(model, model.vector(values)) for values in rivals]
-        levels = [judge.fits.level(*pair, rows) for pair in zip(residuals, floors, strict=True)]
-        best = [rivals[k] for k in np.argsort(levels)[:_TRIED]]
+        best = _lowest(judge.fits, model, _friction_rivals(start, fitted, held), places, _TRIED)
         settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
     found = at_the_masses(judge.fits, min(settled, key=lambda one: one.level))
     found = _at_the_phase(judge.fits, found)
@@ -125,9 +120,19 @@ def _at_the_phase(fits: JointFit, found: Fitted) -> Fitted:
         }
         for shift in _SHIFTS
     ]
-    best = min(trials, key=lambda values: fits.level_at(found.model, values, {}, found.recordings))
+    (best,) = _lowest(fits, found.model, trials, found.recordings, 1)
     other = at_the_masses(fits, fits.fit(found.model, best, {}, found.recordings, SETTLING))
     return other if other.level < found.level else found
+
+
+def _lowest(
+    fits: JointFit, model: Model, trials: Sequence[dict[str, float]], places: Sequence[int], count: int
+) -> list[dict[str, float]]:
+    """The first values with the lowest criterion before any fit to some recordings (places), the lowest first."""
+    vectors = np.array([model.vector(values) for values in trials])
+    residuals, rows = fits.balance.residuals(model, vectors), fits.rows_of(places)
+    levels = [fits.level(one, fits.floor_of(model, v), rows) for one, v in zip(residuals, vectors, strict=True)]
+    return [trials[k] for k in np.argsort(levels)[:count]]
 
 
 def _balanced(driven: Sequence[Recording]) -> bool:

@@ -13,7 +13,7 @@ from linid.arrays import Array
 from linid.diagnosis.balance import Balance, Noise
 from linid.diagnosis.criterion import Criterion, Posed
 from linid.diagnosis.descent import Descent, Effort
-from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded, vectors_of
+from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded
 from linid.identification.space.bounds import build_space
 from linid.identification.space.proportions import UNSHAPED, Proportions
 from linid.identification.space.search_space import SearchSpace
@@ -93,15 +93,9 @@ class JointFit(Criterion):
         near there, where they are known; exact: they are those at the first values; shape: of a term of which only the
         size is identified."""
         chosen = tuple(sorted(recordings))
-        names = {p.name for p in model.parameters}
-        held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
-        if "stribeck_exponent" in names:
-            held.setdefault("stribeck_exponent", 2.0)
-        coordinates = self.coordinates.of(model, held | shape.values, values, shape.bounds)
-        x = encoded(coordinates, model, {**values, **held})
-        phase = float({**values, **held}.get("commutation_offset", 0.0))
-        posed = Posed(model, coordinates, held, phase, shape.ties)
-        key = _key(model, {**held, **shape.values, "phase": phase}, chosen, x, effort)
+        held = self._held(model, preset)
+        posed, x = self._posed(model, values, held, shape)
+        key = _key(model, {**held, **shape.values, "phase": posed.phase}, chosen, x, effort)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
@@ -139,39 +133,49 @@ class JointFit(Criterion):
         self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]
     ) -> float:
         """The criterion per row that a model has at first values in SI, before any fit."""
-        names = {p.name for p in model.parameters}
-        held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
-        if "stribeck_exponent" in names:
-            held.setdefault("stribeck_exponent", 2.0)
-        coordinates = self.coordinates.of(model, held, values, {})
-        x = encoded(coordinates, model, {**values, **held})
-        vector = vectors_of(coordinates, model, held, x, float({**values, **held}.get("commutation_offset", 0.0)), {})
+        posed, x = self._posed(model, values, self._held(model, preset), UNSHAPED)
+        vector = posed.vectors(x)
         residual = self.balance.residuals(model, vector)[0]
         return self.level(residual, self.floor_of(model, vector[0]), self.rows_of(recordings))
 
-    def at(self, model: Model, values: Mapping[str, float], recordings: Iterable[int]) -> Fitted:
-        """A model without effects at given values, as if it had been fitted to some recordings (places)."""
-        return self.fit(model, values, {}, recordings, Effort(0, 0.0, 0))
+    def at(
+        self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]
+    ) -> Fitted:
+        """A model at given values, as if it had been fitted to some recordings (places)."""
+        return self.fit(model, values, preset, recordings, Effort(0, 0.0, 0))
 
     def slopes(self, fitted: Fitted) -> Columns:
         """d residual / d unknown (n,) of a fitted model, by name."""
         if fitted.key not in self._slopes:
-            posed, x = self._posed(fitted)
+            posed, x = self._as_posed(fitted)
             rows = self.differences(posed, x, fitted.residual, range(x.size))
             self._slopes[fitted.key] = {c.name: row for c, row in zip(posed.coordinates, rows, strict=True)}
         return self._slopes[fitted.key]
 
     def unknowns(self, fitted: Fitted) -> tuple[Coordinate, ...]:
         """What was searched in a fit."""
-        return self._posed(fitted)[0].coordinates
+        return self._as_posed(fitted)[0].coordinates
 
-    def _posed(self, fitted: Fitted) -> tuple[Posed, Array]:
+    def _as_posed(self, fitted: Fitted) -> tuple[Posed, Array]:
         """A fit as it was posed, and its unknowns (p,)."""
-        held = fitted.held | fitted.preset
-        shape = fitted.shape
-        coordinates = self.coordinates.of(fitted.model, held | shape.values, fitted.values, shape.bounds)
-        posed = Posed(fitted.model, coordinates, held, fitted.values.get("commutation_offset", 0.0), shape.ties)
-        return posed, encoded(coordinates, fitted.model, fitted.values)
+        return self._posed(fitted.model, fitted.values, fitted.held | fitted.preset, fitted.shape)
+
+    def _held(self, model: Model, preset: Mapping[str, float]) -> dict[str, float]:
+        """What a fit of a model does not identify, SI."""
+        names = {p.name for p in model.parameters}
+        held = {k: x for k, x in self.held.items() if k in names} | dict(preset)
+        if "stribeck_exponent" in names:
+            held.setdefault("stribeck_exponent", 2.0)
+        return held
+
+    def _posed(
+        self, model: Model, values: Mapping[str, float], held: Mapping[str, float], shape: Proportions
+    ) -> tuple[Posed, Array]:
+        """What is searched about some values, and these as unknowns (p,)."""
+        whole = {**values, **held}
+        coordinates = self.coordinates.of(model, {**held, **shape.values}, values, shape.bounds)
+        posed = Posed(model, coordinates, held, float(whole.get("commutation_offset", 0.0)), shape.ties)
+        return posed, encoded(coordinates, model, whole)
 
 
 def _key(model: Model, held: Mapping[str, float], recordings: tuple[int, ...], x: Array, effort: Effort) -> str:

@@ -18,7 +18,7 @@ from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead,
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import WORTH, Proposal, judged_families, propose
 from linid.diagnosis.proposed.regression import Regression
-from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, short_formula
+from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
@@ -103,7 +103,8 @@ def lacking_term(
 ) -> tuple[ProposedTerm, Models]:
     """A term in full, and the models with it where it is kept. models: with the effects found."""
     problem, proposal = lead.problem, lead.proposal
-    formula = short_formula(problem, proposal)
+    ranked = ranked_formulas(problem, proposal)
+    formula = short_formula(problem, proposal, ranked)
     term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs), formula)
     better = None if formula is None else formula_instead(judge, lead.start, problem, proposal, formula)
     if better is not None:
@@ -111,30 +112,36 @@ def lacking_term(
         term = with_formula(term, problem, proposal, lead.judged)
     term = replace(term, effect=effect_of(proposal.family))
     means.watch("term", 1, 3)
-    joined = _joined(judge, lead, proposal, formula if better is not None else None)
+    likely = likely_formula(proposal, ranked) if better is None else None
+    joined = _joined(judge, lead, proposal, None if better is None else formula, likely)
     if joined is None:
         means.watch("term", 3, 3)
         return term, models
     term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
     fitted = [r for r in recordings if r.split == "fit"]
+
+    def measured(after: FitResult) -> tuple[Models, tuple[RecordingChange, ...]]:
+        more = _changed(models, Models(after, joined.fitted, *_measures(after, recordings, means)))
+        return more, _beside(models, more)
+
     after = refined_model(joined.fitted, fitted, means, judge.balance.memory)
     means.watch("term", 2, 3)
-    more = _changed(models, Models(after, joined.fitted, *_measures(after, recordings, means)))
-    if _worse_somewhere(_beside(models, more)):
-        after = refined_further(joined.fitted, after, fitted, means, judge.balance.memory)
-        more = _changed(models, Models(after, joined.fitted, *_measures(after, recordings, means)))
-    beside = _beside(models, more)
+    more, beside = measured(after)
+    if _worse_somewhere(beside):
+        more, beside = measured(refined_further(joined.fitted, after, fitted, means, judge.balance.memory))
     term = replace(term, measures=together(beside, more.traces, means.seed))
     means.watch("term", 3, 3)
     return (term, models) if _worse_somewhere(beside) else (replace(term, kept=True), more)
 
 
-def _joined(judge: Judge, lead: Lead, proposal: Proposal, formula: FoundFormula | None) -> Joined | None:
-    """The model with a term: of the curve or the formula that stands for it; beside a curve also of the likeliest
-    formula, which may explain more once the base has moved."""
+def _joined(
+    judge: Judge, lead: Lead, proposal: Proposal, formula: FoundFormula | None, likely: FoundFormula | None
+) -> Joined | None:
+    """The model with a term: of the curve or the formula that stands for it, or of the likeliest formula, which may
+    explain more than a curve once the base has moved."""
     problem = lead.problem
     joined = with_term(judge, lead.start, problem, proposal, formula)
-    if formula is not None or (likely := likely_formula(problem, proposal)) is None:
+    if likely is None:
         return joined
     instead = formula_instead(judge, lead.start, problem, proposal, likely, WORTH)
     other = None if instead is None else with_term(judge, lead.start, problem, instead, likely)

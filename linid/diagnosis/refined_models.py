@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -20,13 +19,13 @@ from linid.diagnosis.select import Selection
 from linid.identification.fit import refine
 from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.result import FitResult
-from linid.identification.settings import FitSettings, SearchSettings
+from linid.identification.settings import Ending, FitSettings, SearchSettings
 from linid.identification.signals.motion import input_jumps
 from linid.recording.recording import Recording
 
 # The models start from where the force balance has brought them.
-_STEPS, _PRECISION = 10, 0.1
-_MORE_STEPS, _MORE_PRECISION = 40, 3e-3  # where a small step ended too early: mass and all forces may creep together
+_USUAL = Ending(10, 0.1)
+_FINER = Ending(40, 3e-3)  # where a small step ended too early: mass and all forces may creep together
 
 
 def refined_models(
@@ -66,9 +65,7 @@ def refined_further(
     if key not in memory:
         space, _ = one.space(fitted)
         point = space.encode({p.name: result.value(p.name) for p in one.model.parameters})
-        settings = replace(
-            _settings(means.seed, means.jobs), least_squares_steps=_MORE_STEPS, least_squares_precision=_MORE_PRECISION
-        )
+        settings = _settings(means.seed, means.jobs, _FINER)
         memory[key] = model_to_text(refine(space, point, fitted, settings=settings))
     return model_from_text(memory[key], "checkpoint")
 
@@ -86,12 +83,15 @@ def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[s
     """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
     runs on workers."""
     space, point = item[1].space(fitted)
-    return model_to_text(refine(space, point, fitted, settings=_settings(seed, max(jobs, least))))
+    return model_to_text(refine(space, point, fitted, settings=_settings(seed, max(jobs, least), _USUAL)))
 
 
-def _settings(seed: int, jobs: int) -> FitSettings:
+def _settings(seed: int, jobs: int, end: Ending) -> FitSettings:
     return FitSettings(
-        search=SearchSettings(seed=seed), jobs=jobs, least_squares_steps=_STEPS, least_squares_precision=_PRECISION
+        search=SearchSettings(seed=seed),
+        jobs=jobs,
+        least_squares_steps=end.steps,
+        least_squares_precision=end.precision,
     )
 
 

@@ -124,7 +124,7 @@ def forward(base: Base, screening: Screening, watch: Watch) -> tuple[Fitted, tup
     step = base.fitted
     # A base that is caught in a wrong place, as where a loop's input cancels what is missing, shows little of it: the
     # first step also starts from where a regression beside a free periodic force puts the base.
-    steps = [step, *(fits.at(step.model, values, step.recordings) for values in base.rivals)]
+    steps = [step, *(fits.at(step.model, values, {}, step.recordings) for values in base.rivals)]
     first: tuple[Screened, ...] = ()
     for number in range(LARGEST):
         told = partial(watch, f"screen effect {number + 1}")

@@ -143,7 +143,7 @@ class _Ledger:
         self.fitted = fits.rows_of(best.recordings)
         self.unknowns, self.columns, self.ridge = self._columns(best)
         own = {p.name for p in base.parameters}
-        bare = fits.at(base, {k: x for k, x in best.values.items() if k in own}, best.recordings)
+        bare = fits.at(base, {k: x for k, x in best.values.items() if k in own}, {}, best.recordings)
         # What the base absorbs it absorbs where no effect is known.
         _, self.base_columns, self.base_ridge = self._columns(bare)
         self.owners = {p.name: name for name in effects for p in find_effect(name).parameters}

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.descent import SETTLING, Effort
+from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.masses import at_the_masses
@@ -24,9 +24,7 @@ from linid.physics.model import Model
 
 NAME = "learned"
 _SMALL = 1e-2  # of what is left, in a difference that shows what an amplitude does
-_FLAT = 1e-6  # roughness of amplitudes, which have none
 _TURNS = 3  # of curve and model, each with the other as it was last
-_AS_IT_IS = Effort(0, 0.0, 0)
 
 
 @dataclass(frozen=True)
@@ -50,9 +48,10 @@ def formula_instead(
 
     start: the model beside which the proposal was found; least: share of what the curve closes.
     """
-    regression = _simulated(judge, start, problem, _family_of(proposal, formula))
-    if regression is None:
+    able = _simulated(judge, start, problem, _family_of(proposal, formula))
+    if able is None:
         return None
+    regression = able.regression
     closed = min(regression.closed(), 1.0)
     if closed < least * proposal.closed:
         return None
@@ -61,22 +60,31 @@ def formula_instead(
 
 def _family_of(proposal: Proposal, formula: FoundFormula) -> Family:
     """A formula as a family, its columns to follow."""
-    amplitudes = formula.fit.numbers - formula.fit.theta.size
-    flat = _FLAT * np.eye(amplitudes)
-    return Family(proposal.arguments, "formula", np.empty((0, amplitudes)), flat, formula=formula.said.effect)
+    flat = formula.fit.roughness
+    return Family(proposal.arguments, "formula", np.empty((0, flat.shape[0])), flat, formula=formula.said.effect)
 
 
-def _simulated(judge: Judge, plain: Fitted, problem: Problem, family: Family) -> Regression | None:
-    """The regression of a family with the columns of the simulation's own term; None where no model can have it.
+@dataclass(frozen=True)
+class _Simulated:
+    """A family as the simulation has it. text: of the own term; model: with it; regression: on its columns there."""
+
+    text: str
+    model: Model
+    regression: Regression
+
+
+def _simulated(judge: Judge, plain: Fitted, problem: Problem, family: Family) -> _Simulated | None:
+    """A family with the columns of the simulation's own term; None where no model can have it.
 
     plain: the model without the term, at whose values the columns are taken.
     """
-    if _extended(plain.model, family) is None:
+    able = _extended(plain.model, family)
+    if able is None:
         return None
     whole = replace(family, columns=_columns(judge, plain, problem, family.formula))
     if not np.all(np.isfinite(whole.columns)):
         return None
-    return Regression(Sums(problem, family.local), whole)
+    return _Simulated(*able, Regression(Sums(problem, family.local), whole))
 
 
 def _columns(judge: Judge, plain: Fitted, problem: Problem, formula: str) -> Array:
@@ -133,14 +141,14 @@ def with_term(
     coefficients = regression.solution()[0]
     for turn in range(_TURNS):
         if turn:
-            plain = judge.fits.fit(start.model, step.values, start.preset, step.recordings, _AS_IT_IS)
+            plain = judge.fits.at(start.model, step.values, start.preset, step.recordings)
             whole = problem_of(judge, plain, problem.seed)
             formula = None if formula is None else formula.anew(whole, partial(_columns, judge, plain, whole))
             family = proposal.family if formula is None else _family_of(proposal, formula)
-            other, able = _simulated(judge, plain, whole, family), _extended(start.model, family)
-            if other is None or able is None:
+            anew = _simulated(judge, plain, whole, family)
+            if anew is None:
                 break
-            (text, model), regression = able, other
+            text, model, regression = anew.text, anew.model, anew.regression
             coefficients = regression.solution(proposal.regression.best[0])[0]
         shape = proportions_of(model, named(text, coefficients), {})
         values = {**step.values, **shape.values, **shape.leaders}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,7 @@ SIMPLER = 0.02  # of what the likeliest takes away: what else takes this much, w
 CHANCE = 0.05  # a formula is worse than the curve if resampled blocks say so in all but this share
 AS_GOOD = 0.02, 0.1  # of the curve's gain: a loss that never matters, and one that matters beyond chance or not
 _RESAMPLES = 400
+_FLAT = 1e-6  # keeps the normal equations of amplitudes regular
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,11 @@ class Fitted:
     squares: float
     numbers: int
     rank: int
+
+    @property
+    def roughness(self) -> Array:
+        """Of its amplitudes (k, k), which have none."""
+        return _FLAT * np.eye(self.numbers - self.theta.size)
 
 
 @dataclass(frozen=True)
@@ -63,29 +69,34 @@ class FoundFormula:
         return replace(self, said=replace(self.said, text=text, closed=min(closed, 1.0)))
 
 
-def short_formula(problem: Problem, proposal: Proposal) -> FoundFormula | None:
-    """The best formula of the dictionary by AICc that predicts left-out recordings as well as the curve, if any."""
+def short_formula(problem: Problem, proposal: Proposal, ranked: Sequence[Fitted]) -> FoundFormula | None:
+    """The best formula by AICc that predicts left-out recordings as well as the curve, if any.
+
+    ranked: `ranked_formulas` of the same.
+    """
     curve = proposal.regression
     folds = curve.sums.split
-    for fit in _likeliest(problem, proposal)[:JUDGED]:
+    for fit in ranked[:JUDGED]:
         regression = _regressed(proposal, fit)
         if all(as_good(problem.seed, curve, regression, some) for some in (folds.selecting, folds.judging)):
             return _said(proposal, fit, regression)
     return None
 
 
-def likely_formula(problem: Problem, proposal: Proposal) -> FoundFormula | None:
-    """The likeliest formula of the dictionary by AICc that a model can have, where it closes a good part of what the
-    curve does: a curve also imitates how far the base is pulled, which a formula cannot before the base has moved."""
-    for fit in _likeliest(problem, proposal)[:1]:
-        found = _said(proposal, fit, _regressed(proposal, fit))
-        if found.said.effect and found.said.closed >= WORTH * proposal.closed:
-            return found
-    return None
+def likely_formula(proposal: Proposal, ranked: Sequence[Fitted]) -> FoundFormula | None:
+    """The likeliest formula if a model can have it and it closes a good part of what the curve does: a curve also
+    imitates how far the base is pulled, which a formula cannot before the base has moved.
+
+    ranked: `ranked_formulas` of the same.
+    """
+    if not ranked:
+        return None
+    found = _said(proposal, ranked[0], _regressed(proposal, ranked[0]))
+    return found if found.said.effect and found.said.closed >= WORTH * proposal.closed else None
 
 
-def _likeliest(problem: Problem, proposal: Proposal) -> list[Fitted]:
-    """Formulas with the arguments of a proposal, the likeliest first."""
+def ranked_formulas(problem: Problem, proposal: Proposal) -> list[Fitted]:
+    """Formulas of the dictionary with the arguments of a proposal, the likeliest by AICc first."""
     if proposal.family.local:
         return []
     search = _Search(problem)
@@ -96,7 +107,7 @@ def _likeliest(problem: Problem, proposal: Proposal) -> list[Fitted]:
 
 
 def _regressed(proposal: Proposal, fit: Fitted) -> Regression:
-    family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), _flat(fit))
+    family = Family(proposal.arguments, fit.formula.name, fit.formula.columns(fit.theta), fit.roughness)
     return Regression(proposal.regression.sums, family)
 
 
@@ -173,12 +184,6 @@ def _in_order(fits: list[Fitted], search: _Search, count: float) -> list[Fitted]
     alike = [fit for fit in by_aicc if fit.squares <= most]
     simple = sorted(alike, key=lambda fit: (fit.numbers, fit.rank))
     return simple + [fit for fit in by_aicc if fit.squares > most]
-
-
-def _flat(fit: Fitted) -> Array:
-    """Roughness (k, k) of amplitudes, which have none."""
-    k = fit.numbers - fit.theta.size
-    return 1e-6 * np.eye(k)
 
 
 def _aicc(fit: Fitted, rows: int, count: float) -> float:

@@ -15,6 +15,7 @@ from linid.diagnosis.proposed.family import Family, families, per_recording
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.regression import Regression, Sums
+from linid.diagnosis.proposed.short_formula import FoundFormula, ranked_formulas, short_formula
 
 RECORDINGS, LENGTH, STEP = 12, 900, 3e-3  # 2.7 s each
 MASS, STROKE = 2.0, 0.6  # kg, m
@@ -142,3 +143,8 @@ def proposal_of(problem: Problem, family: Family | str, closed: float = 0.8) -> 
     family = family_of(problem, family) if isinstance(family, str) else family
     regression = Regression(Sums(problem, family.local), family)
     return Proposal(family, regression.best[1], closed, closed - 0.1, 0.01, regression)
+
+
+def formula_of(problem: Problem, proposal: Proposal) -> FoundFormula | None:
+    """The short formula that stands for a proposal's curve, if any."""
+    return short_formula(problem, proposal, ranked_formulas(problem, proposal))

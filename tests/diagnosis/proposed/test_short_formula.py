@@ -15,14 +15,13 @@ from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.quantities import number, over, quantity
-from linid.diagnosis.proposed.short_formula import short_formula
 from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.report_data import ShortFormula
-from tests.diagnosis.proposed.axis import Force, axis, proposal_of
+from tests.diagnosis.proposed.axis import Force, axis, formula_of, proposal_of
 
 
 def found(problem: Problem, form: str) -> ShortFormula:
-    short = short_formula(problem, proposal_of(problem, form))
+    short = formula_of(problem, proposal_of(problem, form))
     assert short is not None
     return short.said
 
@@ -79,7 +78,7 @@ def test_a_vibration_above_a_speed() -> None:
     problem = axis(force)
     waves = wave_families(problem, arguments_of(problem), Leftover(problem).of_rows)
     family = next(one for one in waves if one.arguments == ("time", "velocity") and "phase" in one.form)
-    short = short_formula(problem, proposal_of(problem, family))
+    short = formula_of(problem, proposal_of(problem, family))
     assert short is not None
     pattern = r"([\d.]+) N · sin\(2π · ([\d.]+) Hz · t \+ ([\d.]+)\) · \[\|v\| > ([\d.]+) m/s\]"
     match = re.fullmatch(pattern, short.said.text)
@@ -95,12 +94,12 @@ def test_no_formula_where_none_is_as_good_as_the_curve() -> None:
         return np.interp(p.rows.y, np.linspace(0.0, 0.6, 12), heights)
 
     problem = axis(force)
-    assert short_formula(problem, proposal_of(problem, "position")) is None
+    assert formula_of(problem, proposal_of(problem, "position")) is None
 
 
 def test_no_formula_of_coefficients_of_each_recording() -> None:
     problem = axis(lambda p: p.rows.recording * 0.1 * p.rows.v)
-    assert short_formula(problem, proposal_of(problem, "damping per recording")) is None
+    assert formula_of(problem, proposal_of(problem, "damping per recording")) is None
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,9 @@ from linid.diagnosis.proposed.describe import closed_interval, described
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import judged_families, propose
-from linid.diagnosis.proposed.short_formula import short_formula
 from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.proposed.words import listed, next_experiment, not_on, sentence
-from tests.diagnosis.proposed.axis import axis, family_of, proposal_of
+from tests.diagnosis.proposed.axis import axis, family_of, formula_of, proposal_of
 
 
 def derated(problem: Problem) -> Array:
@@ -143,7 +142,7 @@ def test_a_proposal_in_full() -> None:
     assert proposal is not None
     assert set(proposal.arguments) == {"velocity", "motor_force"}
     known = {"input_delay": problem.pushed(derated(problem)[:, None])}
-    term = described(problem, proposal, judged_families(problem), known, short_formula(problem, proposal))
+    term = described(problem, proposal, judged_families(problem), known, formula_of(problem, proposal))
     assert term.sentence.startswith("What is left depends on velocity and motor force, not on position,")
     assert term.curve is not None
     assert term.short is not None
