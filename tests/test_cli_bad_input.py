@@ -115,3 +115,22 @@ def test_dry_run_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert "Stage friction" in result.output and "bristle_damping = 90" in result.output
     assert "Held out: freewheel_6, sine_current_3" in result.output
     assert list(work.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("fit-motor", "--model", "theta"), ["driven runs with position and phase currents", "--model theta campaign"]),
+        (("fit-motor",), ["driven runs"]),
+        (("fit-friction",), ["free wheels"]),
+        (("simulate", "model.json"), ["recordings whose inputs"]),
+        (("validate", "model.json"), ["has not seen"]),
+        (("diagnose",), ["more than once"]),
+    ],
+)
+def test_a_command_without_a_file_says_what_to_give(arguments: tuple[str, ...], words: list[str]) -> None:
+    result = linid(*arguments)
+    assert result.exit_code == 2
+    assert f"error: linid {arguments[0]}: no FILE is given" in result.stderr
+    for word in (*words, "a campaign that lists them", "linid inspect FOLDER"):
+        assert word in result.stderr

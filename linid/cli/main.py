@@ -11,8 +11,8 @@ import click
 from linid.cli.challenge import challenge
 from linid.cli.errors import Group
 from linid.cli.field import field
+from linid.cli.files import FILES
 from linid.cli.options import (
-    FILES,
     MotorName,
     debug_option,
     fit_options,

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-FILES = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="FILE...")
-
 
 class MotorName(click.ParamType):  # type: ignore[type-arg,unused-ignore]
     """A motor by name; others: names besides. What packages bring is looked for only when it is asked for."""

@@ -21,11 +21,10 @@ def design_tables(
 
     tables: list[Any] = []
     if made is not None:
-        tables += [_design_table(made), _harmonics_table(made)]
-    if own is not None:
-        tables.append(_cost_text(sine_cost(own)))
-    if made is not None:
+        tables += [_design_table(made), _harmonics_table(made), _shape_text(made), _integrated_text(made)]
         tables.append(_force_text(made))
+    if own is not None and (made is None or own != made.k):
+        tables.append(_cost_text(sine_cost(own)))
     if own is None:
         tables.append(
             f"A cosine comes nearest to the field of an infinite guideway at k = {limit_k():.5f}; the fit (25) says "
@@ -33,6 +32,7 @@ def design_tables(
         )
     if compared:
         tables.append(_comparison_table(compared))
+        tables.append("Force constant and field shape by dimensions are those of the exact field (theta, matched).")
     if made is not None and not modelled:
         tables.append("No MODEL was written: give mass_kg and friction: in the geometry, or --friction MODEL.json.")
     if made is not None:
@@ -49,17 +49,35 @@ def _cost_text(cost: SineCost) -> str:
     )
 
 
+def _shape_text(made: MotorDesign) -> str:
+    return (
+        f"Two ratios k = sigma_y / pole pitch: {made.k:.4g} is that of the Gaussian next to one pair of magnets (13), "
+        f"which misses the exact field by {100.0 * made.gaussian.rms_error:.2g} %; {made.matched_k:.4g} is that of the "
+        "guideway whose third harmonic is the exact thrust's (theta, matched), and the one that a fit finds."
+    )
+
+
+def _integrated_text(made: MotorDesign) -> str:
+    from linid.physics.theta import Theta0
+
+    quarter = 0.5 * made.geometry.pole_pitch
+    thrust, voltage = made.integrated(quarter)
+    theta = made.theta
+    angle = theta["electrical_wavenumber"] * quarter
+    closed = theta["force_constant"] * float(Theta0(angle, theta["nome"], theta["winding_length"]))
+    return (
+        f"Between two magnets, in the guideway of Gaussians: {thrust:.5g} N/A integrated along the wires (2), "
+        f"{voltage:.5g} V s/m from the flux through the turns (4), {closed:.5g} by theta (38): one number."
+    )
+
+
 def _force_text(made: MotorDesign) -> str:
-    from linid.physics.field.sine_scope import NEGLIGIBLE
+    from linid.physics.field.sine_scope import advise
     from linid.physics.field.winding import ripple_share
 
     one, balanced = (ripple_share(made.exact, balanced=which) for which in (False, True))
-    advice = "sine will do" if one < NEGLIGIBLE else "take theta, unless" if balanced < NEGLIGIBLE else "take theta"
-    advice += " the currents always sum to zero" if advice.endswith("unless") else ""
-    return (
-        f"In the exact field a sine misses {100.0 * one:.2g} % of a winding's thrust, and {100.0 * balanced:.2g} % of "
-        f"the motor's under currents that sum to zero: {advice}."
-    )
+    said = advise("of a winding's thrust in the exact field a sine misses", one, balanced)
+    return f"A sine or theta: {said}."
 
 
 def _design_table(made: MotorDesign) -> Any:
@@ -74,8 +92,10 @@ def _design_table(made: MotorDesign) -> Any:
         ("width across", "sigma_x", f"{1e3 * g.sigma_x:.4g}", "mm", "13"),
         ("width along", "sigma_y", f"{1e3 * g.sigma_y:.4g}", "mm", "13"),
         ("error of the Gaussian, RMS", "", f"{100 * g.rms_error:.2g}", "% of peak", "13"),
-        ("field shape", "k", f"{made.k:.4g}", "", "17"),
-        ("nome", "q_0", f"{made.nome:.4g}", "", "35"),
+        ("field shape, Gaussian of a pair", "k", f"{made.k:.4g}", "", "17"),
+        ("nome, Gaussian of a pair", "q_0", f"{made.nome:.4g}", "", "35"),
+        ("field shape, theta, matched", "k", f"{made.matched_k:.4g}", "", "17"),
+        ("nome, theta, matched", "q_0", f"{made.matched['nome']:.4g}", "", "35"),
         ("sine force constant", "K_f", f"{made.sine['force_constant']:.4g}", "N/A", "30"),
         ("theta force constant", "K_f'", f"{made.theta['force_constant']:.4g}", "N/A", "38"),
         ("electrical wavenumber", "omega_g", f"{made.sine['electrical_wavenumber']:.4g}", "1/m", "32"),

@@ -5,27 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
+from linid.physics.field.guideway import k_of
 from linid.physics.field.sine_scope import PAPER_FIT, limit_k
+from linid.reproduction.claim import Claim, Verdict
 from linid.reproduction.evidence import Fitted, Measured, Search, Signs, Times
+from linid.reproduction.further_claims import further_claims
+from linid.reproduction.further_evidence import Further
 from linid.reproduction.printed import TABLE_1, TABLE_2, TABLE_3, meant
 
-Verdict = Literal["holds", "holds in part", "does not hold", "cannot be told"]
 SQUARE, OPEN_LOOP = "square_current", ("square_current", "sine_current")
 _CLEARLY = 1.5  # times as large, or more, counts as worse
 _PEAK_THRUST = 180.0  # N, of the paper's drive
-
-
-@dataclass(frozen=True)
-class Claim:
-    """claim: as the paper has it; source: where; found: numbers; reason: why, or what it depends on."""
-
-    claim: str
-    source: str
-    verdict: Verdict
-    found: str
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -51,10 +42,11 @@ class Evidence:
     searches: Mapping[str, Search]
     signs: Signs
     table_2_thrust: tuple[float, float]
+    further: Further
 
 
 def claims(evidence: Evidence) -> tuple[Claim, ...]:
-    """The paper's claims in the order of its text."""
+    """The paper's claims: those that it draws from its results, then those by the way."""
     return (
         _scope(),
         _free_wheels(evidence),
@@ -64,6 +56,7 @@ def claims(evidence: Evidence) -> tuple[Claim, ...]:
         _nome(evidence),
         _time(evidence.times),
         _generations(evidence.searches),
+        *further_claims(evidence.further),
     )
 
 
@@ -117,7 +110,8 @@ def _impossible_units() -> tuple[Impossible, ...]:
             "1.047 1/mm",
             f"a pole pitch of {math.pi / 2 / 1.047:.1f} mm, where table 2 says "
             f"{1e3 * math.pi / density:.2f} mm; by eq. 35 z_0 = omega_g/2 = {density / 2e3:.3f} 1/mm",
-            f"perhaps 1.047 1/cm: {10 * math.pi / 2 / 1.047:.1f} mm",
+            f"perhaps 1.047 1/cm: {10 * math.pi / 2 / 1.047:.1f} mm; or rows are mixed up, for 1.047 is pi/3, the "
+            "z_p of windings 120 degrees apart",
         ),
     )
 
@@ -132,6 +126,19 @@ def _impossible_windings(table_2_thrust: tuple[float, float]) -> tuple[Impossibl
             f"both describe the same windings, so alpha_p = 2 z_p; they differ: "
             f"{second['winding_displacement']:.3f} against {2 * third['winding_displacement']:.3f} rad",
             "windings 120 degrees apart: alpha_p = 2.094, z_p = 1.047",
+        ),
+        Impossible(
+            "z_L, table 3",
+            "-1.376",
+            f"by (37) a coil of {4.0 * abs(third['winding_length']) / math.pi:.2f} pole pitches, hardly to be put "
+            "beside others two thirds of a pitch away",
+            f"perhaps 2 z_L, the electrical angle: {2.0 * abs(third['winding_length']) / math.pi:.2f} pole pitches",
+        ),
+        Impossible(
+            "q_0, table 3",
+            "0.493",
+            f"k = {k_of(third['nome']):.3f} by (35), where sec. 4.1 has k = 0.5 for magnets without space between them",
+            "no Gaussians: the third harmonic of flat-topped fields can be as small",
         ),
         Impossible(
             "alpha_p, table 2",

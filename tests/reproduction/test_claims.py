@@ -10,7 +10,8 @@ import pytest
 
 from linid.diagnosis.gap import RecordingGap
 from linid.identification.result import Generation
-from linid.reproduction.claims import Claim, Evidence, claims, impossible
+from linid.reproduction.claim import Claim
+from linid.reproduction.claims import Evidence, claims, impossible
 from linid.reproduction.evidence import (
     Fitted,
     Measured,
@@ -26,6 +27,7 @@ from linid.reproduction.evidence import (
 from linid.reproduction.printed import TABLE_1, TABLE_2, TABLE_3, meant
 from tests.compiled_motor import thrust
 from tests.report.samples import fit_result
+from tests.reproduction.test_further import USUAL
 
 STAND = {
     "force_constant": 30.0,
@@ -75,6 +77,7 @@ def test_table_3_as_printed_contradicts_table_2() -> None:
     assert [row for row in TABLE_3 if row.name in meant(TABLE_1)] == list(TABLE_1[:-1])
     words = " ".join(str(one) for one in impossible((19.0, 119.0)))
     assert "147 mm" in words and "0.15 mm" in words and "2517 N" in words and "1.5 mm" in words
+    assert "1.75 pole pitches" in words and "k = 0.535" in words and "1.047 is pi/3" in words
 
 
 def gap(name: str, *, free_run: float = 1e-4, floor: float = 1e-4, force: float = 0.1) -> Measured:
@@ -101,6 +104,7 @@ def evidence(*, sine_force: float, narrow_force: float, ratio: float, wheel: flo
         searches={"sine": Search(30, 40, 4000), "theta": Search(20, 40, 4000)},
         signs=Signs(0.0, 0.0, 1.4),
         table_2_thrust=(19.0, 119.0),
+        further=USUAL,
     )
 
 
@@ -121,7 +125,7 @@ def test_verdicts_follow_the_numbers() -> None:
         verdict(evidence(sine_force=0.1, narrow_force=0.1, ratio=1.0, wheel=0.01), "fidelity").verdict
         == "does not hold"
     )
-    assert verdict(usual, "drifts").verdict == "cannot be told"  # the free runs are at their floor
+    assert verdict(usual, "Theta drifts").verdict == "cannot be told"  # the free runs are at their floor
     assert verdict(usual, "nome").verdict == "cannot be told"
     assert "500 times fewer" not in verdict(usual, "generations").reason
     assert f"{10_000 // 30} times fewer" in verdict(usual, "generations").reason

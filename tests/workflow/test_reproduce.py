@@ -60,7 +60,7 @@ def test_every_counterpart_is_written_under_its_name(tmp_path: Path) -> None:
     assert not re.findall(r'(?:src|href)="(?!data:|#)', page) and "<script" not in page
     assert all(f"Fig. {number}:" in page for number in NUMBERS)
     markdown = (out / "paper" / "paper.md").read_text(encoding="utf-8")
-    assert markdown.count("**") == 2 * 8
+    assert markdown.count("**") == 2 * 13
     with (out / "paper" / "table_3_theta.csv").open(encoding="utf-8") as stream:
         rows = {row["name"]: row for row in csv.DictReader(stream)}
     assert float(rows["nome"]["printed"]) == 0.493 and rows["bristle_stiffness"]["meant"] == "11690.0"

@@ -12,11 +12,13 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from linid.physics.described import Description, Friction, Positive
-from linid.physics.field.guideway import field_magnitude, harmonic, magnet_harmonics, nome_of
+from linid.physics.field.guideway import field_magnitude, harmonic, k_of, magnet_harmonics, nome_of, theta_guideway
 from linid.physics.field.magnet import BarMagnet
 from linid.physics.field.magnet_pair import GaussianField, MagnetPair, fit_gaussian
 from linid.physics.field.winding import (
     Winding,
+    back_emf_per_speed,
+    force_per_current,
     half_coil_angle,
     sine_force_constant,
     theta_force_constant,
@@ -26,6 +28,7 @@ from linid.physics.field.winding import (
 _MM = 1e-3
 _NOMES = (0.02, 0.95)  # what the models take
 _NODES = 16  # of the quadrature across the guideway
+_EMF_STEP = 0.02  # pole pitches, of the differences of the flux
 
 
 class Magnet(Description):
@@ -98,12 +101,12 @@ class MotorGeometry(Description):
 class MotorDesign:
     """What dimensions say about a motor, SI.
 
-    gaussian: a pair's field (13); k: the ratio sigma_y / pole pitch (17); nome: q_0; magnitude: K_B, dimensionless
-    (35); sine, theta: values of the two models' parameters by name, the phases counted from the middle winding above a
-    magnet; best_sine_constant: N/A of the sine of the same fundamental as theta, which (30) exceeds by the reciprocal
-    of the field's first harmonic; exact: amplitude in N/A of each odd harmonic of the thrust over the current in the
-    exact field of all magnets, by order; matched: the theta parameters, SI, whose first and third harmonics are the
-    exact ones, which a Gaussian fitted to a wide, flat-topped field misses.
+    gaussian: a pair's field (13); k: the ratio sigma_y / pole pitch (17) of that Gaussian; nome: q_0; magnitude: K_B,
+    dimensionless (35); sine, theta: values of the two models' parameters by name, the phases counted from the middle
+    winding above a magnet; best_sine_constant: N/A of the sine of the same fundamental as theta, which (30) exceeds by
+    the reciprocal of the field's first harmonic; exact: amplitude in N/A of each odd harmonic of the thrust over the
+    current in the exact field of all magnets, by order; matched: the theta parameters, SI, whose first and third
+    harmonics are the exact ones, which a Gaussian fitted to a wide, flat-topped field misses.
     """
 
     geometry: MotorGeometry
@@ -116,6 +119,22 @@ class MotorDesign:
     best_sine_constant: float
     exact: dict[int, float]
     matched: dict[str, float]
+
+    @property
+    def matched_k(self) -> float:
+        """The ratio k (17) whose nome gives the exact thrust's third harmonic: what a recording shows, not `k`."""
+        return k_of(self.matched["nome"])
+
+    def integrated(self, y: float) -> tuple[float, float]:
+        """Thrust over current in N/A by integration along the wires (2), and back-EMF over speed in V s/m from the flux
+        through the turns (4), of a winding at y (m) in the guideway of Gaussians (15): one number, which is (38)'s."""
+        pitch = self.geometry.pole_pitch
+
+        def field(x: float, place: float) -> float:
+            return float(self.gaussian.at(x, 0.0) * theta_guideway(place / pitch, self.k))
+
+        winding = self.geometry.winding
+        return force_per_current(field, winding, y), back_emf_per_speed(field, winding, y, _EMF_STEP * pitch)
 
 
 def exact_thrust(geometry: MotorGeometry, orders: Sequence[int] = (1, 3, 5, 7, 9, 11)) -> dict[int, float]:

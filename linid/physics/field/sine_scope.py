@@ -79,22 +79,33 @@ class SineCost:
 
     k: the ratio sigma_y / pole pitch (17); of_cosine: ratio of the RMS of field minus B_0 cos(pi y / pole pitch) to
     that cosine's RMS, the paper's measure (19); of_field: the same ratio with the best amplitude: what the higher
-    harmonics alone are worth; fundamental: ratio of the amplitude of the field's first harmonic to B_0; third: ratio of
-    that of its third to the first.
+    harmonics alone are worth; in_star: the same without the harmonics of orders divisible by three, which three
+    windings 120 degrees apart do not feel while their currents sum to zero; fundamental: ratio of the amplitude of the
+    field's first harmonic to B_0; third: ratio of that of its third to the first.
     """
 
     k: float
     of_cosine: float
     of_field: float
+    in_star: float
     fundamental: float
     third: float
 
     @property
     def advice(self) -> str:
         """Which model to take, in words."""
-        if self.of_field < NEGLIGIBLE:
-            return f"sine will do: the field's harmonics are {100.0 * self.of_field:.2g} % of it"
-        return f"take theta: the field's harmonics are {100.0 * self.of_field:.2g} % of it"
+        return advise("of the field the harmonics are", self.of_field, self.in_star)
+
+
+def advise(what: str, alone: float, in_star: float) -> str:
+    """Which model to take, in words. what: begins the reason; alone, in_star: ratio of what a sine misses to the whole,
+    of a winding fed alone and of three whose currents sum to zero (`SineCost`)."""
+    shares = f"{what} {100.0 * alone:.2g} %, and {100.0 * in_star:.2g} % in a star, which cancels the third"
+    if alone < NEGLIGIBLE:
+        return f"sine will do: {shares}"
+    if in_star < NEGLIGIBLE:
+        return f"sine will do in a star, whose currents sum to zero; take theta where a phase is fed alone: {shares}"
+    return f"take theta: {shares}"
 
 
 def sine_cost(k: float) -> SineCost:
@@ -103,7 +114,8 @@ def sine_cost(k: float) -> SineCost:
         raise ValueError(f"k = {k} is not above zero")
     first = harmonic(1, k)
     higher = math.sqrt(sum(harmonic(n, k) ** 2 for n in _orders(k)))
-    return SineCost(k, math.sqrt(_squared_error(k)), higher / first, first, harmonic(3, k) / first)
+    felt = math.sqrt(sum(harmonic(n, k) ** 2 for n in _orders(k) if n % 3))
+    return SineCost(k, math.sqrt(_squared_error(k)), higher / first, felt / first, first, harmonic(3, k) / first)
 
 
 def _orders(k: float) -> range:

@@ -14,7 +14,7 @@ from linid.physics.field.sine_scope import limit_k
 from linid.physics.field.winding import theta_harmonic
 from linid.physics.theta import Theta0, theta3
 from linid.report.figures.common import legend_beside
-from linid.report.style import ERROR, MODEL, MUTED, PHASES, SHADE, caption, new_figure, style
+from linid.report.style import ERROR, MODEL, PHASES, SHADE, caption, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from linid.physics.field.geometry import MotorDesign
 
 _POINTS = 401
-_SHOWN_K = (0.1, 0.2, 0.3, 0.4, 0.46, 0.6)
+_SHOWN_K = (0.1, 0.2, 0.3, 0.46, 0.65, 0.9)  # that nearest to the cosine, and others far enough apart to be seen
 _SHOWN_NOMES = (0.1, 0.3, 0.493, 0.7)
 _MM = 1e3
 
@@ -91,27 +91,32 @@ def theta3_figure() -> Figure:
     return figure
 
 
-def shapes_figure(k: Sequence[float] = _SHOWN_K, own: float | None = None) -> Figure:
-    """K_B Theta(z_0 y, q_0) along two pole pitches for some k (34) to (36): the paper's fig. 8.
+def shapes_figure(k: Sequence[float] = _SHOWN_K, own: Mapping[str, float] | None = None) -> Figure:
+    """K_B Theta(z_0 y, q_0) along a pole pitch for some k (34) to (36): the paper's fig. 8.
 
-    own: the k of the motor at hand, drawn above the others.
+    own: the motor's k by what they are of, drawn above the others. The other half of the period repeats this one.
     """
     with style():
-        figure = new_figure(72.0, "Shape of the guideway's field")
+        figure = new_figure(90.0, "Shape of the guideway's field")
         axes = figure.subplots()
-        y = np.linspace(-1.0, 1.0, _POINTS)
+        y = np.linspace(-0.5, 0.5, _POINTS)
         for one, colour in zip(k, _shades(len(k)), strict=True):
-            axes.plot(y, theta_guideway(y, one), color=colour, label=f"k = {one:g}")
-        axes.plot(y, np.cos(np.pi * y), color=MUTED, linestyle=":", label="cosine (18)")
-        if own is not None:
-            axes.plot(y, theta_guideway(y, own), color=ERROR, linewidth=1.8, label=f"this motor, k = {own:.3g}")
+            axes.plot(y, theta_guideway(y, one), color=colour, linewidth=1.6, label=f"k = {one:g}")
+        axes.plot(y, np.cos(np.pi * y), color=MODEL, linestyle=":", linewidth=1.4, zorder=4, label="cosine (18)")
+        for (name, one), line in zip((own or {}).items(), ("--", "-."), strict=False):
+            label = f"{name}, k = {one:.3g}"
+            axes.plot(y, theta_guideway(y, one), color=ERROR, linestyle=line, zorder=5, label=label)
         axes.set_xlabel("y / pole pitch")
         axes.set_ylabel("$K_B\\,\\Theta(z_0 y, q_0)$ = B / $B_0$")
         legend_beside(axes)
-        if own is not None:
-            harmonics = ", ".join(f"{n}: {100 * harmonic(n, own) / harmonic(1, own):.2g} %" for n in (3, 5))
-            caption(figure, f"Harmonics of this motor's Gaussian field, of its first: {harmonics}.")
+        if own:
+            caption(figure, " ".join(_harmonics_of_field(name, one) for name, one in own.items()))
     return figure
+
+
+def _harmonics_of_field(name: str, k: float) -> str:
+    shares = ", ".join(f"{n}: {100 * harmonic(n, k) / harmonic(1, k):.2g} %" for n in (3, 5))
+    return f"Harmonics at k = {k:.3g} ({name}), of the first: {shares}."
 
 
 def thrust_figure(design: MotorDesign, identified: Mapping[str, float] | None = None, kind: str = "") -> Figure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 100
+OWN_MARKERS = ("o", "s")
 
 
 def scope_figure() -> Figure:
@@ -31,7 +33,7 @@ def scope_figure() -> Figure:
         figure.colorbar(drawn, ax=left, label="Δ(k, N) / (2N + 1)")
         left.set_xlabel("k")
         left.set_ylabel("N")
-        left.legend(loc="lower left")
+        left.legend(loc="lower left", frameon=True, facecolor="white", framealpha=1.0)  # it stands on dark blue
         far = np.unique(np.round(np.logspace(0.0, 4.0, 41)).astype(int))
         a_0, a_1, a_2, a_3 = PAPER_FIT
         right.semilogx(far, [best_k(int(n)) for n in far], color=ERROR, label="$k_N$")
@@ -49,23 +51,24 @@ def scope_figure() -> Figure:
     return figure
 
 
-def cost_figure(own: float | None = None) -> Figure:
-    """What a sine misses of the field over k; own: the k of the motor at hand."""
+def cost_figure(own: Mapping[str, float] | None = None) -> Figure:
+    """What a sine misses of the field over k; own: the motor's k by what they are of."""
     k = np.linspace(0.15, 0.8, 261)
     costs = [sine_cost(float(one)) for one in k]
     with style():
         figure = new_figure(72.0, "What the sine model costs")
         axes = figure.subplots()
         axes.semilogy(k, [100.0 * c.of_field for c in costs], color=MEASURED, label="best sine: the harmonics")
+        axes.semilogy(k, [100.0 * c.in_star for c in costs], color=MEASURED, linestyle="-.", label="the same in a star")
         axes.semilogy(
             k, [100.0 * c.of_cosine for c in costs], color=MODEL, linestyle="--", label="cosine of $B_0$ (19)"
         )
         axes.axvline(limit_k(), color=MUTED, linewidth=0.8, label=f"k = {limit_k():.5f}")
         axes.axhline(100.0 * NEGLIGIBLE, color=MUTED, linewidth=0.8, linestyle=":", label=f"{100 * NEGLIGIBLE:g} %")
-        if own is not None:
-            axes.plot(
-                [own], [100.0 * sine_cost(own).of_field], "o", markersize=5.0, color=ERROR, label=f"k = {own:.3g}"
-            )
+        for (name, one), marker in zip((own or {}).items(), OWN_MARKERS, strict=False):
+            label = f"{name}, k = {one:.3g}"
+            axes.plot([one], [100.0 * sine_cost(one).of_field], marker, markersize=5.0, color=ERROR, label=label)
+        axes.set_ylim(bottom=1e-5)
         axes.set_xlabel("k = $\\sigma_y$ / pole pitch")
         axes.set_ylabel("missed, of the sine (% RMS)")
         legend_beside(axes)

@@ -9,7 +9,8 @@ from importlib.resources import files
 
 from linid.report.reproduction.tables import Table
 from linid.report.symbols import symbol_parts
-from linid.reproduction.claims import Claim, Impossible
+from linid.reproduction.claim import Claim
+from linid.reproduction.claims import Impossible
 
 
 @dataclass(frozen=True)

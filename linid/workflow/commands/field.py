@@ -62,7 +62,7 @@ def field(
     with recorded(folder), reporter:
         reporter.step("field", 0, 3)
         made = None if geometry is None else design(geometry)
-        own = k if k is not None else _own_k(made, identified)
+        own = k if k is not None else next(iter(own_ratios(made, identified).values()), None)
         compared = against_dimensions(identified, made) if identified is not None and made is not None else ()
         reporter.step("field", 1, 3)
         data = _data(made, own, compared)
@@ -73,12 +73,19 @@ def field(
             models = _write_design(folder.path, made, rest)
         reporter.step("field", 2, 3)
         if request.settings.figures:
-            _figures(folder.path / "figures", request.settings.figure_formats, made, own, identified)
+            shown = {"given": k} if k is not None else own_ratios(made, identified)
+            _figures(folder.path / "figures", request.settings.figure_formats, made, shown, identified)
         reporter.step("field", 3, 3)
         folder.end("done", DONE)
     summary = {"command": COMMAND, "folder": str(folder.path), **data, "models": models, "exit_code": DONE}
     tables = design_tables(made, own, compared, bool(models))
-    return Outcome(COMMAND, folder.path, DONE, "" if own is None else f"k = {own:.4g}", tables, summary)
+    return Outcome(COMMAND, folder.path, DONE, _headline(made, own), tables, summary)
+
+
+def _headline(made: MotorDesign | None, own: float | None) -> str:
+    if made is not None:
+        return f"k = {made.k:.4g} (Gaussian of a pair), {made.matched_k:.4g} (theta, matched)"
+    return "" if own is None else f"k = {own:.4g}"
 
 
 def _write_design(folder: Path, made: MotorDesign, rest: dict[str, float]) -> list[str]:
@@ -133,12 +140,13 @@ def _designed(made: MotorDesign, kind: Literal["sine", "theta"], rest: dict[str,
     return designed_model(made, kind, rest)
 
 
-def _own_k(made: MotorDesign | None, identified: FitResult | None) -> float | None:
+def own_ratios(made: MotorDesign | None, identified: FitResult | None) -> dict[str, float]:
+    """The ratios k = sigma_y / pole pitch (17) of a motor, by what they are of: the dimensions', else the fit's."""
     if made is not None:
-        return made.k
+        return {"Gaussian of a pair": made.k, "theta, matched": made.matched_k}
     if identified is None:
-        return None
-    return next(e.value for e in identified.derived if e.name == "field_shape")
+        return {}
+    return {"identified": next(e.value for e in identified.derived if e.name == "field_shape")}
 
 
 def _data(made: MotorDesign | None, own: float | None, compared: Sequence[Comparison]) -> dict[str, Any]:
@@ -159,7 +167,14 @@ def _data(made: MotorDesign | None, own: float | None, compared: Sequence[Compar
     if made is not None:
         data["geometry"] = made.geometry.model_dump(mode="json", exclude_none=True)
         data["gaussian"] = asdict(made.gaussian)
-        data |= {"k": made.k, "nome": made.nome, "magnitude": made.magnitude, "sine": made.sine, "theta": made.theta}
+        data |= {
+            "k": made.k,
+            "k_matched": made.matched_k,
+            "nome": made.nome,
+            "magnitude": made.magnitude,
+            "sine": made.sine,
+            "theta": made.theta,
+        }
         data["theta_matched"] = made.matched
         data["best_sine_constant"] = made.best_sine_constant
         data["exact_thrust_harmonics"] = {str(n): a for n, a in made.exact.items()}
@@ -173,7 +188,7 @@ def _data(made: MotorDesign | None, own: float | None, compared: Sequence[Compar
 
 
 def _figures(
-    folder: Path, formats: Sequence[str], made: MotorDesign | None, own: float | None, identified: FitResult | None
+    folder: Path, formats: Sequence[str], made: MotorDesign | None, own: dict[str, float], identified: FitResult | None
 ) -> None:
     from linid.report.figures import magnet_field, sine_scope
     from linid.report.style import save

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from linid.recording import Recording
     from linid.report.reproduction.page import Picture
     from linid.reproduction.evidence import Fitted
+    from linid.reproduction.further_evidence import Further
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
@@ -64,7 +65,8 @@ def reproduce(
             name: traces.fitted(name, result, narrow_cases if name.startswith("narrow") else stand.recordings)
             for name, result in results.items()
         }
-        evidence = _evidence(fitted, stand.recordings, request.settings.seed)
+        further = _further(traces.of, results["friction"], made)
+        evidence = _evidence(fitted, stand.recordings, further, request.settings.seed)
         tables = _tables(results, _truth(request.files))
         drawn = _figures(made, traces.of, stand.recordings)
         pictures = _save(drawn, folder.path, request.settings.figure_formats, reporter)
@@ -121,7 +123,16 @@ class _Traces:
         return Fitted(result, measured_of(found.gaps, found.traces))
 
 
-def _evidence(fitted: Mapping[str, Fitted], recordings: Sequence[Recording], seed: int) -> Any:
+def _further(traces: Mapping[str, Mapping[str, Trace]], friction: FitResult, made: MotorDesign) -> Further:
+    from linid.reproduction.claims import SQUARE
+    from linid.reproduction.further_evidence import further_evidence
+
+    # A friction model is measured on free wheels alone.
+    squares = [trace for name, trace in sorted(traces["sine"].items()) if name.startswith(SQUARE)]
+    return further_evidence(list(traces["friction"].values()), squares, friction.value("coulomb_force"), made.geometry)
+
+
+def _evidence(fitted: Mapping[str, Fitted], recordings: Sequence[Recording], further: Further, seed: int) -> Any:
     from linid.reproduction.claims import Evidence
     from linid.reproduction.evidence import search_of, signs_of, simulation_times, table_2_thrust
 
@@ -133,6 +144,7 @@ def _evidence(fitted: Mapping[str, Fitted], recordings: Sequence[Recording], see
         searches={"sine": search_of(sine), "theta": search_of(theta)},
         signs=signs_of({e.name: e.value for e in sine.estimates}, seed),
         table_2_thrust=table_2_thrust(),
+        further=further,
     )
 
 
@@ -186,6 +198,7 @@ def _figures(
 
 def _field_figures(made: MotorDesign) -> dict[str, Drawn]:
     from linid.report.figures import magnet_field, sine_scope
+    from linid.workflow.commands.field import own_ratios
 
     return {
         "figure_03_magnet_pair": (
@@ -197,7 +210,7 @@ def _field_figures(made: MotorDesign) -> dict[str, Drawn]:
         "figure_07_theta3": ("Fig. 7: theta function for real z and q", magnet_field.theta3_figure),
         "figure_08_field_shapes": (
             "Fig. 8: shape of the field for some k",
-            partial(magnet_field.shapes_figure, own=made.k),
+            partial(magnet_field.shapes_figure, own=own_ratios(made, None)),
         ),
     }
 

@@ -68,6 +68,18 @@ def test_the_cost_of_a_sine_is_what_its_field_misses() -> None:
         assert cost.fundamental == pytest.approx(best, rel=1e-9)
         rest = math.sqrt(np.mean((field - best * cosine) ** 2)) / (abs(best) * size)
         assert cost.of_field == pytest.approx(rest, rel=1e-6, abs=1e-12)
-    assert "theta" in sine_cost(0.4).advice and "sine will do" in sine_cost(0.6).advice
+        # Thrust of three windings 120 degrees apart under currents that sum to zero: orders divisible by 3 cancel.
+        spectrum = 2.0 / y.size * np.abs(np.fft.rfft(field))  # y covers one period
+        felt = [spectrum[n] for n in range(3, 60, 2) if n % 3]
+        assert cost.in_star == pytest.approx(math.sqrt(np.sum(np.square(felt))) / abs(best), rel=1e-6, abs=1e-12)
+
+
+def test_the_advice_knows_that_a_star_cancels_the_third_harmonic() -> None:
+    assert sine_cost(0.6).advice.startswith("sine will do:")
+    assert sine_cost(0.46).of_field > 0.01 and sine_cost(0.46).advice.startswith("sine will do in a star")
+    assert sine_cost(0.15).advice.startswith("take theta:")
+
+
+def test_a_ratio_is_above_zero() -> None:
     with pytest.raises(ValueError, match="above zero"):
         sine_cost(0.0)
