@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
+from linid.recording.input_course import InputCourse, input_course
 from linid.recording.recording import Recording
 
 
@@ -56,7 +57,7 @@ class Trace:
 
     velocity_measured is differentiated position, shown only; force_residual, in N, lives on force_t, (k,) both.
     phase_currents: (3, n) A or None; drive_input: (n,) or None. ahead: of driven recordings. pole_pitch: m; a free run
-    that is off by as much has lost step (None: the model has no poles).
+    that is off by as much has lost step (None: the model has no poles). inputs: what they do between the samples.
     """
 
     recording: str
@@ -76,6 +77,7 @@ class Trace:
     input_unit: str = "A"
     ahead: AheadPieces | None = None
     pole_pitch: float | None = None
+    inputs: InputCourse | None = None
 
 
 def traced(recording: Recording, y: Array, v: Array) -> Trace:
@@ -100,4 +102,5 @@ def traced(recording: Recording, y: Array, v: Array) -> Trace:
         phase_currents=recording.phase_currents,
         drive_input=recording.drive_input,
         input_unit=recording.input_unit,
+        inputs=input_course(recording),
     )

@@ -36,5 +36,5 @@ def voltage_driven(
     y, v, i, _ = Simulator(model, inputs, result.substeps).run_by_voltage(
         vector, whole_recordings(inputs), state, first
     )
-    trace = replace(traced(recording, y[0], v[0]), phase_currents=i[0], drive_input=None)
+    trace = replace(traced(recording, y[0], v[0]), phase_currents=i[0], drive_input=None, inputs=None)
     return trace, np.asarray(i[0])

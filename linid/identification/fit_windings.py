@@ -20,8 +20,8 @@ from linid.identification.space.proportions import proportions_of
 from linid.identification.uncertainty.voltage_noise import tells_mutual_inductance
 from linid.physics.electrical import INDUCTANCE, MUTUAL, SEPARATE, STAR
 from linid.physics.model import Model
+from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
-from linid.recording.splines import cubic_spline_coefficients
 
 _UNTOLD = Estimate(
     MUTUAL.name,
@@ -145,8 +145,8 @@ def first_winding_values(wavenumber: float, recordings: Sequence[Recording]) -> 
     for recording in recordings:
         assert recording.phase_currents is not None and recording.phase_voltages is not None
         motion = measure_motion([recording])
-        dt = recording.duration / (recording.y.size - 1)
-        columns = [recording.phase_currents[:, :-1], cubic_spline_coefficients(dt, recording.phase_currents)[:, :, 1]]
+        rates = input_coefficients(recording, recording.phase_currents)[:, :, 1]
+        columns = [recording.phase_currents[:, :-1], rates]
         for harmonic in (1, 3):
             angle = harmonic * wavenumber * motion.y[:-1]
             for wave in (np.sin(angle) * motion.v[:-1], np.cos(angle) * motion.v[:-1]):

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
 from linid.errors import ConfigError
+from linid.recording.recording import BetweenSamples
 from linid.recording.units import find_unit
 
 Role = Literal[
@@ -78,6 +79,9 @@ class ChannelMapping(BaseModel):
 
     period: sampling period where no time column exists (number in s, `1 ms`, or {value, unit}).
     time_group: number (from 1) of the time-column group that holds the position.
+    between_samples: whether the inputs run smoothly between the samples (`spline`), straight (`linear`) or are held
+    (`hold`); detected, they run smoothly but for jumps. jump_at: the share of a sampling interval, 0 to 1, at which an
+    input jumps; the motion tells it otherwise, and a held one jumps at 1, with the next sample.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -99,6 +103,8 @@ class ChannelMapping(BaseModel):
     separator: Annotated[Literal[";", "\t", ",", " ", ":", "|"] | None, BeforeValidator(_separator)] = None
     encoding: str | None = None
     time_group: int | None = Field(default=None, ge=1)
+    between_samples: BetweenSamples = "detected"
+    jump_at: float | None = Field(default=None, ge=0, le=1)
 
     def spec(self, role: Role) -> ChannelSpec | None:
         """The mapping of one channel, or None."""

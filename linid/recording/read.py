@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +51,8 @@ def read_recording(
     table = read_table(path, mapping, lambda table: used_columns(table, mapping, axis, period))
     found = resolve(table, mapping, axis, period)
     signals = assemble(table, found, period, window)
-    return to_uniform(_recording(table, signals, found, axis, kind, split, added_mass))
+    recording = _recording(table, signals, found, axis, kind, split, added_mass)
+    return to_uniform(replace(recording, between_samples=mapping.between_samples, jump_at=mapping.jump_at))
 
 
 def check_long_enough(recording: Recording, samples: int = _FEWEST) -> None:

@@ -15,6 +15,7 @@ from linid.recording.motion import MeasuredMotion, motion_behind
 Axis = Literal["linear", "rotary"]
 Kind = Literal["free_wheel", "motor"]
 Split = Literal["fit", "held_out"]
+BetweenSamples = Literal["detected", "spline", "linear", "hold"]
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ class Recording:
     added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
     elapsed: running time of the campaign in s when this recording's clock shows 0; repeat_of: name of the first
     recording of the same command.
+    between_samples: what the inputs do there; jump_at: at which share of its interval one steps (None: as the motion
+    shows it); see `input_course`.
     notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file);
     carried: see `motion`.
     Two recordings are equal only if they are the same object.
@@ -85,6 +88,8 @@ class Recording:
     repeat_of: str = ""
     number: int = 0
     elapsed: float = 0.0
+    between_samples: BetweenSamples = "detected"
+    jump_at: float | None = None
     source: Path | None = None
     sha256: str = ""
     notes: tuple[str, ...] = field(default=())

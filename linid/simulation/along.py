@@ -28,7 +28,7 @@ from linid.simulation.forces import (
     steady_bristle,
     with_effects,
 )
-from linid.simulation.splines_at import inputs_at, late_inputs
+from linid.simulation.splines_at import inputs_around, inputs_at, late_inputs
 
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
@@ -84,9 +84,9 @@ def decay_means(x, decay):
 def input_samples(coefficients, count, dt):
     """The three inputs at all samples, (3, count)."""
     inputs = np.empty((3, count))
-    for n in range(count - 1):
-        for row in range(3):
-            inputs[row, n] = coefficients[n, row, 0]
+    inputs[0, 0], inputs[1, 0], inputs[2, 0] = inputs_at(coefficients, 0, 0.0)
+    for n in range(1, count - 1):
+        inputs[0, n], inputs[1, n], inputs[2, n] = inputs_around(coefficients, n, dt)
     inputs[0, count - 1], inputs[1, count - 1], inputs[2, count - 1] = inputs_at(coefficients, count - 2, dt)
     return inputs
 
@@ -99,8 +99,10 @@ def inputs_of_sample(terms, axis, course, k, count):
         return 0.0, 0.0, 0.0
     if axis.on & terms.acts.delay:
         return late_inputs(c, course.dt, k * course.dt - course.lag)
+    if k == 0:
+        return inputs_at(c, 0, 0.0)
     if k < count - 1:
-        return c[k, 0, 0], c[k, 1, 0], c[k, 2, 0]
+        return inputs_around(c, k, course.dt)
     return inputs_at(c, k - 1, course.dt)
 
 

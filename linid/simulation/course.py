@@ -54,13 +54,15 @@ class Traces(NamedTuple):
 class Stretch(NamedTuple):
     """One candidate over one stretch of a recording: `count` samples from sample `first`.
 
-    params: (VECTOR_SIZE,) SI; coefficients: (n - 1, 4, 4) splines of the inputs and of the measured position; t_start,
-    dt: s; added_mass: kg; record: number of the recording; elapsed: s of the campaign at t = 0.
+    params: (VECTOR_SIZE,) SI; coefficients: (n - 1, 4, 4) splines of the inputs and of the measured position; steps:
+    whether inputs differ before and after a sample; t_start, dt: s; added_mass: kg; record: number of the recording;
+    elapsed: s of the campaign at t = 0.
     """
 
     params: Any
     powered: Any
     coefficients: Any
+    steps: Any
     t_start: Any
     dt: Any
     first: Any
@@ -116,6 +118,7 @@ def stretch_of(candidates, inputs, candidate, r, first, count):
         candidates.params[candidate],
         inputs.powered[r],
         inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]],
+        inputs.steps[r],
         inputs.t_starts[r],
         inputs.dts[r],
         first,

@@ -9,18 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array, Integers
+from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
+
+_CONTINUOUS = 1e-6  # of the largest input: what rounding leaves of the difference between both sides of a sample
 
 
 class Inputs(NamedTuple):
     """Inputs of R recordings on uniform grids.
 
-    coefficients: (intervals, 4, 4) cubic splines in powers of t - t_k of the three inputs (A or V) and of the
-    measured position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts,
-    dts: (R,) s; added_mass: (R,) kg;
-    powered: (R,) whether any input is not zero; records: (R,) numbers in the campaign; elapsed: (R,) running time of
-    the campaign at t = 0, s.
+    coefficients: (intervals, 4, 4) cubics in powers of t - t_k of the three inputs (A or V) and of the measured
+    position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s;
+    added_mass: (R,) kg; powered: (R,) whether any input is not zero; steps: (R,) whether any differs before and after a
+    sample; records: (R,) numbers in the campaign; elapsed: (R,) running time of the campaign at t = 0, s.
     """
 
     coefficients: Array
@@ -30,6 +32,7 @@ class Inputs(NamedTuple):
     dts: Array
     added_mass: Array
     powered: NDArray[np.bool_]
+    steps: NDArray[np.bool_]
     records: Array
     elapsed: Array
 
@@ -40,14 +43,14 @@ class Inputs(NamedTuple):
 
 
 def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> Inputs:
-    """Spline the inputs of recordings on uniform grids (the paper's section 5.2) and pack them.
+    """Inputs of recordings on uniform grids between their samples (the paper's section 5.2, but for jumps), packed.
 
     voltages: the phase voltages are the inputs; the windings of a free wheel are open.
     """
     sizes = np.array([recording.t.size for recording in recordings], dtype=np.int64)
     offsets = np.concatenate([[0], np.cumsum(sizes - 1)]).astype(np.int64)
     coefficients = np.zeros((int(offsets[-1]), 4, 4))
-    powered = []
+    powered, steps = [], []
     for index, recording in enumerate(recordings):
         channels = recording.phase_currents
         if voltages:
@@ -57,10 +60,14 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
         active = channels is not None and bool(np.any(channels))
         dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
         block = coefficients[offsets[index] : offsets[index + 1]]
-        signals = np.vstack([*(channels if channels is not None and active else ()), recording.y])
-        rows = [*range(len(signals) - 1), 3]
-        block[:, rows] = cubic_spline_coefficients(dt, signals).transpose(1, 0, 2)
+        if channels is not None and active:
+            block[:, : len(channels)] = input_coefficients(recording, channels).transpose(1, 0, 2)
+        block[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
         powered.append(active)
+        ends = block[:-1, :3] @ dt ** np.arange(4.0)
+        steps.append(
+            bool(np.any(np.abs(ends - block[1:, :3, 0]) > _CONTINUOUS * np.abs(block[:, :3, 0]).max(initial=0.0)))
+        )
     return Inputs(
         coefficients=coefficients,
         offsets=offsets,
@@ -69,6 +76,7 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
         dts=np.array([(r.t[-1] - r.t[0]) / (r.t.size - 1) for r in recordings]),
         added_mass=np.array([r.added_mass for r in recordings]),
         powered=np.array(powered, dtype=np.bool_),
+        steps=np.array(steps, dtype=np.bool_),
         records=np.array([float(r.number) for r in recordings]),
         elapsed=np.array([r.elapsed for r in recordings]),
     )
@@ -77,7 +85,8 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
 def measured_points(inputs: Inputs, pieces: int) -> Array:
     """Measured positions (m) and the three inputs, (4, points), at `pieces` equal parts of each sampling interval.
 
-    Those of recording r begin at pieces * offsets[r] + r and end with its last sample.
+    Those of recording r begin at pieces * offsets[r] + r and end with its last sample. At a sample, inputs that step
+    there are between both levels.
     """
     order = [3, 0, 1, 2]
     out = np.empty((4, pieces * int(inputs.offsets[-1]) + inputs.dts.size))
@@ -87,5 +96,7 @@ def measured_points(inputs: Inputs, pieces: int) -> Array:
         for piece in range(pieces):
             x = np.vander([piece * (dt / pieces)], 4, increasing=True)[0]
             out[:, begin + piece : end : pieces] = np.einsum("kjn,n->jk", c, x)[order]
-        out[:, end] = (c[-1] @ (dt ** np.arange(4.0)))[order]
+        ends = np.einsum("kjn,n->jk", c, dt ** np.arange(4.0))[order]
+        out[:, begin + pieces : end : pieces] = 0.5 * (out[:, begin + pieces : end : pieces] + ends[:, :-1])
+        out[:, end] = ends[:, -1]
     return out

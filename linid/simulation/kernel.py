@@ -31,6 +31,7 @@ from linid.simulation.steps import (
     REST_BRISTLE,
     REST_SPEED,
     Slide,
+    after_sample,
     borders_of,
     bristle_now,
     followed_step,
@@ -139,6 +140,8 @@ def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
     for k in range(stretch.count - 1):
         n = stretch.first + k
         done = 0
+        if stretch.steps and course.forces.size == 0:
+            motion = after_sample(terms, axis, course, n, motion)
         if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
             done = whole
             motion = AxisState(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)

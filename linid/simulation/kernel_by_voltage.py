@@ -78,10 +78,16 @@ class Moved(NamedTuple):
 
 
 @inlined
+def push_of(voltages, constants, v):
+    """Space vector and mean of the voltages less back-EMF in V, at v in m/s."""
+    e_1, e_2, e_3 = constants
+    return clarke(voltages[0] - e_1 * v, voltages[1] - e_2 * v, voltages[2] - e_3 * v)
+
+
+@inlined
 def first_flow(windings, axis, voltages, constants, v, given):
     """Currents at the first sample: those given in A, or where these are nan what the voltages hold in the long run."""
-    e_1, e_2, e_3 = constants
-    push = clarke(voltages[0] - e_1 * v, voltages[1] - e_2 * v, voltages[2] - e_3 * v)
+    push = push_of(voltages, constants, v)
     if math.isnan(given[0]):
         i_a, i_b, i_0 = push[0] / windings.resistance, push[1] / windings.resistance, push[2] / windings.resistance
     else:
@@ -295,6 +301,10 @@ def simulate_one(terms, candidates, stretch, start, i_start, kept, scheme, out):
     for k in range(stretch.count - 1):
         n = stretch.first + k
         done = 0
+        if stretch.steps:
+            voltages = inputs_then(terms, axis, course, n, 0.0, 0.0)
+            constants = emf_constants(terms, axis, t + k * stretch.dt, motion.y, motion.v, motion.currents)
+            flow = Flow(flow.current, push_of(voltages, constants, motion.v), flow.weighed)
         while done < whole:
             place = Place(n, done, halvings)
             motion, flow, middle = voltage_step(terms, axis, bristles, windings, course, place, motion, flow)

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PPoly
 
 from linid.arrays import Array
 from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.motors.registry import MOTORS
+from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
 
 _SHORT = 1e-7  # s, of the advance from which a hidden state's rate is taken
@@ -155,14 +156,14 @@ class Friction:
 class _Run:
     """What acts on the axis during one recording: its equations (40-45 as corrected) with all effects or without any.
 
-    inputs: spline through the three inputs (None: none acts); t: the recording's first and last instant, s.
+    inputs: the three between their samples (None: none acts); t: the recording's first and last instant, s.
     """
 
     kind: str
     values: dict[str, float]
     friction: Friction
     terms: _Terms
-    inputs: CubicSpline | None
+    inputs: PPoly | None
     t: tuple[float, float]
     mass: float
     delay: float
@@ -211,9 +212,10 @@ def _run_of(kind: str, values: dict[str, float], recording: Recording, effects: 
     channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
     spline = None
     if channels is not None and np.any(channels):
-        rows = np.zeros((3, t.size))
-        rows[: np.atleast_2d(channels).shape[0]] = channels
-        spline = CubicSpline(t, rows, axis=1)
+        courses = np.zeros((4, t.size - 1, 3))  # highest powers first
+        between = input_coefficients(recording, np.atleast_2d(channels))
+        courses[::-1, :, : len(between)] = between.transpose(2, 1, 0)
+        spline = PPoly(courses, t)
     chosen = [effect for effect in EFFECTS if effect.name in effects]
     terms = _Terms(
         tuple((e, tuple(values.get(p.name, p.default) for p in e.parameters)) for e in chosen),

@@ -21,6 +21,13 @@ def inputs_at(c, k, x):
 
 
 @inlined
+def inputs_around(c, k, dt):
+    """The three inputs at sample k, 0 < k < n - 1: midway between those before and after it, where an input steps."""
+    before = inputs_at(c, k - 1, dt)
+    return 0.5 * (before[0] + c[k, 0, 0]), 0.5 * (before[1] + c[k, 1, 0]), 0.5 * (before[2] + c[k, 2, 0])
+
+
+@inlined
 def late_inputs(c, dt, x):
     """The three inputs x seconds after the first sample, held at the recording's ends."""
     last = c.shape[0]

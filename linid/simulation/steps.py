@@ -11,6 +11,7 @@ from linid.simulation.course import FINEST, AxisState, inputs_then
 from linid.simulation.forces import (
     advance_states,
     external_force,
+    force_once,
     friction_factor,
     friction_load,
     keep_states,
@@ -231,6 +232,15 @@ def force_then(terms, axis, course, moment, y, v, currents):
     if axis.powered:
         currents = inputs_then(terms, axis, course, n, x, back)
     return external_force(terms, axis, course.t_start + n * course.dt + x - back, y, v, currents), currents
+
+
+@inlined
+def after_sample(terms, axis, course, n, motion):
+    """The motion with the inputs that act from sample n on, where they differ from those before it."""
+    y = spline_at(course.coefficients, n, 3, 0.0) if course.guided else motion.y
+    currents = inputs_then(terms, axis, course, n, 0.0, 0.0)
+    force = force_once(terms, axis, course.t_start + n * course.dt, y, motion.v, currents)
+    return AxisState(motion.y, motion.v, motion.w, force, currents, motion.spring)
 
 
 @inlined

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PPoly
 
 from linid.arrays import Array
+from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
 from linid.simulation.reference import Friction, motor_force
 
@@ -29,13 +30,13 @@ class DrivenByVoltage:
 
 @dataclass(frozen=True)
 class _Run:
-    """The equations of a motor and its windings under the spline through its phase voltages."""
+    """The equations of a motor and its windings under its phase voltages."""
 
     kind: str
     winding: str
     values: dict[str, float]
     friction: Friction
-    voltages: CubicSpline
+    voltages: PPoly
     inverse: Array  # of the inductances, 1/H
     mass: float
 
@@ -81,7 +82,8 @@ def simulate_voltage_reference(
     mutual = values.get("mutual_inductance", 0.0) if winding == "separate" else 0.0
     inductance = (values["phase_inductance"] - mutual) * np.eye(3) + mutual * np.ones((3, 3))
     inverse = np.asarray(np.linalg.inv(inductance), dtype=np.float64)
-    spline, mass = CubicSpline(t, recording.phase_voltages, axis=1), values["mass"] + recording.added_mass
+    between = input_coefficients(recording, recording.phase_voltages)
+    spline, mass = PPoly(between.transpose(2, 1, 0)[::-1], t), values["mass"] + recording.added_mass
     run = _Run(kind, winding, values, Friction.of(values), spline, inverse, mass)
     solution = solve_ivp(
         run.rates,

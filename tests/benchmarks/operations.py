@@ -123,7 +123,7 @@ def _counted(function: Callable[..., Any], name: str, calls: Counter[str]) -> Ca
 def simulate(kernel: Callable[..., int], segment: dict[str, Any], y_out: Any) -> int:
     """Run one segment of `tests.benchmarks.kernel.Case.separate`; returns the internal steps. y_out: (count,) m."""
     candidates = Candidates(segment["params"], segment["motor"], 0, 0)
-    first = (segment["params"], segment["powered"], segment["coefficients"], segment["zero"], segment["dt"])
+    first = (*(segment[name] for name in ("params", "powered", "coefficients")), False, segment["zero"], segment["dt"])
     stretch = Stretch(*first, 0, len(y_out), segment["added_mass"], 0.0, 0.0)
     scheme = Scheme(False, np.empty((4, 0)), segment["substeps"], segment["tolerance"])
     kept, forces, out = np.empty(0, dtype=np.int64), np.empty(0), (y_out, np.empty(0))

@@ -146,7 +146,7 @@ def test_compiled_and_plain_simulations_are_the_same(effects: tuple[str, ...]) -
     y = np.empty(t.size)
     plain = Plain()
     candidates = Candidates(model.vector(values)[None], model.motor, model.mask, 0)
-    first = (model.vector(values), True, inputs.coefficients, 0.0, inputs.dts[0], 0, t.size, 0.0)
+    first = (model.vector(values), True, inputs.coefficients, False, 0.0, inputs.dts[0], 0, t.size, 0.0)
     stretch = Stretch(*first, inputs.records[0], inputs.elapsed[0])
     kept, scheme = np.array(model.states, dtype=int), Scheme(False, np.empty((4, 0)), 2, REVERSAL_TOLERANCE / 4.0)
     out = (y, np.zeros(0))

@@ -244,14 +244,12 @@ def _free_wheel_figures(traces: Mapping[str, Trace], wheels: Sequence[Recording]
 
 
 def _current_figures(recordings: Sequence[Recording]) -> dict[str, Drawn]:
-    from scipy.interpolate import CubicSpline
-
+    from linid.recording.input_course import input_course
     from linid.report.figures.currents import currents_figure
 
     driven = next(r for r in recordings if r.name.startswith("sine_current") and r.split == "fit")
     currents = driven.phase_currents
     assert currents is not None
-    spline = CubicSpline(driven.t, currents, axis=1)
     return {
         "figure_12_measured_currents": (
             "Fig. 12: measured currents",
@@ -259,7 +257,7 @@ def _current_figures(recordings: Sequence[Recording]) -> dict[str, Drawn]:
         ),
         "figure_13_interpolated_currents": (
             "Fig. 13: interpolated currents",
-            partial(currents_figure, driven.name, driven.t, currents, spline),
+            partial(currents_figure, driven.name, driven.t, currents, input_course(driven)),
         ),
     }
 

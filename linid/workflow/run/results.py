@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from linid.report.result_files import result_files
 from linid.workflow.run.run_folder import write_text
 
 if TYPE_CHECKING:
-    from linid.diagnosis.gap import RecordingGap, Trace
+    from linid.diagnosis.gap import RecordingGap
     from linid.identification.result import FitResult
     from linid.interface.campaign import FoundCoastDown
     from linid.interface.results import Fit, Gaps
@@ -76,7 +76,9 @@ def write_fit_pictures(
 
     fitted = [t for t in measured.traces if t.split == "fit"]
     held_out = [t for t in measured.traces if t.split == "held_out"]
-    drawings = fit_drawings(found.result, fitted, _splines(fitted))
+    drawings = fit_drawings(
+        found.result, fitted, {trace.recording: trace.inputs for trace in fitted if trace.inputs is not None}
+    )
     if held_out:
         drawings += inside("held_out", validation_drawings([g for g in measured if g.split == "held_out"], held_out))
     write_drawings(
@@ -99,15 +101,3 @@ def write_coast_downs(found: Sequence[FoundCoastDown], folder: Path, settings: S
         coast = item.coast_down
         figure = coast_down_figure(item.recording, coast.t_start, coast.t_end, coast.candidates)
         save(figure, folder / "figures" / f"coast_down_{stem}", settings.figure_formats)
-
-
-def _splines(traces: Sequence[Trace]) -> Mapping[str, Any]:
-    """The cubic splines that excite the model, for the currents figures."""
-    from scipy.interpolate import CubicSpline
-
-    splines = {}
-    for trace in traces:
-        inputs = trace.phase_currents if trace.phase_currents is not None else trace.drive_input
-        if inputs is not None and trace.kind != "free_wheel":
-            splines[trace.recording] = CubicSpline(trace.t, inputs.reshape(-1, trace.t.size), axis=1)
-    return splines

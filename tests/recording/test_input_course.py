@@ -1,0 +1,140 @@
+"""Inputs between their samples: held and straight ones in closed form, steps of a generated stand, no step in noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from linid.physics.model import Model
+from linid.recording import Recording, cubic_spline_coefficients, read_campaign
+from linid.recording.input_course import find_jumps, input_coefficients, input_course, jump_instants
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator, whole_recordings
+from linid.stand.description import AxisDescription, load_axis_description
+from linid.stand.generate import GeneratedCampaign, generate
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+DT = 1e-3
+INSTANT = 0.06  # of a sampling interval: what noise of 0.2 um leaves of a step of 30 N on 0.6 kg
+NEARER = 3.0  # times, at least, that the run of a square wave is nearer than through a spline
+
+
+def impulses(coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals of the inputs over each interval, and of what they have integrated to within it."""
+    powers = np.arange(4)
+    speed = np.sum(coefficients * DT ** (powers + 1) / (powers + 1), axis=-1)
+    return speed, np.sum(coefficients * DT ** (powers + 2) / ((powers + 1) * (powers + 2)), axis=-1)
+
+
+@given(st.integers(0, 10**6), st.floats(0.0, 1.0))
+@settings(max_examples=20, deadline=None)
+def test_a_held_input_gives_the_speed_and_the_way_of_its_steps(seed: int, instant: float) -> None:
+    u = np.random.default_rng(seed).normal(size=(2, 30))
+    held = Recording("r", np.arange(30) * DT, np.arange(30.0), between_samples="hold", jump_at=instant)
+    speed, way = impulses(input_coefficients(held, u))
+    rest = 1.0 - instant
+    np.testing.assert_allclose(speed, DT * (instant * u[:, :-1] + rest * u[:, 1:]), atol=1e-12)
+    late = u[:, :-1] * (0.5 - rest**2 / 2.0) + u[:, 1:] * rest**2 / 2.0
+    np.testing.assert_allclose(way, DT**2 * late, atol=1e-14)
+
+
+def test_a_mass_under_held_forces_moves_as_uniform_acceleration_says() -> None:
+    """Positions at the samples are those of a parabola per interval, by the simulation itself."""
+    u = np.repeat(np.random.default_rng(3).normal(size=12), 5)
+    t, mass, gain = np.arange(u.size) * DT, 0.6, 40.0
+    held = Recording("r", t, 0.0 * t, drive_input=u, between_samples="hold")
+    model = Model("force")
+    frictionless = {"coulomb_force": 1e-12, "static_force": 1e-12, "stribeck_velocity": 1.0, "stribeck_exponent": 2.0}
+    frictionless |= {"bristle_stiffness": 1.0, "bristle_damping": 0.0, "viscous_friction": 0.0}
+    vector = model.vector(frictionless | {"mass": mass, "force_constant": gain})[None, :]
+    simulator = Simulator(model, pack_inputs([held]), 2)
+    y, v, _ = simulator.run(vector, whole_recordings(simulator.inputs), np.array([[[0.0, 5.0, 0.0]]]), velocity=True)
+    a = gain / mass * u[:-1]
+    speed = 5.0 + np.concatenate([[0.0], np.cumsum(a * DT)])
+    np.testing.assert_allclose(v[0], speed, atol=1e-9)
+    np.testing.assert_allclose(y[0], np.concatenate([[0.0], np.cumsum(speed[:-1] * DT + a * DT**2 / 2.0)]), atol=1e-11)
+
+
+def test_straight_lines_meet_the_samples() -> None:
+    u = np.random.default_rng(4).normal(size=(1, 50))
+    straight = Recording("r", np.arange(50) * DT, np.arange(50.0), drive_input=u[0], between_samples="linear")
+    course = input_course(straight)
+    assert course is not None
+    between = np.linspace(0.0, 49 * DT, 400)
+    np.testing.assert_allclose(course(between)[0], np.interp(between, straight.t, u[0]), atol=1e-12)
+
+
+@given(st.integers(0, 10**6), st.floats(5.0, 60.0), st.floats(1e-4, 0.3))
+@settings(max_examples=40, deadline=None)
+def test_smooth_rough_and_noisy_inputs_stay_splines(seed: int, frequency: float, noise: float) -> None:
+    """Waves, multisines and noise are no steps, however fast three phases turn."""
+    random = np.random.default_rng(seed)
+    t = np.arange(600) * DT
+    waves = np.stack([np.sin(2 * np.pi * frequency * t + 2 * np.pi / 3 * j) for j in range(3)])
+    waves = waves * (1.0 + 0.5 * np.sin(9.0 * t)) + noise * random.normal(size=(3, t.size))
+    tones = np.array([np.sin(2 * np.pi * f * t + p) for f, p in random.uniform(1.0, 300.0, size=(8, 2))])
+    for inputs in (waves, tones.sum(axis=0)[None, :], random.normal(size=(1, 600))):
+        assert find_jumps(inputs) == ()
+        whole = Recording("r", t, t)
+        assert np.array_equal(input_coefficients(whole, inputs), cubic_spline_coefficients(t[-1] / 599, inputs))
+
+
+@pytest.fixture(scope="module")
+def square() -> GeneratedCampaign:
+    """A square wave whose edges fall anywhere within the sampling intervals."""
+    described = load_axis_description(CONFIGS / "stand_axis.yaml").model_dump()
+    mode = {"name": "square", "mode": "square_current", "split": "fit", "duration_s": 1.0, "start_position_m": 0.39}
+    described["campaign"] = [mode | {"amplitude_a": 0.2, "frequency_hz": 7.0}]
+    return generate(AxisDescription.model_validate(described), seed=1)
+
+
+def test_the_motion_tells_when_the_current_stepped(square: GeneratedCampaign) -> None:
+    """The stand's drive commands at the edges of the wave, and its current lags 0.3 ms behind."""
+    one = square.recordings[0]
+    assert one.phase_currents is not None
+    jumps = find_jumps(one.phase_currents)
+    loop = square.description.drive.loop_period_s
+    lag = square.description.drive.current_time_constant_s
+    edges = (np.arange(1, 15) - 0.5) / (2 * 7.0)  # the wave begins in the middle of its first level, from rest
+    edges = np.ceil(edges / loop - 1e-6) * loop
+    begun = np.array([one.t[jump.first] for jump in jumps])
+    found = begun + DT * jump_instants(one, jumps)
+    np.testing.assert_allclose(found[found > 0.01], edges + lag, atol=INSTANT * DT)
+    stated = replace(one, jump_at=0.25)
+    assert np.all(jump_instants(stated, jumps) == 0.25)
+
+
+def test_a_square_wave_is_followed_where_a_spline_drifts(square: GeneratedCampaign) -> None:
+    exact = square.exact["square"]
+    one = replace(square.recordings[0], phase_currents=exact.currents)
+    model = Model("theta")
+    known = {p.name for p in model.parameters}
+    vector = model.vector({name: value for name, value in square.truth.items() if name in known})[None, :]
+
+    def furthest(recording: Recording) -> float:
+        simulator = Simulator(model, pack_inputs([recording]), 8)
+        start = np.array([[[exact.y[0], 0.0, 0.0]]])
+        y = simulator.run(vector, whole_recordings(simulator.inputs), start)[0]
+        return float(np.abs(y[0] - exact.y).max())
+
+    assert furthest(one) * NEARER < furthest(replace(one, between_samples="spline"))
+
+
+def test_a_mapping_states_what_inputs_do(tmp_path: Path) -> None:
+    t = np.arange(60) * DT
+    rows = "\n".join(f"{1e3 * a:.3f},{1e3 * np.sin(9 * a):.6f},{np.cos(40 * a):.6f}" for a in t)
+    (tmp_path / "r.csv").write_text("Time (ms),Position (mm),q Current (A)\n" + rows + "\n")
+    for extra, kind, instant in (
+        ("between_samples: hold, jump_at: 0.5", "hold", 0.5),
+        ("period: 1 ms", "detected", None),
+    ):
+        channels = f"channels: {{time: 'Time', position: 'Position', current_q: 'q Current', {extra}}}"
+        channels = channels.replace("time: 'Time', ", "") if "period" in extra else channels
+        (tmp_path / "c.yaml").write_text(f"{channels}\nrecordings: [{{file: r.csv, kind: motor}}]\n")
+        recording = read_campaign(tmp_path / "c.yaml").recordings[0]
+        assert (recording.between_samples, recording.jump_at) == (kind, instant)
