@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from linid.cli.search import SEARCH_NAMES, SEARCH_OPTIONS
 from linid.physics.laws.names import LAW_CHOICES
 
 if TYPE_CHECKING:
@@ -222,9 +223,7 @@ fit_options = _apply(
             help="What is fitted: position of the whole run, position 0.1 s ahead, or acceleration "
             "[auto: free_run for free wheels, ahead for driven runs].",
         ),
-        click.option("--method", type=click.Choice(["genetic", "cma", "plain"]), help="Global search [genetic]."),
-        click.option("--population", type=int, metavar="N", help="Candidates per generation [64]."),
-        click.option("--generations", type=int, metavar="N", help="Largest number of generations [120]."),
+        *SEARCH_OPTIONS,
         click.option("--free-exponent", is_flag=True, help="Identify the Stribeck exponent alpha too [fixed at 2]."),
         click.option("--no-stribeck", is_flag=True, help="Tie F_S to F_C: Coulomb and viscous friction only."),
         click.option(
@@ -253,9 +252,7 @@ SETTINGS_NAMES = (
     "effect",
     "without",
     "objective",
-    "method",
-    "population",
-    "generations",
+    *SEARCH_NAMES,
     "free_exponent",
     "no_stribeck",
     "law",
@@ -270,18 +267,7 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
     from linid.workflow.run.settings import parse_assignment, read_mapping
 
     raw: dict[str, Any] = {}
-    for name in (
-        "seed",
-        "axis",
-        "period",
-        "mass",
-        "objective",
-        "method",
-        "population",
-        "generations",
-        "substeps",
-        "law",
-    ):
+    for name in ("seed", "axis", "period", "mass", "objective", *SEARCH_NAMES, "substeps", "law"):
         if options.get(name) is not None:
             raw[name] = options[name]
     if options.get("channels") is not None:

@@ -149,8 +149,9 @@ def _refine(
     problem = stages[-1]
     solution = least_squares_in_stages(stages, state, settings, hooks)
     del stages
-    solution = simex_corrected(problem, solution, seed=settings.search.seed)
-    solution = without_voltage_noise(problem, solution)
+    if settings.least_squares_steps > 0:
+        solution = simex_corrected(problem, solution, seed=settings.search.seed)
+        solution = without_voltage_noise(problem, solution)
     uncertainty = estimate_uncertainty(problem, solution, seed=settings.search.seed)
     profiles = _profiles(problem, solution, uncertainty, settings, hooks)
     return replace(assemble(task, problem, state, solution, uncertainty), profiles=profiles)

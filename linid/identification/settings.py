@@ -18,17 +18,23 @@ PLAIN = "plain"
 @dataclass(frozen=True)
 class SearchSettings:
     """Budget and operators. method: genetic, cma, or plain: a genetic algorithm from random candidates that uses all
-    its generations; patience: generations without relative gain `tolerance` before the others stop."""
+    its generations; patience: generations without relative gain `tolerance` before the others stop; selection:
+    tournament or roulette; crossover: simulated_binary, blend, two_point or uniform, of a share `crossover_rate` of the
+    pairs; mutation: polynomial or gaussian, of each coordinate with probability `mutation_rate` (None: 1.5 of all)."""
 
     method: str = "genetic"
     population: int = 64
     generations: int = 120
     patience: int = 6
     tolerance: float = 1e-3
-    crossover: float = 0.9
-    crossover_eta: float = 10.0
-    mutation_eta: float = 20.0
+    selection: str = "tournament"
     tournament: int = 3
+    crossover: str = "simulated_binary"
+    crossover_rate: float = 0.9
+    crossover_eta: float = 10.0
+    mutation: str = "polynomial"
+    mutation_rate: float | None = None
+    mutation_eta: float = 20.0
     elite: int = 2
     seed: int = 1
 

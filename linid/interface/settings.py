@@ -27,6 +27,7 @@ from linid.recording.recording import Axis, Kind
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Rate = Annotated[float, Field(ge=0, le=1)]
 
 
 def _masses(value: Any) -> Any:
@@ -138,8 +139,26 @@ class Settings(BaseModel):
     tolerance: Positive = Field(
         default=SearchSettings.tolerance, description="relative gain below which a generation counts as none"
     )
-    least_squares_steps: int = Field(
-        default=Ending.steps, ge=1, le=10**6, description="largest number of steps of the local least squares"
+    selection: Literal["tournament", "roulette"] = Field(
+        default="tournament", description="genetic, plain: how parents are chosen"
+    )
+    tournament: int = Field(default=SearchSettings.tournament, ge=1, le=1000, description="candidates in a tournament")
+    crossover: Literal["simulated_binary", "blend", "two_point", "uniform"] = Field(
+        default="simulated_binary", description="genetic, plain: DEAP's operator on pairs"
+    )
+    crossover_rate: Rate = Field(default=SearchSettings.crossover_rate, description="share of the pairs that cross")
+    mutation: Literal["polynomial", "gaussian"] = Field(
+        default="polynomial", description="genetic, plain: DEAP's operator on children"
+    )
+    mutation_rate: Rate | None = Field(
+        default=None, description="probability that a coordinate mutates; default: 1.5 over their number"
+    )
+    elite: int = Field(default=SearchSettings.elite, ge=0, le=7, description="best candidates that live on")
+    least_squares_steps: int | None = Field(
+        default=None,
+        ge=0,
+        le=10**6,
+        description=f"largest number of steps of the local least squares, 0: none; default: {Ending.steps}, plain: 0",
     )
     substeps: int | None = Field(
         default=None, ge=1, le=1000, description="internal steps per sample; default: from the data"

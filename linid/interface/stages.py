@@ -207,14 +207,24 @@ def _check_names(names: set[str], settings: Settings, known: dict[str, float]) -
 
 def fit_settings(settings: Settings, jobs: int) -> FitSettings:
     """The settings as the identification takes them; jobs: threads."""
-    from linid.identification.settings import FitSettings, SearchSettings
+    from linid.identification.settings import PLAIN, Ending, FitSettings, SearchSettings
 
+    steps = settings.least_squares_steps
+    if steps is None:
+        steps = 0 if settings.method == PLAIN else Ending.steps
     search = SearchSettings(
         method=settings.method,
         population=settings.population,
         generations=settings.generations,
         patience=settings.patience,
         tolerance=settings.tolerance,
+        selection=settings.selection,
+        tournament=settings.tournament,
+        crossover=settings.crossover,
+        crossover_rate=settings.crossover_rate,
+        mutation=settings.mutation,
+        mutation_rate=settings.mutation_rate,
+        elite=settings.elite,
         seed=settings.seed,
     )
     return FitSettings(
@@ -226,7 +236,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         stribeck=settings.stribeck,
         bounds=dict(settings.bounds),
         jobs=jobs,
-        least_squares_steps=settings.least_squares_steps,
+        least_squares_steps=steps,
         profiles=settings.profiles,
         proportions=dict(settings.proportions),
     )

@@ -49,6 +49,16 @@ def test_a_plain_genetic_algorithm_needs_its_generations() -> None:
     assert usual.history[-1].best < 1.001 * found.history[-1].best
 
 
+def test_without_least_squares_the_best_candidate_stays() -> None:
+    campaign = stand(only=FREE_WHEELS)
+    search = SearchSettings(method="plain", population=24, generations=6)
+    result = fit("friction", campaign.recordings, settings=replace(SMALL, search=search, least_squares_steps=0))
+    assert {line.stage for line in result.history} == {"plain"} and not result.converged
+    assert "left out as asked" in result.stop_reasons[-1]
+    polished = fit("friction", campaign.recordings, settings=replace(SMALL, search=search, least_squares_steps=3))
+    assert polished.history[-1].stage == "least_squares" and polished.value("mass") != result.value("mass")
+
+
 def test_intervals_cover_the_truth() -> None:
     """12 noise seeds, 7 parameters: the count of covering 95 % intervals is plausible for 95 %."""
     campaign = stand(only=FREE_WHEELS)

@@ -35,3 +35,34 @@ def test_the_callers_generators_stay_as_they_are(method: str) -> None:
     before, numpys = random.getstate(), np.random.get_state()[1].copy()
     searched(method, 3)
     assert random.getstate() == before and np.array_equal(np.random.get_state()[1], numpys)
+
+
+@pytest.mark.parametrize("selection", ["tournament", "roulette"])
+@pytest.mark.parametrize("crossover", ["simulated_binary", "blend", "two_point", "uniform"])
+@pytest.mark.parametrize("mutation", ["polynomial", "gaussian"])
+def test_every_operator_finds_a_bowl(selection: str, crossover: str, mutation: str) -> None:
+    """Not by its first, random candidates: these lie ten times as far off."""
+
+    def bowl(point: np.ndarray) -> np.ndarray:
+        return np.sum((point - 0.3) ** 2, axis=1)
+
+    operators = {"selection": selection, "crossover": crossover, "mutation": mutation}
+    settings = SearchSettings(method="plain", population=40, generations=60, seed=2, **operators)  # type: ignore[arg-type]
+    state, reason = search(bowl, np.empty((0, 4)), 4, settings)
+    assert state.generation == 60 and "60 generations used" in reason
+    assert state.best_cost < 0.1 * state.history[0][2] and state.best_cost < 0.005
+    assert all(0.0 <= x <= 1.0 for row in state.population for x in row)
+    before = random.getstate()
+    assert search(bowl, np.empty((0, 4)), 4, settings)[0] == state and random.getstate() == before
+
+
+def test_without_crossover_and_mutation_nothing_new_is_tried() -> None:
+    tried: list[tuple[float, ...]] = []
+
+    def bowl(point: np.ndarray) -> np.ndarray:
+        tried.extend(map(tuple, point))
+        return np.sum((point - 0.3) ** 2, axis=1)
+
+    settings = SearchSettings(method="plain", population=20, generations=5, crossover_rate=0.0, mutation_rate=0.0)
+    search(bowl, np.empty((0, 3)), 3, settings)
+    assert set(tried) == set(tried[:20])

@@ -221,3 +221,18 @@ def test_without_out_a_fresh_dated_folder_is_made(tmp_path: Path, monkeypatch: p
     assert first != second and first.startswith("linid_fit-friction_20")
     assert linid("fit-friction", path, "--out", first, *TINY).exit_code == 2
     assert linid("fit-friction", path, "--out", first, "--overwrite", *TINY).exit_code in (0, 5)
+
+
+def test_the_paper_s_search_by_options(tmp_path: Path) -> None:
+    """Operators and rates reach the fit, nothing polishes it, and its exit code says that no minimum is claimed."""
+    options = ("--method", "plain", "--selection", "roulette", "--crossover", "blend", "--crossover-rate", 0.5)
+    options += ("--mutation", "gaussian", "--mutation-rate", 0.3, "--population", 12, "--generations", 3)
+    out = tmp_path / "o"
+    result = linid("fit-friction", campaign(tmp_path), *options, "--no-figures", "--out", out)
+    assert result.exit_code == 5, result.stderr
+    stored = json.loads((out / "parameters.json").read_text(encoding="utf-8"))
+    assert {row["stage"] for row in stored["history"]} == {"plain"} if "history" in stored else True
+    stages = {line.split(",")[0] for line in (out / "convergence.csv").read_text(encoding="utf-8").splitlines()[1:]}
+    assert stages == {"plain"}
+    text = (out / "config.yaml").read_text(encoding="utf-8")
+    assert "selection: roulette" in text and "mutation_rate: 0.3" in text

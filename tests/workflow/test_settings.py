@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from linid.errors import ConfigError
 from linid.interface.settings import Settings, make_settings
+from linid.interface.stages import fit_settings
 from linid.workflow.run.settings import parse_assignment, read_settings, settings_yaml
 
 
@@ -88,3 +89,22 @@ def test_inputs_bear_the_name_of_their_campaign(tmp_path: Path, monkeypatch: pyt
     assert read("campaign.yaml").name == "small"
     path.write_text(path.read_text(encoding="utf-8").replace("name: small\n", ""), encoding="utf-8")
     assert read("campaign.yaml").name == "stage_3"
+
+
+def test_a_plain_search_is_not_polished_unless_asked() -> None:
+    def steps(**raw: Any) -> int:
+        return fit_settings(make_settings(raw), 1).least_squares_steps
+
+    assert steps() == 60 and steps(method="plain") == 0
+    assert steps(method="plain", least_squares_steps=5) == 5 and steps(least_squares_steps=0) == 0
+    assert steps(polish_steps=0) == 0  # as it was called
+
+
+def test_operators_and_rates_reach_the_search() -> None:
+    raw = {"selection": "roulette", "crossover": "blend", "crossover_rate": 0.4, "mutation": "gaussian", "elite": 0}
+    search = fit_settings(make_settings(raw, {"mutation_rate": 0.2, "tournament": 5}), 1).search
+    assert (search.selection, search.crossover, search.crossover_rate) == ("roulette", "blend", 0.4)
+    assert (search.mutation, search.mutation_rate, search.elite, search.tournament) == ("gaussian", 0.2, 0, 5)
+    for wrong in ({"crossover_rate": 1.5}, {"selection": "best"}, {"mutation_rate": -0.1}):
+        with pytest.raises(ConfigError):
+            make_settings(wrong)

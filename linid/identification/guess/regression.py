@@ -18,8 +18,9 @@ _MOST_WAVES = 120  # in a regression beside a periodic force
 
 
 @dataclass(frozen=True)
-class _Rows:
-    """Samples in clear motion: acceleration, speed, position, inputs, added mass, recording."""
+class Rows:
+    """Samples in clear motion. a, v, y: (n,) acceleration, speed and position in m/s^2, m/s and m; inputs: (3, n) phase
+    currents in A, or one input in its unit; added_mass: (n,) kg; recording: (n,) its number."""
 
     a: Array
     v: Array
@@ -29,7 +30,8 @@ class _Rows:
     recording: NDArray[np.int64]
 
 
-def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int = 3) -> _Rows:
+def moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int = 3) -> Rows:
+    """The samples of recordings in clear motion, every `decimate`-th; motion: of these recordings."""
     pieces: list[tuple[Array, Array, Array, Array, Array]] = []
     owners: list[int] = []
     at = 0
@@ -51,8 +53,8 @@ def _moving_rows(recordings: Sequence[Recording], motion: Motion, decimate: int 
         owners += [number] * rows.size
     if not pieces:
         empty = np.zeros(0)
-        return _Rows(empty, empty, empty, np.zeros((3, 0)), empty, np.zeros(0, dtype=np.int64))
-    return _Rows(
+        return Rows(empty, empty, empty, np.zeros((3, 0)), empty, np.zeros(0, dtype=np.int64))
+    return Rows(
         np.concatenate([p[0] for p in pieces]),
         np.concatenate([p[1] for p in pieces]),
         np.concatenate([p[2] for p in pieces]),
@@ -80,7 +82,7 @@ def free_wheel_guess(recordings: Sequence[Recording], mass: float | None) -> dic
 
     m a + added a = -F_C sign(v) - sigma_2 v is linear in m, F_C, sigma_2. mass: kg if known.
     """
-    rows = _moving_rows(recordings, measure_motion(recordings))
+    rows = moving_rows(recordings, measure_motion(recordings))
     if rows.a.size < 10:
         return {"coulomb_force": 1.0, "viscous_friction": 0.1, "mass": mass or 1.0}
     friction = _friction_columns(rows.v)
@@ -104,7 +106,7 @@ def force_guess(
     position, as free as the rows allow. Where a loop's input cancels such a force, a regression without it takes the
     input for something that pushes nowhere (closed-loop bias).
     """
-    rows = _moving_rows(recordings, measure_motion(recordings), 1 if waves else 3)
+    rows = moving_rows(recordings, measure_motion(recordings), 1 if waves else 3)
     columns = np.column_stack([rows.inputs[0], _friction_columns(rows.v), np.ones(rows.v.size)])
     weights = np.ones(rows.v.size)
     if waves:
@@ -143,7 +145,7 @@ def _sequences(inputs: Array) -> tuple[Array, Array]:
     return real, imaginary
 
 
-def _scan(rows: _Rows, densities: Array) -> tuple[Array, Array]:
+def _scan(rows: Rows, densities: Array) -> tuple[Array, Array]:
     """Residual sum of squares and regression coefficients for each electrical wavenumber."""
     real, imaginary = _sequences(rows.inputs)
     rest = np.column_stack([_friction_columns(rows.v), np.ones(rows.v.size)])
@@ -173,7 +175,7 @@ def phase_guess(
     mass: kg; lower, upper: bounds of the density in 1/m; known: the density in 1/m if given. Returns SI values by name
     and the densities in 1/m.
     """
-    rows = _moving_rows(recordings, measure_motion(recordings))
+    rows = moving_rows(recordings, measure_motion(recordings))
     if rows.a.size > 8000:
         rows = _thin(rows, rows.a.size // 8000 + 1)
     reach = max(float(np.ptp(rows.y)), 1e-9)
@@ -219,8 +221,8 @@ def phase_guess(
     return values, (best, *rivals)
 
 
-def _thin(rows: _Rows, every: int) -> _Rows:
-    return _Rows(
+def _thin(rows: Rows, every: int) -> Rows:
+    return Rows(
         rows.a[::every],
         rows.v[::every],
         rows.y[::every],

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from linid.arrays import Array
 from linid.errors import ConfigError
+from linid.identification.optimise.operators import crossover, drawing_from, mutation, selection
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.settings import PLAIN, SearchSettings
 
@@ -22,10 +22,12 @@ Watcher = Callable[["SearchState"], None]
 
 
 class _Fitness:
-    """What DEAP's tournament and elitism need of an individual: a comparable value, smaller is better."""
+    """What DEAP's selection and elitism need of an individual: a comparable value, smaller is better; values: (1,) what
+    a roulette weighs, larger is better."""
 
     def __init__(self, cost: float) -> None:
         self.cost = cost
+        self.values = (1.0 / max(cost, 1e-300),)
 
     def __gt__(self, other: _Fitness) -> bool:
         return self.cost < other.cost
@@ -102,13 +104,6 @@ def _thaw(state: Any) -> tuple[Any, ...]:
     return tuple(tuple(part) if isinstance(part, list) else part for part in state)
 
 
-def _drawing_from(operator: Any, generator: Any, **others: Any) -> Any:
-    """One of DEAP's operators as it is, but drawing from a generator of its own: the interpreter's belongs to the
-    caller, and other threads draw from it. others: what else the operator finds under a global name."""
-    names = {**operator.__globals__, "random": generator, **others}
-    return FunctionType(operator.__code__, names, operator.__name__, operator.__defaults__, operator.__closure__)
-
-
 class _Numpy:
     """numpy with a generator of its own as `numpy.random`."""
 
@@ -120,24 +115,23 @@ class _Numpy:
 
 
 def _genetic_step(state: SearchState, cost: CostFunction, settings: SearchSettings) -> None:
-    """One generation: tournament, simulated binary crossover, bounded polynomial mutation, elitism."""
+    """One generation: selection, crossover and mutation as the settings have them, and elitism."""
     from deap import tools
 
     generator = random.Random()
     generator.setstate(_thaw(state.random_state))
-    chosen = _drawing_from(tools.selTournament, generator, selRandom=_drawing_from(tools.selRandom, generator))
-    crossed = _drawing_from(tools.cxSimulatedBinaryBounded, generator)
-    mutated = _drawing_from(tools.mutPolynomialBounded, generator)
+    dimension = len(state.best)
+    chosen, crossed = selection(settings, generator), crossover(settings, generator)
+    mutated = mutation(settings, generator, dimension)
     parents = [_Individual(g, c) for g, c in zip(state.population, state.costs, strict=True)]
     elite = tools.selBest(parents, settings.elite)
     children: list[_Individual] = []
-    dimension = len(state.best)
     while len(children) < settings.population - settings.elite:
-        one, two = (_Individual(list(p)) for p in chosen(parents, 2, settings.tournament))
-        if generator.random() < settings.crossover:
-            crossed(one, two, settings.crossover_eta, 0.0, 1.0)
+        one, two = (_Individual(list(p)) for p in chosen(parents, 2))
+        if generator.random() < settings.crossover_rate:
+            crossed(one, two)
         for child in (one, two):
-            mutated(child, settings.mutation_eta, 0.0, 1.0, 1.5 / dimension)
+            mutated(child)
             children.append(_Individual(_clip(child)))
     del children[settings.population - settings.elite :]
     costs = cost(np.array(children))
@@ -159,7 +153,7 @@ def _cma_step(state: SearchState, cost: CostFunction, settings: SearchSettings) 
         setattr(strategy, name, np.array(value) if isinstance(value, list) else value)
     generator = np.random.RandomState()
     generator.set_state(("MT19937", np.array(state.random_state[1], dtype=np.uint32), *state.random_state[2:]))
-    generate = _drawing_from(cma.Strategy.generate, generator, numpy=_Numpy(generator))
+    generate = drawing_from(cma.Strategy.generate, generator, numpy=_Numpy(generator))
     drawn = generate(strategy, _Individual)
     inside = np.array([_clip(individual) for individual in drawn])
     costs = cost(inside)

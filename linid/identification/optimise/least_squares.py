@@ -30,6 +30,7 @@ _VALLEY_STEPS = 4
 _CURVE_PROBE = 0.1
 _LARGEST_BEND = 0.375
 _WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
+_LEFT_OUT = "left out as asked; intervals hold at a minimum only"
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -235,7 +236,7 @@ def levenberg_marquardt(
         x[p:],
         best,
         bool(reason),
-        f"least squares: {reason or f'{ending.steps} steps used'}",
+        f"least squares: {reason or (f'{ending.steps} steps used' if ending.steps else _LEFT_OUT)}",
         tuple(history),
         cost.evaluations,
         line.residuals(x),

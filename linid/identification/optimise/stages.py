@@ -93,11 +93,14 @@ def least_squares_in_stages(
 ) -> LeastSquaresFit:
     """Least squares from the best candidate on the thinned problem first, then on all data.
 
-    Rivals that the coarse look could hardly tell apart are compared on the thinned problem.
+    Rivals that the coarse look could hardly tell apart are compared on the thinned problem. Without steps the best
+    candidate stays as it is.
     """
     point = np.array(state.best)
     evaluations = state.evaluations
-    if all(isinstance(part, Acceleration) for part in stages[-1].parts):
+    if settings.least_squares_steps == 0:
+        stages = stages[-1:]
+    elif all(isinstance(part, Acceleration) for part in stages[-1].parts):
         cost = Cost(stages[-1])
         point = reweighted_least_squares(cost, point, iterations=10, evaluations=15, tolerance=1e-6)
         evaluations += cost.evaluations
