@@ -116,10 +116,13 @@ class Criterion:
         known = counts > 0
         # d/d log gain of n log(p + f), halved
         slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))
-        for k, c in enumerate(posed.coordinates):
-            if c.name == "force_constant":
-                out[k] = slope / float(vector[posed.model.slot("force_constant")])
-            elif c.name == "mass":
+        constant, mass = (float(vector[posed.model.slot(name)]) for name in ("force_constant", "mass"))
+        searched = {c.name: c for c in posed.coordinates}
+        counted = searched["force_constant"].for_mass if "force_constant" in searched else 0.0
+        for k, name in enumerate(searched):
+            if name == "force_constant":
+                out[k] = slope / constant * (mass / counted if counted else 1.0)
+            elif name == "mass" and not counted:
                 out[k] = -slope
         return out
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
 @dataclass(frozen=True)
 class Coordinate:
     """One unknown. log: its logarithm is searched; lower, upper: bounds of what is searched; scale: its size; force:
-    the residual is linear in it, but where the axis rests."""
+    the residual is linear in it, but where the axis rests; for_mass: kg of the moving mass for which it is counted, 0
+    where it is counted as it is."""
 
     name: str
     log: bool
@@ -34,6 +35,7 @@ class Coordinate:
     upper: float
     scale: float
     force: bool = False
+    for_mass: float = 0.0
 
 
 class Coordinates:
@@ -43,7 +45,8 @@ class Coordinates:
     step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
     the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as
     F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its
-    presliding growing too.
+    presliding growing too. Where the mass is searched, forces are counted for the base's mass, F m_0/m: the mass alone
+    then moves just what tells it, the recordings with other added masses.
     """
 
     def __init__(
@@ -52,11 +55,12 @@ class Coordinates:
         self.limits = dict(limits)
         recordings = balance.recordings
         self.reference = dict(reference)
+        self.mass = reference.get("mass", 1.0)
         motion = measure_motion(recordings)
         noise = max(float(np.min(motion.position_noise)), 1e-12)
         travel = travel_between_reversals(recordings)
         speed = max(float(np.quantile(np.abs(motion.v), 0.99)), 10.0 * noise)
-        inertia = reference.get("mass", 1.0) * typical_acceleration(recordings)
+        inertia = self.mass * typical_acceleration(recordings)
         self.force = max(abs(reference.get("coulomb_force", 0.0)), 1e-2 * inertia, 1e-15)
         self.speed = speed
         low, high = _LEAST_PRESLIDING * noise, _LARGEST_PRESLIDING * travel
@@ -83,12 +87,15 @@ class Coordinates:
                 low, high = sizes[parameter.name]
                 out.append(Coordinate(parameter.name, False, low, high, max(abs(low), abs(high)), True))
             elif parameter.name in amplitudes:
-                effect, mass = amplitudes[parameter.name], self.reference["mass"]
-                low, high = effect_range(effect, parameter, self.outlook, self.force_scale, mass)
+                effect = amplitudes[parameter.name]
+                low, high = effect_range(effect, parameter, self.outlook, self.force_scale, self.mass)
                 out.append(Coordinate(parameter.name, False, low, high, high, True))
             else:
                 out.append(self._coordinate(parameter, values, held))
-        return tuple(out)
+        if "mass" in held or "force_constant" in held:  # a known thrust is what tells the mass
+            return tuple(out)
+        units = {p.name: p.unit for p in model.parameters} | {ACROSS: "N/A"} | dict.fromkeys(sizes, "N")
+        return tuple(replace(c, for_mass=self.mass) if not c.log and is_force(units[c.name]) else c for c in out)
 
     def _coordinate(self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]) -> Coordinate:
         name = parameter.name
@@ -132,6 +139,11 @@ class Coordinates:
         return Coordinate(name, False, low, high, high - low)
 
 
+def is_force(unit: str) -> bool:
+    """Whether a quantity of some unit is a force or a mass per something, and so in proportion to the moving mass."""
+    return bool({"N", "kg"} & set(unit.split("/")[0].split()))
+
+
 def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:
     """SI values -> what is searched (p,), within the bounds."""
     out = np.empty(len(coordinates))
@@ -148,6 +160,8 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
             value = value / (2.0 * math.sqrt(values["bristle_stiffness"] * values["mass"]))
         elif c.name == "force_constant":
             value = MOTORS[model.kind].fundamental(value, values)
+        if c.for_mass:
+            value *= c.for_mass / values["mass"]
         out[k] = min(max(math.log(max(value, 1e-300)) if c.log else value, c.lower), c.upper)
     return out
 
@@ -169,10 +183,14 @@ def vectors_of(
     for k, c in enumerate(coordinates):
         if c.name != ACROSS:
             out[:, model.slot(c.name)] = np.exp(searched[:, k]) if c.log else searched[:, k]
+    _times_mass(out, coordinates, model)
     for name, (leader, ratio) in ties.items():
         out[:, model.slot(name)] = ratio * out[:, model.slot(leader)]
     if ACROSS in names:
-        across = searched[:, [c.name for c in coordinates].index(ACROSS)]
+        place = [c.name for c in coordinates].index(ACROSS)
+        across = searched[:, place]
+        if coordinates[place].for_mass:
+            across = across * out[:, model.slot("mass")] / coordinates[place].for_mass
         constant, shift = model.slot("force_constant"), model.slot("commutation_offset")
         out[:, shift] = phase + np.arctan2(across, out[:, constant]) / model.turns
         out[:, constant] = np.hypot(out[:, constant], across)
@@ -191,3 +209,11 @@ def vectors_of(
         out[:, model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
     model.tie(out)
     return out
+
+
+def _times_mass(vectors: Array, coordinates: Sequence[Coordinate], model: Model) -> None:
+    """Bring what is counted for another mass to that of each vector (C, VECTOR_SIZE), in place."""
+    mass = model.slot("mass")
+    for c in coordinates:
+        if c.for_mass and c.name != ACROSS:
+            vectors[:, model.slot(c.name)] *= vectors[:, mass] / c.for_mass

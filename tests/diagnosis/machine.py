@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,19 +28,21 @@ def current(t: np.ndarray) -> np.ndarray:
     return np.asarray(MEAN + SWING * np.sin(OMEGA * t))
 
 
-def position(t: np.ndarray, extra: float = 0.0, v0: float = 0.4) -> np.ndarray:
-    """m v' = K i - F_C - sigma_2 v + extra from y = 0, v = v0, solved by hand (m)."""
+def position(t: np.ndarray, extra: float = 0.0, v0: float = 0.4, added: float = 0.0) -> np.ndarray:
+    """(m + added) v' = K i - F_C - sigma_2 v + extra from y = 0, v = v0, solved by hand (m)."""
     steady = (K * MEAN - COULOMB + extra) / VISCOUS
+    mass = MASS + added
+    tau = mass / VISCOUS
     # v' + v/tau = (K/m) SWING sin(omega t): particular solution a sin + b cos
-    drive = K * SWING / MASS
-    a = drive / TAU / (OMEGA**2 + TAU**-2)
-    b = -drive * OMEGA / (OMEGA**2 + TAU**-2)
+    drive = K * SWING / mass
+    a = drive / tau / (OMEGA**2 + tau**-2)
+    b = -drive * OMEGA / (OMEGA**2 + tau**-2)
     decay = v0 - steady - b
     return np.asarray(
         steady * t
         + a / OMEGA * (1 - np.cos(OMEGA * t))
         + b / OMEGA * np.sin(OMEGA * t)
-        + decay * TAU * (1 - np.exp(-t / TAU))
+        + decay * tau * (1 - np.exp(-t / tau))
     )
 
 
@@ -55,15 +58,15 @@ def recording(
     noise: Noise | None = None,
     seed: int = 0,
     duration: float = 3.0,
-    **more: object,
+    **more: Any,
 ) -> Recording:
     """A recording of the machine; extra: a constant force that no model here knows, N."""
     noise = noise or Noise()
     t = np.arange(round(duration / PERIOD) + 1) * PERIOD
     generator = np.random.default_rng(seed)
-    y = position(t, extra) + noise.encoder * generator.standard_normal(t.size)
+    y = position(t, extra, added=float(more.get("added_mass", 0.0))) + noise.encoder * generator.standard_normal(t.size)
     i = current(t) + noise.current * generator.standard_normal(t.size)
-    return Recording(name, t, y, drive_input=i, **more)  # type: ignore[arg-type]
+    return Recording(name, t, y, drive_input=i, **more)
 
 
 def result() -> FitResult:

@@ -82,3 +82,36 @@ def test_a_block_counts_once_however_wrong_it_is() -> None:
     balance = Balance(Model("force"), runs, 1, 1)
     judge = judge_of(balance, Model("force"), TRUE, {"mass": MASS}, {}, 1)
     assert fitted(judge, TRUE).values["force_constant"] == pytest.approx(K, rel=0.03)
+
+
+def weighed(reference: dict[str, float]) -> Judge:
+    """Four runs of the machine, one of them with 1 kg more, the mass unknown."""
+    added = (0.0, 0.0, 1.0, 0.0)
+    runs = [
+        recording(f"run_{k}", noise=Noise(encoder=1e-7), seed=k, split="held_out" if k == 3 else "fit", added_mass=kg)
+        for k, kg in enumerate(added)
+    ]
+    balance = Balance(Model("force"), numbered(runs), 1, 1)
+    return judge_of(balance, Model("force"), reference, {}, {}, 1)
+
+
+@pytest.mark.parametrize("factor", [0.3, 0.8, 1.3, 4.0])
+def test_one_recording_with_another_mass_tells_the_size_of_all_forces(factor: float) -> None:
+    """Mass and forces in proportion are a valley that all other recordings leave flat."""
+    forces = {"force_constant", "coulomb_force", "static_force", "bristle_stiffness", "bristle_damping", "mass"}
+    forces.add("viscous_friction")
+    first = {name: factor * x if name in forces else x for name, x in TRUE.items()}
+    judge = weighed(first)
+    found = fitted(judge, first)
+    assert found.values["mass"] == pytest.approx(MASS, rel=0.01)
+    assert found.values["force_constant"] == pytest.approx(K, rel=0.01)
+
+
+def test_the_mass_alone_moves_no_recording_without_another_mass() -> None:
+    """Forces are searched for the base's mass, so the mass is told by added masses alone."""
+    judge = weighed(TRUE)
+    found = fitted(judge, TRUE)
+    slope = judge.fits.slopes(found)["mass"]
+    owner = judge.balance.rows.recording
+    told = [float(np.abs(slope[owner == k]).max()) for k in range(4)]
+    assert max(told[0], told[1], told[3]) < 1e-6 * told[2]

@@ -16,6 +16,7 @@ from linid.diagnosis.judge import Judge
 from linid.diagnosis.locate import pushing_input, recording_masses
 from linid.diagnosis.proposed.history import Memory, last_where, memory_of, travelled
 from linid.diagnosis.seen import field_wavenumber
+from linid.diagnosis.unknowns import ACROSS, Coordinate
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
 
@@ -102,13 +103,13 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     balance, values = judge.balance, step.values
     rows, recordings, held = balance.rows, balance.recordings, balance.split
     slopes = judge.fits.slopes(step)
-    sizes = {c.name: c.scale if c.log else 0.0 for c in judge.fits.unknowns(step)}
+    unknowns = {c.name: c for c in judge.fits.unknowns(step)}
     field = field_wavenumber(step.model.kind, values)
     noise = (judge.noise.encoder + judge.noise.inputs)[rows.bin]
     weights = _weights(rows, step.residual, judge.scale[rows.recording], noise)
     mass = recording_masses(recordings, values["mass"])[rows.recording]
     left = float(np.sum((step.residual * weights)[~held] ** 2))
-    plausible = np.array([_plausible(name, sizes[name], values, rows) for name in slopes])
+    plausible = np.array([_plausible(c, values, rows) for c in unknowns.values()])
     return Problem(
         rows=rows,
         residual=step.residual,
@@ -118,7 +119,7 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         ridge=math.sqrt(COST * left) / plausible,
         mass=mass,
         push=_motor_force(judge, step, field),
-        friction=-slopes["coulomb_force"] * mass,
+        friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass,
         relaxed=values["coulomb_force"] / values["bristle_stiffness"],
         damped=values["bristle_damping"] / values["bristle_stiffness"],
         held=held,
@@ -167,13 +168,19 @@ def _weights(rows: Rows, residual: Array, scale: Array, noise: Array) -> Array:
     return np.asarray(1.0 / (scale * np.sqrt(power + usual)))
 
 
-def _plausible(name: str, size: float, values: Mapping[str, float], rows: Rows) -> float:
+def _counted(unknown: Coordinate, values: Mapping[str, float]) -> float:
+    """What is searched over the parameter's value, for a force."""
+    return unknown.for_mass / values["mass"] if unknown.for_mass else 1.0
+
+
+def _plausible(unknown: Coordinate, values: Mapping[str, float], rows: Rows) -> float:
     """How far an unknown of the base may be wrong, in its own unit."""
-    if name in ("force_constant", "thrust_across"):
-        return WRONG * abs(values["force_constant"])
+    name, counted = unknown.name, WRONG * _counted(unknown, values)
+    if name in ("force_constant", ACROSS):
+        return counted * abs(values["force_constant"])
     if name == "coulomb_force":
-        return WRONG * values[name]
+        return counted * values[name]
     if name == "viscous_friction":
         top = max(float(np.quantile(np.abs(rows.v), 0.99)), 1e-12)
-        return WRONG * max(values[name], values["coulomb_force"] / top)
-    return WRONG * (size or abs(values.get(name, 1.0)) or 1.0)
+        return counted * max(values[name], values["coulomb_force"] / top)
+    return WRONG * ((unknown.scale if unknown.log else 0.0) or abs(values.get(name, 1.0)) or 1.0)
