@@ -44,10 +44,11 @@ class BudgetEntry:
 @dataclass(frozen=True)
 class Proposal:
     """A term proposed for what no listed effect explains: what it depends on, and the share of the excess that it
-    closes (None: not stated)."""
+    closes (None: not stated); refines: named effects of whose form it may be a part."""
 
     arguments: tuple[str, ...]
     closed: float | None = None
+    refines: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def _proposal(body: Mapping[str, Any] | None) -> Proposal | None:
     """The diagnosis' proposal; older diagnoses know none."""
     if not body:
         return None
-    return Proposal(tuple(map(str, body["arguments"])), _finite(body.get("closed")))
+    return Proposal(tuple(map(str, body["arguments"])), _finite(body.get("closed")), tuple(body.get("refines", ())))
 
 
 def _law(body: Mapping[str, Any] | None) -> str | None:

@@ -105,7 +105,8 @@ def lacking_term(
     problem, proposal = lead.problem, lead.proposal
     ranked = ranked_formulas(problem, proposal)
     formula = short_formula(problem, proposal, ranked)
-    term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs), formula)
+    effects = tuple(name for name in lead.start.model.effects if name not in found.base.model.effects)
+    term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs), formula, effects)
     better = None if formula is None else formula_instead(judge, lead.start, problem, proposal, formula)
     if better is not None:
         proposal = better

@@ -241,7 +241,8 @@ class ProposedTerm:
     not depend on beyond chance, though it was tried; closed, low, high: share of what the budget leaves that the term
     closes on held-out rows, with a 95 % interval; p_value: against rolled residuals; curve: None where it has
     coefficients per recording; short: None where no short formula is as good; resembles: known effects, the likest
-    first; effect: the term as an effect of the model (a user's own term), empty where no simulation can have it;
+    first; refines: named effects that depend on the same, of whose form it may well be a part; effect: the term as an
+    effect of the model (a user's own term), empty where no simulation can have it;
     kept: whether the models after have it: with it no held-out recording is predicted worse; measures: the three
     measures over the held-out recordings without it (`before`) and with it, empty where it was not simulated;
     sentence, next_experiment: for people.
@@ -256,6 +257,7 @@ class ProposedTerm:
     curve: TermCurve | None
     short: ShortFormula | None
     resembles: tuple[Resemblance, ...]
+    refines: tuple[str, ...]
     effect: str
     kept: bool
     measures: dict[str, Change]

@@ -20,6 +20,7 @@ from linid.diagnosis.descent import QUICK, SETTLING, THOROUGH, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN, Part, stands
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
 from linid.physics.effects.registry import find_effect
@@ -99,7 +100,12 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
 def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
     """The fit of a model taken further, from where it is."""
     done = fits.fit(one.model, one.values, one.preset, recordings, effort, fits.slopes(one), exact=True)
-    return fits.annealed(done, effort) if done.level > FAR else done
+    return annealed(fits, done, effort) if done.level > FAR else done
+
+
+def annealed(fits: JointFit, one: Fitted, effort: Effort) -> Fitted:
+    """The fit of a model taken further by way of softer criteria, at the mass that added masses tell."""
+    return at_the_masses(fits, fits.annealed(one, effort))
 
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
@@ -109,7 +115,7 @@ def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     values = {k: x for k, x in full.values.items() if k in own}
     preset = {k: x for k, x in full.preset.items() if k in own}
     one = fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
-    return fits.annealed(one, QUICK) if one.level > full.level + FAR else one
+    return annealed(fits, one, QUICK) if one.level > full.level + FAR else one
 
 
 def select(base: Base, screening: Screening, watch: Watch) -> Selection:

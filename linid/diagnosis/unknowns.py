@@ -19,6 +19,7 @@ from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
+MASS_RANGE = 5.0  # factor about the base's mass
 # Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
 _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
 
@@ -119,7 +120,7 @@ class Coordinates:
             case "force_constant":
                 return Coordinate(name, False, 1e-3 * size, 1e3 * size, size, True)
             case "mass":
-                return Coordinate(name, True, math.log(size / 8.0), math.log(8.0 * size), 1.0)
+                return Coordinate(name, True, math.log(size / MASS_RANGE), math.log(MASS_RANGE * size), 1.0)
             case "electrical_wavenumber":
                 return Coordinate(name, True, math.log(0.9 * size), math.log(1.1 * size), 0.01)
             case "commutation_offset":

@@ -312,6 +312,7 @@ def test_proposals_are_scored_by_arguments_and_closure() -> None:
         "f": key("none", law="maxwell"),
         "g": key("single", "cogging"),
         "h": key("unknown", "place_magnet"),
+        "i": key("single", "cogging"),
     }
     entry = BudgetEntry("cogging")
     answers = {
@@ -324,6 +325,8 @@ def test_proposals_are_scored_by_arguments_and_closure() -> None:
         "e": Answer("none"),
         "f": Answer("unknown", proposal=Proposal(("travel",))),
         "g": Answer("explained", (entry,), proposal=Proposal(("time",))),
+        # The rest of a named effect's form is no other cause.
+        "i": Answer("partly explained", (entry,), proposal=Proposal(("position",), refines=("cogging",))),
         "h": Answer("failed"),
     }
     assert closed_of(answers["b"]) == pytest.approx(0.75) and closed_of(answers["d"]) is None
@@ -336,7 +339,7 @@ def test_proposals_are_scored_by_arguments_and_closure() -> None:
         "proposed_exact": (1, 3),
         "proposed_main": (2, 3),
         "proposed_where_none": (0, 1),
-        "proposed_where_listed": (1, 1),
+        "proposed_where_listed": (1, 2),
     }
     assert (score.closure, score.count) == (pytest.approx(0.75), 2)
 

@@ -73,6 +73,7 @@ def term(curve: TermCurve | None, arguments: tuple[str, ...], **changes: Any) ->
             ),
             Resemblance("force_ripple", 0.22, "force ripple depends on position too; the term does not"),
         ),
+        "refines": (),
         "effect": "learned: spline2(v, -0.9, 0.9, 7, F, -14, 14, 7)",
         "kept": True,
         "measures": MEASURES,

@@ -211,6 +211,7 @@ def test_json_holds_the_term_and_the_challenge_reads_it(tmp_path: Path) -> None:
         "curve",
         "short",
         "resembles",
+        "refines",
         "effect",
         "kept",
         "measures",

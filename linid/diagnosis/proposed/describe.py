@@ -12,7 +12,7 @@ from linid.diagnosis.proposed.curve import term_curve
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
 from linid.diagnosis.proposed.regression import Regression
-from linid.diagnosis.proposed.resembling import resemblances
+from linid.diagnosis.proposed.resembling import refined_by, resemblances
 from linid.diagnosis.proposed.short_formula import FoundFormula
 from linid.diagnosis.proposed.words import next_experiment, not_on, sentence, term_labels
 from linid.diagnosis.report_data import ProposedTerm
@@ -27,11 +27,12 @@ def described(
     judged: Sequence[Regression],
     columns: Mapping[str, Array],
     formula: FoundFormula | None,
+    effects: Sequence[str],
 ) -> ProposedTerm:
     """A proposal in full, but for what its simulation shows (kept, measures).
 
     judged: the best families, that with the largest gain first; columns: (n, k) in m/s^2 of the known effects that make
-    sense for these recordings, by name; formula: that says the curve as well.
+    sense for these recordings, by name; formula: that says the curve as well; effects: beside which the term acts.
     """
     low, high = closed_interval(proposal)
     without = not_on(problem, proposal, judged)
@@ -45,6 +46,7 @@ def described(
         curve=term_curve(problem, proposal),
         short=None if formula is None else formula.said,
         resembles=resemblances(problem, proposal, columns),
+        refines=refined_by(effects, proposal.arguments),
         effect=proposal.family.formula,
         kept=False,
         measures={},

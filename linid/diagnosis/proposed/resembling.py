@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -53,6 +53,21 @@ def _orthonormal(columns: Array) -> Array:
         return np.zeros((columns.shape[0], 0))
     left, sizes, _ = np.linalg.svd(kept, full_matrices=False)
     return np.asarray(left[:, sizes > _RELATIVE * sizes[0]])
+
+
+def refined_by(effects: Sequence[str], arguments: Collection[str]) -> tuple[str, ...]:
+    """Effects of a model that depend on just what a term depends on: what is left may be the rest of their form.
+
+    A term of velocity may act by direction alone.
+    """
+    mine = _without_direction(arguments)
+    return tuple(
+        name for name in effects if any(_without_direction(one) == mine for one in find_effect(name).depends_on if one)
+    )
+
+
+def _without_direction(arguments: Collection[str]) -> frozenset[str]:
+    return frozenset("velocity" if name == "direction" else name for name in arguments)
 
 
 def _difference(problem: Problem, proposal: Proposal, name: str, alike: float) -> str:

@@ -135,6 +135,7 @@ def _proposal(term: ProposedTerm) -> dict[str, Any]:
         "curve": None if term.curve is None else _curve(term.curve),
         "short": None if term.short is None else asdict(term.short),
         "resembles": [asdict(one) for one in term.resembles],
+        "refines": list(term.refines),
         "effect": term.effect,
         "kept": term.kept,
         "measures": _changes(term.measures),

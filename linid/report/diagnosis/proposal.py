@@ -28,6 +28,7 @@ _LETTERS = {
 }
 _NAMED = re.compile(r"\w+\s*:")  # an own term with its name
 _TEST = "To test it, "
+_FINER = "the term may well be what the usual form leaves, and is no sign of another cause."
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,12 @@ def argument_words(diagnosis: Diagnosis) -> str:
     return f"{words}, another in each recording," if words else "the recording"
 
 
+def refined_words(diagnosis: Diagnosis) -> str:
+    """The named effects of whose form the term may be a part: `cogging and end effect`; empty if there are none."""
+    names = () if diagnosis.proposal is None else diagnosis.proposal.refines
+    return enumerated(tuple(name.replace("_", " ") for name in names))
+
+
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict in a few words, with the term that is proposed for what has no known cause."""
     words = STATUS_WORDS[diagnosis.verdict.status]
@@ -73,7 +80,9 @@ def proposed_words(diagnosis: Diagnosis) -> str:
 
 
 def _proposed(diagnosis: Diagnosis) -> str:
-    words = argument_words(diagnosis)
+    words, refined = argument_words(diagnosis), refined_words(diagnosis)
+    if refined:
+        return f"a finer form of {refined} is proposed"
     return f"a term of {words} is proposed" if words else "a constant term is proposed"
 
 
@@ -105,13 +114,17 @@ def term_lines(diagnosis: Diagnosis) -> tuple[TermLine, ...]:
         )
     if term.short is not None:
         lines.append(TermLine("Short formula", code=term.short.text, text=_short_words(diagnosis, term, term.short)))
+    refined = refined_words(diagnosis)
+    if refined:
+        verb = "depends" if len(term.refines) == 1 else "depend"
+        lines.append(TermLine("Form of an effect", f"{_raised(refined)} {verb} on the same: {_FINER}"))
     for one in term.resembles:
         text = f"reproduces {percent(one.alike)} of the term" + (f"; {one.difference}" if one.difference else "")
         lines.append(TermLine("Resembles", code=one.effect, text=_ended(text)))
     lines.append(TermLine("In the models", _model_words(diagnosis, term)))
     if term.next_experiment and term.next_experiment != diagnosis.verdict.next_experiment:
         asked = term.next_experiment.removeprefix(_TEST)
-        lines.append(TermLine("To test it", asked[0].upper() + asked[1:]))
+        lines.append(TermLine("To test it", _raised(asked)))
     return (*lines, *_use_lines(diagnosis, term))
 
 
@@ -159,6 +172,10 @@ def _use_lines(diagnosis: Diagnosis, term: ProposedTerm) -> list[TermLine]:
         command = f"linid fit-motor --model {diagnosis.model} --effect learned CAMPAIGN --out motor"
         lines.append(TermLine("To use it", code=command, text="looks for it again and fits it with the motor."))
     return [*lines, TermLine("Written out", code=f'--effect "{effect}"')]
+
+
+def _raised(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _ended(text: str) -> str:

@@ -122,7 +122,8 @@ def _answered(found: Answer, arguments: tuple[str, ...]) -> CampaignAnswer:
         for entry in entries
         if entry.stated.share is not None
     }
-    unknown = found.status == "unknown" or found.proposal is not None
+    another = found.proposal is not None and not found.proposal.refines
+    unknown = found.status == "unknown" or another
     if found.proposal is not None:
         arguments = tuple(dict.fromkeys(_ARGUMENT.get(name, name) for name in found.proposal.arguments))
     return CampaignAnswer.model_validate(

@@ -9,7 +9,7 @@ import pytest
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.resembling import LEAST_ALIKE, MOST, resemblances
+from linid.diagnosis.proposed.resembling import LEAST_ALIKE, MOST, refined_by, resemblances
 from linid.diagnosis.report_data import Resemblance
 from tests.diagnosis.proposed.axis import Force, axis, proposal_of
 
@@ -99,3 +99,13 @@ def test_a_constant_force_is_the_same_everywhere() -> None:
 def test_an_effect_that_does_not_say_what_it_depends_on() -> None:
     (found,) = like(pull, "position", {"my_pull: c * sin(10 * y)": pull})
     assert found.difference.endswith("of the term is not reproduced")
+
+
+def test_what_depends_on_the_same_as_a_named_effect_may_be_the_rest_of_its_form() -> None:
+    named = ("cogging", "eddy_current_drag", "friction_drift", "constant_force")
+    assert refined_by(named, ("position",)) == ("cogging",)
+    assert refined_by(named, ("velocity",)) == ("eddy_current_drag",)
+    # By direction alone, or by velocity.
+    assert refined_by(named, ("velocity", "time")) == refined_by(named, ("direction", "time")) == ("friction_drift",)
+    # More or fewer arguments are another cause, and so is a constant beside one.
+    assert refined_by(named, ("position", "velocity")) == refined_by(named, ("time",)) == refined_by(named, ()) == ()

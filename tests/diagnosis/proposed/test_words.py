@@ -142,7 +142,8 @@ def test_a_proposal_in_full() -> None:
     assert proposal is not None
     assert set(proposal.arguments) == {"velocity", "motor_force"}
     known = {"input_delay": problem.pushed(derated(problem)[:, None])}
-    term = described(problem, proposal, judged_families(problem), known, formula_of(problem, proposal))
+    term = described(problem, proposal, judged_families(problem), known, formula_of(problem, proposal), ("cogging",))
+    assert term.refines == ()
     assert term.sentence.startswith("What is left depends on velocity and motor force, not on position,")
     assert term.curve is not None
     assert term.short is not None
