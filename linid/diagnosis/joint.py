@@ -152,6 +152,14 @@ class JointFit(Criterion):
             self._slopes[fitted.key] = {c.name: row for c, row in zip(posed.coordinates, rows, strict=True)}
         return self._slopes[fitted.key]
 
+    def slopes_by(self, fitted: Fitted, names: Iterable[str]) -> Columns:
+        """d residual / d unknown (n,) of a fitted model by some of its unknowns, by name."""
+        posed, x = self._as_posed(fitted)
+        places = {c.name: k for k, c in enumerate(posed.coordinates)}
+        wanted = [name for name in names if name in places]
+        rows = self.differences(posed, x, fitted.residual, [places[name] for name in wanted])
+        return dict(zip(wanted, rows, strict=True))
+
     def unknowns(self, fitted: Fitted) -> tuple[Coordinate, ...]:
         """What was searched in a fit."""
         return self._as_posed(fitted)[0].coordinates

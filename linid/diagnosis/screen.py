@@ -6,17 +6,19 @@ Rows, weights and criterion are those of the joint fit, so that what is screened
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.diagnosis.descent import QUICK
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.parallel_tasks import Workers
+from linid.diagnosis.unknowns import ACROSS
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
@@ -35,6 +37,7 @@ _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
 # Of how strongly an effect shows in the typical recording: a mass in a creeping axis could be anything that resists it.
 _FAINT = 0.1
 _CLEAR = 1e-3  # of a column's power: what the base must leave of it
+_DELAYS = (-1.0, 1.0, 3.0, 8.0)  # sampling periods
 _PAUSE = 0.05  # s, between a push and another one
 # A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
 _OTHER_RECORDINGS, _OTHER_MOMENTS = 0.75, 0.9
@@ -56,12 +59,20 @@ class Screened:
 class StepRegression:
     """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.
 
-    rows: (n,) of the balance; effects: columns at these rows. Behind the rows stand those of a prior, which keeps the
+    rows: (n,) of the balance; effects: columns at these rows; slopes: d residual / d unknown (n,) by name, where they
+    are known; level: of the criterion after the linear step of the model's own parameters. Behind the rows stand those of a prior, which keeps the
     linear steps of parameters that are searched by their logarithm within reach (ridge regression). What it offers is
     that of `effect_guess.Regressed`.
     """
 
-    def __init__(self, fits: JointFit, step: Fitted, rows: NDArray[np.bool_], effects: EffectColumns) -> None:
+    def __init__(
+        self,
+        fits: JointFit,
+        step: Fitted,
+        rows: NDArray[np.bool_],
+        effects: EffectColumns,
+        slopes: Mapping[str, Array] | None = None,
+    ) -> None:
         self.kind = step.model.kind
         self.recordings = fits.balance.recordings
         self.values = step.values
@@ -71,7 +82,7 @@ class StepRegression:
         self.part = copy(fits.balance.part(step.model))
         self.part.rows, self.part.classes = self.part.rows[rows], self.part.classes[rows]
         self.part.target = self.part.signal = self.part.target[rows]
-        slopes = fits.slopes(step)
+        slopes = fits.slopes(step) if slopes is None else slopes
         coordinates = fits.unknowns(step)
         self.p = len(coordinates)
         columns = np.array([slopes[c.name][rows] for c in coordinates]).T * -self.weights[:, None]
@@ -86,6 +97,7 @@ class StepRegression:
         self._counts = counts
         self._floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
         self._before = self._level(self._rest)
+        self.level = fits.level(step.residual, step.floor, rows) + self._before
 
     def span(self) -> Array:
         """Orthonormal columns (N + p, r) of what the model's own parameters can do."""
@@ -230,8 +242,34 @@ class Screening:
             else:
                 sizes = amplitude_sizes(here, effect, self.outlook)
                 trial = best_trial(here, effect, self.outlook, self.fits.held, sizes)
+                if effect.delay is not None:
+                    trial = max(trial, self._best_delay(here, effect, step), key=lambda one: one.explained)
             out.append(Screened(effect.name, trial))
         return tuple(sorted(out, key=lambda s: -s.trial.explained))
+
+    def _best_delay(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
+        """The delay that explains most, of some at which the thrust's size and phase are found anew.
+
+        Commutated inputs that come late look like a wrong phase, and a base at a wrong phase sees nothing of a delay:
+        both move together, and their product is beyond a linear step.
+        """
+        (amplitude,) = (p for p in effect.parameters if p.name in effect.amplitudes)
+        model = step.model.with_effects((*step.model.effects, effect.name))
+        known, rows = self.fits.slopes(step), self.fits.rows_of(self.fitted)
+        best, there = Trial({}, {amplitude.name: 0.0}, -1.0), known
+        for periods in _DELAYS:
+            delay = min(max(periods * self.outlook.period, amplitude.lower), amplitude.upper)
+            late = self.fits.at(model, {**step.values, amplitude.name: delay}, step.preset, step.recordings)
+            slopes = {**known, **self.fits.slopes_by(late, ("force_constant", ACROSS, amplitude.name))}
+            level = StepRegression(self.fits, late, rows, self.effects, slopes).level
+            explained = 1.0 - math.exp(level - regression.level)
+            if explained > best.explained:
+                best, there = Trial({}, {amplitude.name: delay}, explained), slopes
+        if best.explained <= 0.0:
+            return best
+        late = {**step.preset, **best.amplitudes}
+        moved = self.fits.fit(model, step.values, late, step.recordings, QUICK, there, exact=True)
+        return replace(best, values={k: x for k, x in moved.values.items() if k not in late})
 
     def _best_recordings(self, regression: StepRegression, effect: Effect) -> Trial:
         """The set of recordings and the amplitude that explain most: those that each show half the largest one."""
