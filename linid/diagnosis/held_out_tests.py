@@ -12,6 +12,8 @@ from linid.physics.effects.registry import find_effect
 CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
 LEAST_GAIN = 0.01
 LEAST_SHARE = 0.002  # of the gap's power: what large effects leave of their own form is no further cause
+# What takes that little of the gap must bring the model to the floor: else it mends the form of what takes the rest.
+LEAST_PORTION, TO_THE_FLOOR = 0.01, 0.9
 LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
 # What closes less, as on machines whose floor no model reaches, must be beyond doubt and no trifle, neither in the
 # logarithm nor in the power: what is in no library is sure to lend others a little of either.
@@ -50,3 +52,8 @@ def stands(part: Part) -> bool:
     wanted = SURE_ALONE if effect.per_recording else SURE
     beyond_doubt = e.certainty >= wanted and min(e.gain, e.power_closed) >= NO_TRIFLE
     return there and e.gain >= LEAST_GAIN and (most or beyond_doubt or (sure and e.closed >= closed))
+
+
+def is_trifle(part: Part, share: float) -> bool:
+    """Whether an effect that stands the tests is no cause of the gap all the same. share: of the gap, by the budget."""
+    return share < LEAST_PORTION and part.evidence.closed < TO_THE_FLOOR

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import QUICK, SETTLING, THOROUGH, Effort
-from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN, Part, stands
+from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN, Part, is_trifle, stands
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
+from linid.diagnosis.shares import shares_of
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
@@ -265,6 +266,12 @@ def backward(
             dropped[weakest.name] = weakest
             full = weakest.without
             continue
+        trifles = trifling(judge, base, full, parts)
+        if trifles:
+            least = min(trifles, key=lambda p: p.evidence.closed)
+            dropped[least.name] = least
+            full = least.without
+            continue
         full, rivals, changed = contested(judge, screening, full, parts)
         if changed:
             continue
@@ -275,6 +282,14 @@ def backward(
             left = tuple(part for name, part in dropped.items() if name not in full.model.effects)
             return Selection(base, full if ordered else base, ordered, screened, left, rivals)
         full = back
+
+
+def trifling(judge: Judge, base: Fitted, full: Fitted, parts: Sequence[Part]) -> list[Part]:
+    """The effects of a model that stand the tests and take next to nothing of the gap."""
+    if len(parts) < 2:  # alone, it is all there is
+        return []
+    portions = shares_of(judge, base, full, judge.seed).portions
+    return [part for part in parts if is_trifle(part, portions[part.name].share)]
 
 
 def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
