@@ -60,9 +60,9 @@ class StepRegression:
     """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.
 
     rows: (n,) of the balance; effects: columns at these rows; slopes: d residual / d unknown (n,) by name, where they
-    are known; level: of the criterion after the linear step of the model's own parameters. Behind the rows stand those of a prior, which keeps the
-    linear steps of parameters that are searched by their logarithm within reach (ridge regression). What it offers is
-    that of `effect_guess.Regressed`.
+    are known; level: of the criterion after the linear step of the model's own parameters. Behind the rows stand those
+    of a prior, which keeps the linear steps of parameters that are searched by their logarithm within reach (ridge
+    regression). What it offers is that of `effect_guess.Regressed`.
     """
 
     def __init__(
