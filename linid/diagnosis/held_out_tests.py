@@ -14,6 +14,7 @@ LEAST_GAIN = 0.01
 LEAST_SHARE = 0.002  # of the gap's power: what large effects leave of their own form is no further cause
 # What takes that little of the gap must bring the model to the floor: else it mends the form of what takes the rest.
 LEAST_PORTION, TO_THE_FLOOR = 0.01, 0.9
+LIKELY = 0.5  # of what it leaves: an effect that closes that much is not told from another of the same arguments
 LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
 # What closes less, as on machines whose floor no model reaches, must be beyond doubt and no trifle, neither in the
 # logarithm nor in the power: what is in no library is sure to lend others a little of either.
@@ -57,3 +58,8 @@ def stands(part: Part) -> bool:
 def is_trifle(part: Part, share: float) -> bool:
     """Whether an effect that stands the tests is no cause of the gap all the same. share: of the gap, by the budget."""
     return share < LEAST_PORTION and part.evidence.closed < TO_THE_FLOOR
+
+
+def is_likely(part: Part) -> bool:
+    """Whether an effect that failed the tests for the little that it takes may be there all the same."""
+    return part.evidence.certainty >= CERTAINTY and part.evidence.closed >= LIKELY

@@ -10,6 +10,7 @@ from linid.arrays import Array
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
+from linid.diagnosis.held_out_tests import is_likely
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel
@@ -105,7 +106,7 @@ def lacking_term(
     problem, proposal = lead.problem, lead.proposal
     ranked = ranked_formulas(problem, proposal)
     formula = short_formula(problem, proposal, ranked)
-    effects = tuple(name for name in lead.start.model.effects if name not in found.base.model.effects)
+    effects = _beside_which(found, lead.start)
     term = described(problem, proposal, lead.judged, known_columns(judge, found, means.jobs), formula, effects)
     better = None if formula is None else formula_instead(judge, lead.start, problem, proposal, formula)
     if better is not None:
@@ -133,6 +134,12 @@ def lacking_term(
     term = replace(term, measures=together(beside, more.traces, means.seed))
     means.watch("term", 3, 3)
     return (term, models) if _worse_somewhere(beside) else (replace(term, kept=True), more)
+
+
+def _beside_which(found: Selection, start: Fitted) -> tuple[str, ...]:
+    """The effects named beside a term, and those that were not for the little that they take of the gap."""
+    named = tuple(name for name in start.model.effects if name not in found.base.model.effects)
+    return (*named, *(part.name for part in found.dropped if is_likely(part))) if named else ()
 
 
 def _joined(

@@ -28,7 +28,7 @@ _LETTERS = {
 }
 _NAMED = re.compile(r"\w+\s*:")  # an own term with its name
 _TEST = "To test it, "
-_FINER = "the term may well be what the usual form leaves, and is no sign of another cause."
+_FINER = "the term may well be a part of what it does in another form, and is no sign of another cause."
 
 
 @dataclass(frozen=True)
