@@ -9,8 +9,8 @@ from functools import partial
 from linid.arrays import Array
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
-from linid.diagnosis.joint import Fitted
 from linid.diagnosis.held_out_tests import is_likely
+from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel

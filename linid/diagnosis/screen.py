@@ -267,9 +267,9 @@ class Screening:
                 best, there = Trial({}, {amplitude.name: delay}, explained), slopes
         if best.explained <= 0.0:
             return best
-        late = {**step.preset, **best.amplitudes}
-        moved = self.fits.fit(model, step.values, late, step.recordings, QUICK, there, exact=True)
-        return replace(best, values={k: x for k, x in moved.values.items() if k not in late})
+        held = {**step.preset, **best.amplitudes}
+        moved = self.fits.fit(model, step.values, held, step.recordings, QUICK, there, exact=True)
+        return replace(best, values={k: x for k, x in moved.values.items() if k not in held})
 
     def _best_recordings(self, regression: StepRegression, effect: Effect) -> Trial:
         """The set of recordings and the amplitude that explain most: those that each show half the largest one."""
