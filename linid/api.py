@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError, DataError, LinidError, UsageError
 from linid.interface.campaign import Campaign
-from linid.interface.measuring import Progress, Watch, able_recordings, free_run, measure, run_by_voltage
+from linid.interface.measuring import (
+    Progress,
+    Watch,
+    able_recordings,
+    free_run,
+    in_closed_loop,
+    measure,
+    run_by_voltage,
+)
 from linid.interface.own_terms import with_terms
 from linid.interface.reading import read_files
 from linid.interface.results import Diagnosed, Fit, Gaps
@@ -26,6 +34,8 @@ if TYPE_CHECKING:
     from linid.diagnosis.means import Means
     from linid.identification.result import FitResult, ModelKind
     from linid.identification.settings import Hooks
+    from linid.simulation.closed_loop import ClosedLoop
+    from linid.simulation.controller import Controller
 
 __all__ = [
     "Campaign",
@@ -39,6 +49,7 @@ __all__ = [
     "UsageError",
     "diagnose",
     "fit",
+    "follow",
     "load",
     "read",
     "simulate",
@@ -167,6 +178,28 @@ def simulate(
         if by_voltage:
             return run_by_voltage(fit.result, recording, position=position, speed=speed)
         return free_run(fit.result, recording, position=position, speed=speed, jobs=jobs)
+
+
+def follow(
+    fit: Fit,
+    recording: Recording,
+    controller: Controller | str | Path,
+    *,
+    position: float | None = None,
+    speed: float | None = None,
+) -> ClosedLoop:
+    """A model in the drive's cascade (position P, velocity PI, current limit) that follows a recording's reference.
+
+    recording: its `reference`, else its `y`, is the commanded position in m; controller: or the path of its YAML;
+    position, speed: of the start in m and m/s (None: where the reference begins, at rest). Returns a ClosedLoop: t in
+    s, reference, y and following_error in m, v in m/s, current in A, (n,) each. Raises ConfigError for the controller,
+    UsageError for a model without motor.
+    """
+    from linid.simulation.controller import Controller, load_controller
+
+    loops = controller if isinstance(controller, Controller) else load_controller(controller)
+    with one_thread():
+        return in_closed_loop(fit.result, recording, loops, position=position, speed=speed)
 
 
 def diagnose(

@@ -13,6 +13,7 @@ from linid.cli.errors import Group
 from linid.cli.field import field
 from linid.cli.files import FILES
 from linid.cli.options import (
+    CONTROLLER,
     MotorName,
     debug_option,
     fit_options,
@@ -176,6 +177,7 @@ def fit_motor(
     show_default=True,
     help="voltage: by the recorded phase voltages, with a model that knows its windings.",
 )
+@CONTROLLER
 @settings_options
 @run_options
 def simulate(
@@ -184,6 +186,7 @@ def simulate(
     start_position: float | None,
     start_speed: float | None,
     driven_by: str,
+    controller: Path | None,
     json_output: bool,
     **options: Any,
 ) -> None:
@@ -193,10 +196,14 @@ def simulate(
     loses step sooner or later, with the best of models; `linid validate` measures what is fair. Free wheels of which
     the start speed is not given start at the speed that fits the recording best.
 
+    With --controller the model runs in the loops of its drive, as the axis does on the machine: the positions of FILE
+    are commanded, and commanded against reached position, following error and current come out.
+
     \b
     Examples:
       linid simulate motor/parameters.json moves_3.csv
       linid simulate --input voltage motor/parameters.json moves_3.csv
+      linid simulate --controller controller.yaml motor/parameters.json reference.csv
     """
     from linid.workflow.commands.simulate import StartState
     from linid.workflow.commands.simulate import simulate as run
@@ -205,7 +212,8 @@ def simulate(
     start = StartState(start_position, start_speed)
     by_voltage = driven_by == "voltage"
     request = make_request(files, options)
-    print_outcome(run(request, reporter, model=model, start=start, by_voltage=by_voltage), json_output)
+    found = run(request, reporter, model=model, start=start, by_voltage=by_voltage, controller=controller)
+    print_outcome(found, json_output)
 
 
 @cli.command(short_help="Measure the gap between a model and recordings.")
@@ -218,13 +226,17 @@ def simulate(
     show_default=True,
     help="Which recordings; auto: the held-out ones where there are any, else all.",
 )
+@CONTROLLER
 @settings_options
 @run_options
-def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool, **options: Any) -> None:
+def validate(
+    model: Path, files: tuple[Path, ...], split: Any, controller: Path | None, json_output: bool, **options: Any
+) -> None:
     """Measure the gap between a model and recordings that it need not have seen.
 
     Three measures, each beside the floor that measurement noise (and scatter of declared repeats) sets: the free run,
     the prediction 0.1 s ahead, and the force that is missing in the balance. At the floor nothing is left to explain.
+    With --controller the model also follows the references that were logged, beside how the machine did.
 
     \b
     Example:
@@ -233,7 +245,8 @@ def validate(model: Path, files: tuple[Path, ...], split: Any, json_output: bool
     from linid.workflow.commands.validate import validate as run
 
     reporter = make_reporter(options)
-    print_outcome(run(make_request(files, options), reporter, model=model, split=split), json_output)
+    found = run(make_request(files, options), reporter, model=model, split=split, controller=controller)
+    print_outcome(found, json_output)
 
 
 @cli.command(short_help="Find the effect that a simulation lacks.")

@@ -46,6 +46,14 @@ class MotorName(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return self._choice().shell_complete(ctx, param, incomplete)
 
 
+CONTROLLER = click.option(
+    "--controller",
+    type=click.Path(path_type=Path),
+    metavar="CONTROLLER.yaml",
+    help="The drive's loops, as configs/controller.yaml describes them: the model follows commanded positions.",
+)
+
+
 def _remember(ctx: click.Context, parameter: click.Parameter, value: Any) -> Any:
     # Seen by the error handling of the whole program.
     ctx.meta[f"linid.{parameter.name}"] = value

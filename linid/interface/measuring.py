@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from linid.diagnosis.gap import RecordingGap, Trace
     from linid.identification.result import FitResult
     from linid.recording import Recording
+    from linid.simulation.closed_loop import ClosedLoop
+    from linid.simulation.controller import Controller
 
 Measured = tuple[tuple["RecordingGap", ...], tuple["Trace", ...]]
 Progress = Callable[[str, int, int], None]
@@ -140,3 +142,27 @@ def run_by_voltage(
     if recording.kind == "free_wheel" or recording.phase_voltages is None:
         raise DataError(recording.name, "has no phase voltages that drive it", "Map voltage_u, voltage_v, voltage_w.")
     return voltage_driven(result, recording, position, speed)[0]
+
+
+def in_closed_loop(
+    result: FitResult,
+    recording: Recording,
+    controller: Controller,
+    *,
+    position: float | None = None,
+    speed: float | None = None,
+) -> ClosedLoop:
+    """A model in a drive's cascade that follows the recording's reference, or its position where none is logged.
+
+    position, speed: of the start in m and m/s (None: the reference's first position, at rest). Raises UsageError for a
+    model without motor, and where its numbers are per kilogram.
+    """
+    from linid.diagnosis.measures import model_of
+    from linid.simulation.closed_loop import follow
+
+    model, _ = model_of(result)
+    if not model.driven_by.inputs:
+        raise UsageError("--controller", "a friction model has no motor to control", "Give the result of fit-motor.")
+    course = replace(recording, y=recording.y if recording.reference is None else recording.reference)
+    values = {e.name: e.value for e in result.estimates}
+    return follow(model, values, controller, course, (position, speed or 0.0), result.substeps)

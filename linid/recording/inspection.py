@@ -159,7 +159,7 @@ def starter_mapping(inspection: Inspection) -> str:
                 )
             )
             continue
-        fitting = [inspection.columns[i] for i in guesses[role]]
+        fitting = [inspection.columns[i] for i in guesses.get(role, ())]
         if fitting:
             others = ", ".join(f"#{c.number}" for c in fitting[1:])
             comment = "TODO: check" + (f"; also possible: {others}" if others else "")

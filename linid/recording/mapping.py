@@ -15,6 +15,7 @@ Role = Literal[
     "time",
     "position",
     "velocity",
+    "reference",
     "current_u",
     "current_v",
     "current_w",
@@ -79,6 +80,7 @@ class ChannelMapping(BaseModel):
 
     period: sampling period where no time column exists (number in s, `1 ms`, or {value, unit}).
     time_group: number (from 1) of the time-column group that holds the position.
+    reference: the commanded position, which is read only where the mapping names it.
     between_samples: whether the inputs run smoothly between the samples (`spline`), straight (`linear`) or are held
     (`hold`); detected, they run smoothly but for jumps. jump_at: the share of a sampling interval, 0 to 1, at which an
     input jumps; the motion tells it otherwise, and a held one jumps at 1, with the next sample.
@@ -89,6 +91,7 @@ class ChannelMapping(BaseModel):
     time: Spec = None
     position: Spec = None
     velocity: Spec = None
+    reference: Spec = None
     current_u: Spec = None
     current_v: Spec = None
     current_w: Spec = None

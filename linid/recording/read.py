@@ -95,6 +95,7 @@ def _recording(
         t=values["time"],
         y=y,
         v=values.get("velocity"),
+        reference=values.get("reference"),
         phase_currents=phases,
         phase_voltages=voltages,
         drive_input=drive,

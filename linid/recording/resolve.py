@@ -162,7 +162,7 @@ def _choose(
     free = [column for column in columns if column.numeric and id(column) not in taken]
     by_name = candidates([column.name for column in free])
     for role in ROLES:
-        fitting = [free[i] for i in by_name[role]]
+        fitting = [free[i] for i in by_name.get(role, ())]
         if role == "position" and mapping.time_group is not None:
             fitting = [column for column in fitting if column.group == mapping.time_group - 1]
         if role in chosen or role in known or not fitting:
@@ -235,6 +235,7 @@ def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None,
     declared = (spec.unit if spec else None) or column.unit
     if not declared:
         example = {"time": "ms", "position": "mm" if axis == "linear" else "rad", "velocity": "mm/s", "command": "V"}
+        example["reference"] = example["position"]
         usual = example.get(role, "V" if role in VOLTAGES else "A")
         raise DataError(
             place,
@@ -268,6 +269,7 @@ def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:
     fixed: dict[str, tuple[str, ...]] = {
         "time": ("time",),
         "position": (_SI_LENGTH[axis][0],),
+        "reference": (_SI_LENGTH[axis][0],),
         "velocity": (_SI_SPEED[axis][0],),
         "command": ("voltage", "current", "force", "torque", "ratio"),
     }
@@ -275,7 +277,8 @@ def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:
 
 
 def _si(role: Role, axis: Axis) -> str:
-    fixed = {"time": "s", "position": _SI_LENGTH[axis][1], "velocity": _SI_SPEED[axis][1], "command": "1"}
+    length = _SI_LENGTH[axis][1]
+    fixed = {"time": "s", "position": length, "reference": length, "velocity": _SI_SPEED[axis][1], "command": "1"}
     return fixed.get(role, "V" if role in VOLTAGES else "A")
 
 

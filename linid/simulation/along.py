@@ -277,7 +277,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
     """
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0), stretch.params[0:0])
+    course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     sigma_0, sigma_1, sigma_2, mass = bristles.sigma_0, bristles.sigma_1, bristles.sigma_2, bristles.mass
     resistance = Resistance(1.0, 1.0, 0.0)

@@ -33,12 +33,13 @@ class Starts(NamedTuple):
 class Scheme(NamedTuple):
     """guided: whether outer forces act at the measured position; guide: (4, points) measured position and inputs at the
     ends and middles of all base steps, if these alone decide the motor's force, or empty; substeps: base steps per
-    sample; tolerance: of a followed step."""
+    sample; tolerance: of a followed step; steering: by a drive that closes its loops, or one without reference."""
 
     guided: Any
     guide: Any
     substeps: Any
     tolerance: Any
+    steering: Any
 
 
 class Traces(NamedTuple):

@@ -26,6 +26,7 @@ from linid.simulation.forces import (
     steady_bristle,
     work_vector,
 )
+from linid.simulation.steering import steered
 from linid.simulation.steps import (
     CALM,
     REST_BRISTLE,
@@ -140,7 +141,9 @@ def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
     for k in range(stretch.count - 1):
         n = stretch.first + k
         done = 0
-        if stretch.steps and course.forces.size == 0:
+        if scheme.steering.y.size > 0:
+            motion = steered(terms, axis, course, scheme.steering, n, motion)
+        elif stretch.steps and course.forces.size == 0:
             motion = after_sample(terms, axis, course, n, motion)
         if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
             done = whole

@@ -20,6 +20,7 @@ from linid.simulation.along import AlongTraces, MeasuredMotion
 from linid.simulation.compiled import Kernel, load_kernel
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
+from linid.simulation.steering import UNSTEERED, Steering
 from linid.simulation.threads import summed
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
@@ -85,13 +86,14 @@ class AlongMotion:
 @dataclass(frozen=True)
 class Simulator:
     """A model over packed recordings. jobs: threads (never changes a result); specialised: compile for this
-    model alone; substeps: internal steps per sample."""
+    model alone; substeps: internal steps per sample; steering: by a drive that closes its loops over one recording."""
 
     model: Model
     inputs: Inputs
     substeps: int = 2
     jobs: int = 1
     specialised: bool = False
+    steering: Steering = UNSTEERED
 
     def _split(self, tasks: int) -> list[tuple[int, int]]:
         if self.jobs < 2 or tasks < 2:
@@ -159,7 +161,7 @@ class Simulator:
         kernel, inputs, candidates = self._kernel(), self.inputs, self._candidates(params)
         by_motion_alone = guided and self.model.mask == 0 and not self.model.winding
         guide = self._guide if by_motion_alone else _NO_GUIDE
-        scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2)
+        scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
 
         def work(piece: tuple[int, int]) -> int:
             return int(kernel.simulate_tasks(candidates, inputs, segments, starts, scheme, *piece, traces))

@@ -16,6 +16,7 @@ from linid.simulation.course import FINEST, AxisState, Candidates, Course, Place
 from linid.simulation.forces import Axis, Bristles
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import REVERSAL_TOLERANCE, Simulator, whole_recordings
+from linid.simulation.steering import UNSTEERED
 from linid.simulation.terms import terms_of
 from tests.plain import Plain
 from tests.simulation.axis_with_effects import AXIS, SAMPLES
@@ -148,7 +149,8 @@ def test_compiled_and_plain_simulations_are_the_same(effects: tuple[str, ...]) -
     candidates = Candidates(model.vector(values)[None], model.motor, model.mask, 0)
     first = (model.vector(values), True, inputs.coefficients, False, 0.0, inputs.dts[0], 0, t.size, 0.0)
     stretch = Stretch(*first, inputs.records[0], inputs.elapsed[0])
-    kept, scheme = np.array(model.states, dtype=int), Scheme(False, np.empty((4, 0)), 2, REVERSAL_TOLERANCE / 4.0)
+    kept = np.array(model.states, dtype=int)
+    scheme = Scheme(False, np.empty((4, 0)), 2, REVERSAL_TOLERANCE / 4.0, UNSTEERED)
     out = (y, np.zeros(0))
     plain.of(kernel.simulate_one)(plain.of(terms_of()), candidates, stretch, start, kept, scheme, np.zeros(0), out)
     assert np.max(np.abs(y - compiled)) < 1e-12 * np.max(np.abs(y))

@@ -38,11 +38,18 @@ class StartState:
 
 
 def simulate(
-    request: Request, reporter: Reporter, *, model: Path, start: StartState | None = None, by_voltage: bool = False
+    request: Request,
+    reporter: Reporter,
+    *,
+    model: Path,
+    start: StartState | None = None,
+    by_voltage: bool = False,
+    controller: Path | None = None,
 ) -> Outcome:
     """Run a MODEL freely over recordings: simulations/NAME.csv with t, y_measured, y_simulated, v, and a figure each.
 
-    by_voltage: the phase voltages drive the motor, and the currents that follow are written too.
+    by_voltage: the phase voltages drive the motor, and the currents that follow are written too; controller: its
+    drive's loops drive it, along the commanded positions (closed_loop/NAME.csv).
     Raises ConfigError for the model, DataError or UsageError for the recordings.
     """
     from linid import api
@@ -50,6 +57,8 @@ def simulate(
 
     start = start or StartState()
     fit = api.load(model)
+    if controller is not None:
+        return _in_closed_loop(request, reporter, fit, (model, controller), start)
     result = fit.result
     campaign = api.read(*request.files, axis_of=fit, **request.settings.given())
     announce(campaign, reporter)
@@ -74,6 +83,33 @@ def simulate(
         "exit_code": DONE,
     }
     return Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary)
+
+
+def _in_closed_loop(
+    request: Request, reporter: Reporter, fit: Fit, files: tuple[Path, Path], start: StartState
+) -> Outcome:
+    """Run a model in its drive's loops. files: of model and controller."""
+    from linid import api
+    from linid.identification.model_file import model_to_text
+    from linid.simulation.controller import load_controller
+    from linid.workflow.commands.closed_loop import closed_loop_table, references, run_closed_loops
+
+    loops = load_controller(files[1])
+    campaign = api.read(*request.files, axis_of=fit, **(request.settings.given() | {"find_coast_down": False}))
+    announce(campaign, reporter)
+    chosen = references(campaign.recordings, ", ".join(str(f) for f in request.files))
+    if request.dry_run:
+        names = [r.name for r in chosen]
+        return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
+    more = (decisive(request.settings), model_to_text(fit.result), str(start), loops.model_dump_json())
+    identity = identity_of(COMMAND, fingerprint(chosen), *more)
+    folder = begin(request, COMMAND, campaign, identity, [file_record(path) for path in files])
+    with recorded(folder), reporter:
+        rows = run_closed_loops(fit, chosen, loops, (start.position, start.speed), folder.path, request.settings)
+        folder.end("done", DONE)
+    axis = fit.result.axis
+    summary = {"command": COMMAND, "folder": str(folder.path), "axis": axis, "closed_loop": rows, "exit_code": DONE}
+    return Outcome(COMMAND, folder.path, DONE, "", (closed_loop_table(rows, axis),), summary)
 
 
 def _runs(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
 
     from linid.diagnosis.gap import RecordingGap
     from linid.interface.campaign import Campaign
+    from linid.interface.results import Fit
     from linid.recording import Recording
+    from linid.simulation.controller import Controller
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
@@ -27,10 +30,13 @@ COMMAND = "validate"
 Choice = Literal["auto", "held_out", "fit", "all"]
 
 
-def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice = "auto") -> Outcome:
+def validate(
+    request: Request, reporter: Reporter, *, model: Path, split: Choice = "auto", controller: Path | None = None
+) -> Outcome:
     """Measure and show the gap of a MODEL on recordings.
 
-    split: which recordings; auto takes the held-out ones of the files where there are any, else all.
+    split: which recordings; auto takes the held-out ones of the files where there are any, else all. controller: of
+    the drive, in whose loops the model follows the references that were logged.
     Raises ConfigError for the model, DataError or UsageError for the recordings.
     """
     from linid import api
@@ -50,8 +56,14 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
     if request.dry_run:
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
-    identity = identity_of(COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result))
-    folder = begin(request, COMMAND, campaign, identity, [file_record(model)])
+    loops, more = None, []
+    if controller is not None:
+        from linid.simulation.controller import load_controller
+
+        loops, more = load_controller(controller), [file_record(controller)]
+    told = [] if loops is None else [loops.model_dump_json()]
+    identity = identity_of(COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result), *told)
+    folder = begin(request, COMMAND, campaign, identity, [file_record(model), *more])
     if folder.finished_before:
         reporter.say(f"{folder.path}: already finished, nothing to resume")
         return _outcome(folder.path, results.read_gaps(folder.path), result.axis)
@@ -71,8 +83,29 @@ def validate(request: Request, reporter: Reporter, *, model: Path, split: Choice
                 progress=lambda done, total, stem: reporter.step("figures", done, total),
             )
         outcome = _outcome(folder.path, found.gaps, result.axis)
+        if loops is not None:
+            outcome = _with_closed_loops(outcome, fit, chosen, loops, request)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome
+
+
+def _with_closed_loops(
+    outcome: Outcome, fit: Fit, chosen: Sequence[Recording], loops: Controller, request: Request
+) -> Outcome:
+    """The outcome with how the model follows the logged references beside how the machine did."""
+    from linid.workflow.commands.closed_loop import closed_loop_table, run_closed_loops
+
+    logged = [r for r in chosen if r.reference is not None]
+    if not logged:
+        raise DataError(
+            ", ".join(str(f) for f in request.files),
+            "logs no reference that a controller could follow",
+            "Map the commanded position, `reference: {column: ..., unit: mm}`, or leave --controller out.",
+        )
+    assert outcome.folder is not None
+    rows = run_closed_loops(fit, logged, loops, (None, None), outcome.folder, request.settings)
+    tables = (*outcome.tables, closed_loop_table(rows, fit.result.axis))
+    return replace(outcome, tables=tables, summary=outcome.summary | {"closed_loop": rows})
 
 
 def choose(campaign: Campaign, split: Choice) -> Sequence[Recording]:

@@ -1,0 +1,104 @@
+"""A model in the closed loops of a drive that follows a reference."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from linid.arrays import Array
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.recording.splines import cubic_spline_coefficients
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator, whole_recordings
+from linid.simulation.steering import Steering
+
+if TYPE_CHECKING:
+    from linid.simulation.controller import Controller
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """How a simulated axis follows a reference, (n,) arrays at its samples.
+
+    t: s; reference, y: commanded and simulated position in m (rotary: rad), as the encoder reads it; v: m/s (rad/s);
+    current: q-current in A, of the cycle that begins with the sample.
+    """
+
+    t: Array
+    reference: Array
+    y: Array
+    v: Array
+    current: Array
+
+    @property
+    def following_error(self) -> Array:
+        """Commanded minus simulated position, (n,) in m."""
+        return self.reference - self.y
+
+
+def follow(
+    model: Model,
+    values: dict[str, float],
+    controller: Controller,
+    reference: Recording,
+    start: tuple[float | None, float] = (None, 0.0),
+    substeps: int = 2,
+) -> ClosedLoop:
+    """Run a motor in a drive's cascade: position P, velocity PI, current limit (the paper's modes of operation).
+
+    values: SI by canonical name; reference: recording whose `y` is the commanded position; start: position in m (None:
+    that commanded first) and speed in m/s; substeps: internal steps per cycle at least.
+    Cycles are made to divide the sampling period. Between its samples the reference is a cubic spline.
+    """
+    cycles = max(1, round(reference.duration / (reference.t.size - 1) / controller.cycle_time_s))
+    steps = cycles * (reference.t.size - 1)
+    t = reference.t[0] + np.linspace(0.0, reference.duration, steps + 1)
+    dt = reference.duration / steps
+    spline = cubic_spline_coefficients(cycles * dt, reference.y)[0]
+    share = (np.arange(cycles) * dt)[:, None] ** np.arange(4)
+    y = (spline @ share.T).ravel()
+    v = ((spline[:, 1:] * np.arange(1, 4)) @ share[:, :3].T).ravel()
+    empty = Recording("reference", t, np.append(y, reference.y[-1]), kind="motor", number=reference.number)
+    empty = replace(empty, added_mass=reference.added_mass, elapsed=reference.elapsed)
+    inputs = pack_inputs([empty])._replace(powered=np.array([True]))
+    steering = _steering(model, values, controller, (y, v), dt)
+    simulator = Simulator(model, inputs, substeps, steering=steering)
+    state = np.array([[[y[0] if start[0] is None else start[0], start[1], math.nan]]])
+    out_y, out_v, _ = simulator.run(model.vector(values)[None, :], whole_recordings(inputs), state, velocity=True)
+    current = np.append(steering.current, steering.current[-1])
+    return ClosedLoop(reference.t, reference.y, out_y[0, ::cycles], out_v[0, ::cycles], current[::cycles])
+
+
+def _steering(
+    model: Model, values: dict[str, float], controller: Controller, reference: tuple[Array, Array], dt: float
+) -> Steering:
+    """The drive's cascade in cycles of dt s, with the commutation that fits the motor's first harmonic."""
+    lag = controller.current_time_constant_s
+    constant = values.get("force_constant", 1.0)
+    wavenumber = offset = 0.0
+    if model.phases:
+        wavenumber = model.turns * values["electrical_wavenumber"]
+        offset = model.turns * values["commutation_offset"]
+        # Phases that are not 120 degrees apart push together by so much of three.
+        apart = model.turns * values["winding_displacement"] - 2.0 * math.pi / 3.0
+        constant = model.driven_by.fundamental(constant, values) * (1.0 + 2.0 * math.cos(apart))
+    return Steering(
+        y=reference[0],
+        v=reference[1],
+        current=np.zeros(reference[0].size),
+        integral=np.zeros(1),
+        position_gain=controller.position_gain_per_s,
+        velocity_gain=controller.velocity_gain_a_s_per_m,
+        integral_gain=controller.integral_gain,
+        feedforward=controller.velocity_feedforward,
+        limit=controller.current_limit_a,
+        share=1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0,
+        wavenumber=wavenumber,
+        offset=offset,
+        polarity=math.copysign(1.0, constant),
+        phases=3 if model.phases else 1,
+    )
