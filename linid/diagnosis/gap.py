@@ -18,7 +18,8 @@ class RecordingGap:
     free_run: RMS(y_sim - y)/std(y); ahead: RMS position error 0.1 s ahead in m (rotary: rad);
     force: RMS residual force in N (rotary: N m); force_share: the same over the RMS total force.
     Those that end in `_floor` hold what encoder and current noise alone would give, and at least what of the error does
-    not repeat, where repeats: their number besides this recording.
+    not repeat, where repeats: their number besides this recording. per_mass: forces are in N/kg, of a model that knows
+    no mass.
     """
 
     recording: str
@@ -32,6 +33,7 @@ class RecordingGap:
     force_share: float
     force_floor: float
     repeats: int = 0
+    per_mass: bool = False
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from linid.identification.objectives.free_run import FreeRun
 from linid.identification.optimise.least_squares import fit_start_offsets
 from linid.identification.result import FitResult
 from linid.identification.signals.motion import measure_motion, retaken, with_input_noise
+from linid.identification.unit_mass import comparable
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
@@ -61,11 +62,12 @@ def measure_gaps(
             raise UsageError(
                 recording.name, f"is a {recording.axis} axis, the model a {result.axis} one", "Use the axis's own model"
             )
+        recording = comparable(result, recording)
         check_recordings([recording], Model("friction") if recording.kind == "free_wheel" else model)
         task = _Task(model, vector, result.substeps, jobs)
-        repeats = repeats_of(recording, among or recordings)
+        repeats = [comparable(result, other) for other in repeats_of(recording, among or recordings)]
         gap, trace = _measure(task, recording, repeats, seed if floors else None)
-        gaps.append(gap)
+        gaps.append(replace(gap, per_mass=result.per_mass))
         traces.append(replace(trace, pole_pitch=pitch))
     return tuple(gaps), tuple(traces)
 

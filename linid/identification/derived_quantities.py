@@ -12,6 +12,7 @@ from linid.physics.field.guideway import k_of
 from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.physics.motors.motor import Derived, Motor
 from linid.physics.motors.registry import MOTORS
+from linid.physics.wording import scaled_unit
 from linid.recording.recording import Recording
 from linid.statistics import NORMAL_97_5
 
@@ -66,6 +67,7 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
         status: Status = "not_identifiable" if lost else "fitted"
         note = f"hangs on {', '.join(sorted(lost))}" if lost else ""
         unit = _ROTARY.get(row.unit, row.unit) if result.axis == "rotary" else row.unit
+        unit = scaled_unit(unit, result.axis, "kg" if result.per_mass else "")
         out.append(Estimate(row.name, row.symbol, unit, value, std, low, high, status, note))
     if motor.shape and motor.periodic:
         out.append(_sine_cost(result, recordings, bool(shapes)))

@@ -23,6 +23,7 @@ from linid.identification.uncertainty.covariance import Uncertainty, estimate_un
 from linid.identification.uncertainty.profile import check_profile, profile_likelihood
 from linid.identification.uncertainty.simex import simex_corrected
 from linid.identification.uncertainty.voltage_noise import without_voltage_noise
+from linid.identification.unit_mass import ADDED, on_unit_mass
 from linid.physics.effects.effect import Values
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
@@ -53,6 +54,9 @@ def fit(
     fixed = {**(known or {}), **settings.fixed}
     told, per_mass, warnings = _mass(recordings, model, fixed, start)
     fixed |= told
+    common = 0.0
+    if per_mass:
+        recordings, common = on_unit_mass(recordings)
     shape = proportions_of(model, settings.proportions, fixed)
     fixed |= shape.values
     bounds = {**shape.bounds, **settings.bounds}
@@ -83,7 +87,8 @@ def fit(
     del coarse, coarse_parts  # of long recordings, each problem holds hundreds of MB
     looks = [(1, Look(_thinning(recordings), coarse=True)), (substeps, FULL)]
     task = Task(recordings, settings, substeps, reason, tuple(warnings), per_mass)
-    return _refine(task, space, state, looks, hooks)
+    found = _refine(task, space, state, looks, hooks)
+    return replace(found, settings=found.settings | {ADDED: common}) if common else found
 
 
 def _mass(

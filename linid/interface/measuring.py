@@ -115,11 +115,12 @@ def _from(
     import numpy as np
 
     from linid.diagnosis.measures import model_of
+    from linid.identification.unit_mass import comparable
     from linid.simulation.inputs import pack_inputs
     from linid.simulation.run import Simulator, whole_recordings
 
     model, vector = model_of(result)
-    simulator = Simulator(model, pack_inputs([recording]), result.substeps, jobs)
+    simulator = Simulator(model, pack_inputs([comparable(result, recording)]), result.substeps, jobs)
     place = position if position is not None else trace.y_simulated[0]
     velocity = speed if speed is not None else trace.velocity_simulated[0]
     state = np.array([[[place, velocity, np.nan]]])
@@ -155,14 +156,17 @@ def in_closed_loop(
     """A model in a drive's cascade that follows the recording's reference, or its position where none is logged.
 
     position, speed: of the start in m and m/s (None: the reference's first position, at rest). Raises UsageError for a
-    model without motor, and where its numbers are per kilogram.
+    model without motor, DataError for an added mass whose part of the whole nobody knows.
     """
     from linid.diagnosis.measures import model_of
+    from linid.identification.unit_mass import comparable
     from linid.simulation.closed_loop import follow
 
     model, _ = model_of(result)
     if not model.driven_by.inputs:
         raise UsageError("--controller", "a friction model has no motor to control", "Give the result of fit-motor.")
-    course = replace(recording, y=recording.y if recording.reference is None else recording.reference)
+    course = replace(
+        comparable(result, recording), y=recording.y if recording.reference is None else recording.reference
+    )
     values = {e.name: e.value for e in result.estimates}
     return follow(model, values, controller, course, (position, speed or 0.0), result.substeps)

@@ -52,10 +52,11 @@ def scaled_unit(unit: str, axis: str, scale: str) -> str:
     scale: what they are divided by, "" nothing. A torque per inertia is an angular acceleration.
     """
     above = unit.split("/")[0].split()
-    if not scale or "N" not in above or "/kg" in unit or "kg m^2" in unit:
+    if not scale or "N" not in above or "kg" in unit:
         return unit
     if axis != "rotary":
-        return f"{unit}/kg"
+        top, _, below = unit.partition("/")
+        return f"{top}/({below} kg)" if below and not below.startswith("(") else f"{unit}/kg"
     return "rad/s^2" if unit == "N m" else f"{unit} per kg m^2"
 
 

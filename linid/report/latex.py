@@ -9,6 +9,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from linid.physics.own_terms.own_term import OwnTerm, is_own, parse_term
+from linid.physics.wording import scaled_unit
 from linid.report.numbers import Rounded, common_exponent, estimate_text, format_number, plain, round_estimate
 from linid.report.symbols import latex_escape, symbol_math, unit_math
 
@@ -46,6 +47,7 @@ def parameter_latex(result: FitResult) -> str:
 def formula_notes(result: FitResult) -> list[str]:
     """The own terms of a fit, each with its formula, and its coefficients where they are many."""
     unit = "N m" if result.axis == "rotary" else "N"
+    unit = scaled_unit(unit, result.axis, "kg" if result.per_mass else "")
     return [
         f"{term.name} = {term.formula} in {unit}{_numbered(term, coefficients)}"
         for term, coefficients in _coefficients(result)
@@ -95,12 +97,14 @@ def _with_std(estimate: Estimate) -> str:
 
 def gap_latex(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
     """The gap table as a booktabs tabular; the floor stands in brackets."""
-    ahead, force = (r"\mu rad", r"N\,m") if axis == "rotary" else (r"\mu m", "N")
+    ahead = r"\mu rad" if axis == "rotary" else r"\mu m"
+    per_mass = any(gap.per_mass for gap in gaps)
+    force = unit_math(scaled_unit("N m" if axis == "rotary" else "N", axis, "kg" if per_mass else ""))
     lines = [
         r"\begin{tabular}{@{}lllrrrr@{}}",
         r"\toprule",
         r"Recording & Kind & Split & Free run & 0.1\,s ahead & Force & Force \\",
-        rf" & & & \% & $\mathrm{{{ahead}}}$ & $\mathrm{{{force}}}$ & \% \\",
+        rf" & & & \% & $\mathrm{{{ahead}}}$ & ${force}$ & \% \\",
         r"\midrule",
     ]
     for gap in gaps:

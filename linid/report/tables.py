@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from linid.physics.wording import scaled_unit
 from linid.report.files import csv_text, write_atomic
 from linid.report.latex import floor_note, formula_notes, gap_latex, parameter_latex, tabled
 from linid.report.numbers import Rounded, estimate_text, format_number, interval_text, round_estimate
@@ -123,7 +124,7 @@ def gap_table_console(gaps: Sequence[RecordingGap], axis: str = "linear") -> Tab
     """The three measures of each recording, each beside its floor, by split; 80 columns do."""
     from rich.text import Text
 
-    ahead_unit, force_unit = gap_units(axis)
+    ahead_unit, force_unit = gap_units(axis, per_mass(gaps))
     table = console_table("Gap between simulation and machine, each measure beside its floor")
     table.padding = (0, 0)  # the box's own blank between columns is enough; nine columns are many
     table.add_column("Recording", overflow="fold", min_width=16)
@@ -199,7 +200,8 @@ def parameter_csv(result: FitResult) -> str:
 
 def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear") -> Path:
     """Write the gap measures in SI units (shares as fractions, not per cent), in full precision."""
-    si_ahead, si_force = ("rad", "N m") if axis == "rotary" else ("m", "N")
+    si_ahead = "rad" if axis == "rotary" else "m"
+    si_force = gap_units(axis, per_mass(gaps))[1]
     rows = []
     for gap in gaps:
         numbers = [_exact(getattr(gap, column)) for column in GAP_COLUMNS[3:10]]
@@ -207,9 +209,15 @@ def write_gap_csv(gaps: Sequence[RecordingGap], path: Path, axis: str = "linear"
     return write_csv(path, GAP_COLUMNS, rows)
 
 
-def gap_units(axis: str) -> tuple[str, str]:
-    """Display units of the `ahead` and `force` measures."""
-    return ("µrad", "N m") if axis == "rotary" else ("µm", "N")
+def gap_units(axis: str, per_mass: bool = False) -> tuple[str, str]:
+    """Display units of the `ahead` and `force` measures; per_mass: of a model that knows no mass."""
+    ahead, force = ("µrad", "N m") if axis == "rotary" else ("µm", "N")
+    return ahead, scaled_unit(force, axis, "kg" if per_mass else "")
+
+
+def per_mass(gaps: Sequence[RecordingGap]) -> bool:
+    """Whether the forces of gaps are per kilogram (rotary: kg m^2)."""
+    return any(gap.per_mass for gap in gaps)
 
 
 _STATUS_STYLE = {"fixed": "dim", "not_identifiable": "yellow", "at_bound": "yellow"}

@@ -13,7 +13,8 @@ from linid.report.figures.common import shorten
 from linid.report.latex import floor_note
 from linid.report.numbers import format_number
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MUTED, caption, grid, new_figure, style
-from linid.report.tables import gap_units
+from linid.report.symbols import unit_label
+from linid.report.tables import gap_units, per_mass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,11 +30,11 @@ def gap_figure(gaps: Sequence[RecordingGap], axis: str = "linear") -> Figure:
     """
     if not gaps:
         raise DataError("gap figure", "there is no recording to draw", "Give the gap of at least one recording.")
-    ahead, force = gap_units(axis)
+    ahead, force = gap_units(axis, per_mass(gaps))
     panels = (
         ("free run, NRMSE (%)", [100 * g.free_run for g in gaps], [100 * g.free_run_floor for g in gaps]),
         (f"0.1 s ahead, RMS ({ahead})", [1e6 * g.ahead for g in gaps], [1e6 * g.ahead_floor for g in gaps]),
-        (f"residual force, RMS ({force})", [g.force for g in gaps], [g.force_floor for g in gaps]),
+        (f"residual force, RMS ({unit_label(force)})", [g.force for g in gaps], [g.force_floor for g in gaps]),
     )
     held_out = [g.split == "held_out" for g in gaps]
     with style():
