@@ -16,7 +16,7 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Lead, Models, lacking_term, lead_of, without_effects
+from linid.diagnosis.lacking import Lead, Models, lacking_term, lead_of, with_effects_of
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
@@ -177,8 +177,8 @@ def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares,
     in whose stead the term acts."""
     shares = shares_of(base.judge, found.base, found.best, means.seed)
     lead = lead_of(base.judge, found, shares.unexplained[0], means)
-    if lead is not None and lead.start is found.base and found.parts:
-        found = without_effects(found)
+    if lead is not None and lead.start is not found.best:
+        found = with_effects_of(found, lead.start)
         shares = shares_of(base.judge, found.base, found.best, means.seed)
     return found, shares, lead
 

@@ -9,7 +9,7 @@ from functools import partial
 from linid.arrays import Array
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
-from linid.diagnosis.held_out_tests import is_likely
+from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
@@ -71,16 +71,31 @@ def lead_of(judge: Judge, found: Selection, unexplained: float, means: Means) ->
     beside = _lead(judge, found.best, means.seed)
     if not found.parts:
         return beside
+    beside_left = 1.0 if beside is None else 1.0 - beside.proposal.closed
     alone = _lead(judge, found.base, means.seed)
-    if alone is None:
-        return beside
-    left = _left(alone.problem, found.best) * (1.0 if beside is None else 1.0 - beside.proposal.closed)
-    return alone if 1.0 - alone.proposal.closed < INSTEAD * left else beside
+    if alone is not None:
+        left = _left(alone.problem, found.best) * beside_left
+        if 1.0 - alone.proposal.closed < INSTEAD * left:
+            return alone
+    for part in _passing(found):
+        lasting = _lead(judge, part.without, means.seed)
+        if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:
+            return lasting
+    return beside
 
 
-def without_effects(found: Selection) -> Selection:
-    """The selection with all its effects dropped, where a term does better in their stead."""
-    return replace(found, best=found.base, parts=(), dropped=(*found.dropped, *found.parts), rivals={})
+def _passing(found: Selection) -> list[Part]:
+    """The effects of single moments that leave something: what always acts may look like one where it is strongest."""
+    able = [part for part in found.parts if find_effect(part.name).acts == "one" and len(found.parts) > 1]
+    return [part for part in able if part.evidence.closed < TO_THE_FLOOR]
+
+
+def with_effects_of(found: Selection, start: Fitted) -> Selection:
+    """The selection with the effects that another model keeps, where a term does better in the others' stead."""
+    kept = tuple(part for part in found.parts if part.name in start.model.effects)
+    gone = tuple(part for part in found.parts if part not in kept)
+    rivals = {name: others for name, others in found.rivals.items() if name in start.model.effects}
+    return replace(found, best=start, parts=kept, dropped=(*found.dropped, *gone), rivals=rivals)
 
 
 def _lead(judge: Judge, start: Fitted, seed: int) -> Lead | None:

@@ -1,0 +1,40 @@
+"""A term in the stead of effects: those of the model beside which it acts stay, the others are dropped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from linid.diagnosis.held_out_tests import Part, is_likely, is_trifle
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.judge import Evidence
+from linid.diagnosis.lacking import with_effects_of
+from linid.diagnosis.select import Selection
+from linid.physics.model import Model
+from tests.diagnosis.machine import Noise
+from tests.diagnosis.test_joint import TRUE, fitted, judged
+
+EVIDENCE = Evidence(gain=0.5, certainty=4.0, closed=0.6, power=3.0, power_closed=0.8)
+
+
+def model(*effects: str) -> Fitted:
+    plain = fitted(judged(Noise(encoder=1e-7), TRUE), TRUE)
+    return replace(plain, model=Model("force", effects))
+
+
+def test_the_effects_that_a_term_does_without_are_dropped_with_their_rivals() -> None:
+    base, both, lasting = model(), model("cogging", "external_disturbance"), model("cogging")
+    push, teeth = Part("external_disturbance", EVIDENCE, lasting), Part("cogging", EVIDENCE, base)
+    rivals = {"external_disturbance": (("dwell_stiction", base),), "cogging": (("cable_force", base),)}
+    found = Selection(base, both, (teeth, push), (), (), rivals)
+    left = with_effects_of(found, lasting)
+    assert left.best is lasting and left.parts == (teeth,) and left.dropped == (push,)
+    assert list(left.rivals) == ["cogging"]
+    none = with_effects_of(found, base)
+    assert none.best is base and none.parts == () and none.dropped == (teeth, push) and none.rivals == {}
+
+
+def test_what_takes_next_to_nothing_is_a_trifle_unless_it_brings_the_model_to_the_floor() -> None:
+    part = Part("phase_gain_imbalance", EVIDENCE, model())
+    assert is_trifle(part, 0.005) and is_trifle(part, -0.05) and not is_trifle(part, 0.02)
+    assert not is_trifle(replace(part, evidence=replace(EVIDENCE, closed=0.95)), 0.005)
+    assert is_likely(part) and not is_likely(replace(part, evidence=replace(EVIDENCE, closed=0.3)))
