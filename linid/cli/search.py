@@ -7,8 +7,9 @@ import click
 SEARCH_OPTIONS = (
     click.option(
         "--method",
-        type=click.Choice(["genetic", "cma", "plain"]),
-        help="Global search; plain: the genetic algorithm whole, from random candidates, no least squares [genetic].",
+        type=click.Choice(["genetic", "cma", "plain", "scratch"]),
+        help="Global search; plain: the genetic algorithm whole, from random candidates, no least squares; scratch: "
+        "from random candidates in stages [genetic].",
     ),
     click.option("--population", type=int, metavar="N", help="Candidates per generation [64]."),
     click.option("--generations", type=int, metavar="N", help="Largest number of generations [120]."),
@@ -36,6 +37,11 @@ SEARCH_OPTIONS = (
         metavar="N",
         help="Steps of the least squares after the search, at most; 0: none [60; plain: 0].",
     ),
+    click.option(
+        "--verify-search/--no-verify-search",
+        default=None,
+        help="Say whether a search from random candidates finds the same minimum [no: it takes longer than the fit].",
+    ),
 )
 SEARCH_NAMES = (
     "method",
@@ -47,4 +53,5 @@ SEARCH_NAMES = (
     "mutation",
     "mutation_rate",
     "least_squares_steps",
+    "verify_search",
 )

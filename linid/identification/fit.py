@@ -5,25 +5,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from linid.arrays import Array
+from linid.errors import UsageError
 from linid.identification.assemble import Task, assemble
 from linid.identification.guess.first_values import first_values, guess_effects, mass_known, seed_candidates
-from linid.identification.objectives.choose import FULL, Look, check_recordings, make_parts, without_rest
+from linid.identification.objectives.choose import FULL, Look, check_recordings, coarse_parts, make_parts, thinning
 from linid.identification.objectives.problem import Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit
 from linid.identification.optimise.search_state import SearchState
-from linid.identification.optimise.stages import least_squares_in_stages, search_from
+from linid.identification.optimise.stages import least_squares_in_stages, search_at_random, search_from
 from linid.identification.optimise.time_step import choose_substeps
 from linid.identification.result import FitResult, ModelKind, Profile
-from linid.identification.settings import FitSettings, Hooks
+from linid.identification.settings import SCRATCH, FitSettings, Hooks
 from linid.identification.space.bounds import build_space
-from linid.identification.space.proportions import proportions_of
+from linid.identification.space.proportions import Proportions, proportions_of
+from linid.identification.space.scratch import scratch_space
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
 from linid.identification.uncertainty.profile import check_profile, profile_likelihood
 from linid.identification.uncertainty.simex import simex_corrected
 from linid.identification.uncertainty.voltage_noise import without_voltage_noise
 from linid.identification.unit_mass import ADDED, on_unit_mass
+from linid.identification.verify import verified
 from linid.physics.effects.effect import Values
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
@@ -59,7 +64,43 @@ def fit(
         recordings, common = on_unit_mass(recordings)
     shape = proportions_of(model, settings.proportions, fixed)
     fixed |= shape.values
-    bounds = {**shape.bounds, **settings.bounds}
+    boxed = replace(settings, bounds={**shape.bounds, **settings.bounds})
+    if settings.search.method == SCRATCH:
+        if model.effects:
+            raise UsageError("--method scratch", "knows no effects", "Take --method genetic, or fit without them.")
+        space = replace(scratch_space(model, recordings, fixed, boxed), ties=shape.ties)
+        starts = None
+    else:
+        space, starts = _begun(model, recordings, fixed, shape, boxed, start)
+    for name in settings.profiles:
+        check_profile(space, name)
+    coarse = Problem(space, coarse_parts(model, recordings, settings))
+    state, reason, silent = (
+        search_at_random(coarse, recordings, settings, hooks)
+        if starts is None
+        else search_from(coarse, *starts, settings, hooks)
+    )
+    if silent:
+        warnings.append("no effect on these recordings: " + ", ".join(silent))
+    del coarse  # of long recordings, each problem holds hundreds of MB
+    substeps = settings.substeps or choose_substeps(model, recordings, space.values(np.array(state.best)))
+    looks = [(1, Look(thinning(recordings), coarse=True)), (substeps, FULL)]
+    task = Task(recordings, settings, substeps, reason, tuple(warnings), per_mass)
+    found = _refine(task, space, state, looks, hooks)
+    if settings.verify_search:
+        found = verified(found, space, recordings, boxed, hooks)
+    return replace(found, settings=found.settings | {ADDED: common}) if common else found
+
+
+def _begun(
+    model: Model,
+    recordings: Sequence[Recording],
+    fixed: dict[str, float],
+    shape: Proportions,
+    settings: FitSettings,
+    start: FitResult | None,
+) -> tuple[SearchSpace, tuple[Array, Array]]:
+    """The search box about first values, and the first candidates in it (`seed_candidates`)."""
     first, densities = first_values(model, recordings, fixed, start)
     rivals: list[Values] = []
     if model.effects:
@@ -67,28 +108,11 @@ def fit(
             model, recordings, first, {**fixed, **shape.leaders}, densities, settings
         )
         fixed = {**preset, **fixed}
-    space = build_space(model, recordings, first, fixed, bounds, settings.free_exponent, densities, settings.stribeck)
-    space = replace(space, ties=shape.ties)
-    for name in settings.profiles:
-        check_profile(space, name)
-    substeps = settings.substeps or choose_substeps(model, recordings, first)
-    coarse_parts = make_parts(
-        model,
-        [without_rest(r) for r in recordings],
-        settings,
-        1,
-        look=Look(_thinning(recordings), project=True, coarse=True),
+    space = build_space(
+        model, recordings, first, fixed, settings.bounds, settings.free_exponent, densities, settings.stribeck
     )
-    coarse = Problem(space, coarse_parts)
-    seeds = seed_candidates(space, model, recordings, first, densities, settings, rivals)
-    state, reason, silent = search_from(coarse, *seeds, settings, hooks)
-    if silent:
-        warnings.append("no effect on these recordings: " + ", ".join(silent))
-    del coarse, coarse_parts  # of long recordings, each problem holds hundreds of MB
-    looks = [(1, Look(_thinning(recordings), coarse=True)), (substeps, FULL)]
-    task = Task(recordings, settings, substeps, reason, tuple(warnings), per_mass)
-    found = _refine(task, space, state, looks, hooks)
-    return replace(found, settings=found.settings | {ADDED: common}) if common else found
+    space = replace(space, ties=shape.ties)
+    return space, seed_candidates(space, model, recordings, first, densities, settings, rivals)
 
 
 def _mass(
@@ -128,16 +152,10 @@ def refine(
     Of many windows every fourth is looked at, so intervals are somewhat wider than those of `fit`.
     """
     settings = settings or FitSettings()
-    vector = space.vectors(point)[0]
-    first = {p.name: float(vector[space.model.slot(p.name)]) for p in space.model.parameters}
-    substeps = settings.substeps or choose_substeps(space.model, recordings, first)
+    substeps = settings.substeps or choose_substeps(space.model, recordings, space.values(point))
     state = SearchState("none", 0, [], [], [float(g) for g in point], float("nan"), 0, 0, None)
     task = Task(recordings, settings, substeps, "no search: started from given values")
-    return _refine(task, space, state, [(substeps, Look(_thinning(recordings)))], hooks or Hooks())
-
-
-def _thinning(recordings: Sequence[Recording]) -> int:
-    return 1 if sum(r.t.size for r in recordings) < 8000 else 4
+    return _refine(task, space, state, [(substeps, Look(thinning(recordings)))], hooks or Hooks())
 
 
 def _refine(

@@ -129,6 +129,7 @@ def _result(body: Any, place: str) -> FitResult:
             ),
             winding=body.get("winding", ""),
             law=body.get("law", LUGRE),
+            search_check=body.get("search_check", ""),
         )
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         fact = f"{type(error).__name__}: {error}"[:120]
@@ -145,8 +146,8 @@ def _check(result: FitResult, place: str) -> None:
     def refuse(fact: str) -> ConfigError:
         return ConfigError(place, fact, _REMEDY)
 
-    texts = (result.model, result.axis, result.input_unit, result.winding, result.law, *result.effects, *result.fitted)
-    if not all(isinstance(text, str) for text in (*texts, *result.warnings)):
+    texts = (result.model, result.axis, result.input_unit, result.winding, result.law, result.search_check)
+    if not all(isinstance(x, str) for x in (*texts, *result.effects, *result.fitted, *result.warnings)):
         raise refuse("holds names that are no text")
     if result.model not in MOTORS:
         raise refuse(f"has the unknown model kind {str(result.model)[:40]!r}")

@@ -81,7 +81,7 @@ class FitResult:
     parameters that the data cannot tell apart, (name, name, correlation, advice); derived: quantities that follow from
     the parameters (pole pitch, k ...) as Estimates; per_mass: forces are per kilogram because no mass is known;
     profiles: profile likelihoods that were asked for; winding: star or separate where the windings were identified;
-    law: of friction.
+    law: of friction; search_check: a sentence on whether a search from scratch found the same minimum, if it was asked.
     """
 
     model: ModelKind
@@ -111,6 +111,7 @@ class FitResult:
     profiles: tuple[Profile, ...] = ()
     winding: str = ""
     law: str = "lugre"
+    search_check: str = ""
 
     def value(self, name: str) -> float:
         """The value of parameter `name` in SI units; raises KeyError if the model has none."""

@@ -13,14 +13,16 @@ Objective = Literal["auto", "free_run", "ahead", "acceleration"]
 Progress = Callable[[str, int, int, float], None]
 HORIZON = 0.1  # s, how far the objective `ahead` looks
 PLAIN = "plain"
+SCRATCH = "scratch"
 
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Budget and operators. method: genetic, cma, or plain: a genetic algorithm from random candidates that uses all
-    its generations; patience: generations without relative gain `tolerance` before the others stop; selection:
-    tournament or roulette; crossover: simulated_binary, blend, two_point or uniform, of a share `crossover_rate` of the
-    pairs; mutation: polynomial or gaussian, of each coordinate with probability `mutation_rate` (None: 1.5 of all)."""
+    """Budget and operators. method: genetic, cma, plain: a genetic algorithm from random candidates that uses all its
+    generations, or scratch: from random candidates in stages; patience: generations without relative gain `tolerance`
+    before the others stop; selection: tournament or roulette; crossover: simulated_binary, blend, two_point or uniform,
+    of a share `crossover_rate` of the pairs; mutation: polynomial or gaussian, of each coordinate with probability
+    `mutation_rate` (None: 1.5 of all)."""
 
     method: str = "genetic"
     population: int = 64
@@ -56,8 +58,8 @@ class FitSettings:
     by parameter name; free_exponent: search alpha too; stribeck: False ties F_S to F_C (Coulomb and viscous
     friction only); profiles: parameters whose profile likelihood is computed; proportions: SI values of
     coefficients of own terms, whose ratios are kept; least_squares_steps,
-    least_squares_precision: when the least squares ends (see `levenberg_marquardt`); jobs: threads, never changes a
-    result."""
+    least_squares_precision: when the least squares ends (see `levenberg_marquardt`); verify_search: look for the
+    minimum again by a search from scratch; jobs: threads, never changes a result."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
     objective: Objective = "auto"
@@ -72,6 +74,7 @@ class FitSettings:
     least_squares_precision: float = Ending.precision
     profiles: tuple[str, ...] = ()
     proportions: dict[str, float] = field(default_factory=dict)
+    verify_search: bool = False
 
     def stored(self) -> dict[str, Any]:
         """The settings that decide the result, for the model file (no jobs)."""

@@ -124,8 +124,12 @@ class Settings(BaseModel):
         default="auto", description="auto: free_run for free wheels, ahead for driven recordings"
     )
     horizon: Positive = Field(default=HORIZON, description="how far `ahead` looks, in s")
-    method: Literal["genetic", "cma", "plain"] = Field(
-        default="genetic", description="genetic algorithm, CMA-ES, or a genetic algorithm from random candidates"
+    method: Literal["genetic", "cma", "plain", "scratch"] = Field(
+        default="genetic",
+        description="genetic algorithm, CMA-ES, a genetic algorithm from random candidates, or these in stages",
+    )
+    verify_search: bool = Field(
+        default=False, description="say whether a search from random candidates finds the same minimum"
     )
     population: int = Field(
         default=SearchSettings.population, ge=8, le=100_000, description="candidates per generation"

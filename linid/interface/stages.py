@@ -239,6 +239,7 @@ def fit_settings(settings: Settings, jobs: int) -> FitSettings:
         least_squares_steps=steps,
         profiles=settings.profiles,
         proportions=dict(settings.proportions),
+        verify_search=settings.verify_search,
     )
 
 

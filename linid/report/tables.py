@@ -115,6 +115,7 @@ def identifiability_notes(result: FitResult) -> list[str]:
         for advice, names in advised.items()
     ]
     notes = pairs + [f"Warning: {warning}" for warning in result.warnings]
+    notes += [result.search_check] if result.search_check else []
     if not result.converged:
         notes.append("The search did not converge: " + ("; ".join(result.stop_reasons) or "no reason given"))
     return notes

@@ -236,3 +236,12 @@ def test_the_paper_s_search_by_options(tmp_path: Path) -> None:
     assert stages == {"plain"}
     text = (out / "config.yaml").read_text(encoding="utf-8")
     assert "selection: roulette" in text and "mutation_rate: 0.3" in text
+
+
+def test_a_search_from_scratch_is_reported_in_one_line(tmp_path: Path) -> None:
+    out = tmp_path / "o"
+    body = summary("fit-friction", campaign(tmp_path), "--verify-search", "--no-figures", "--out", out)
+    assert "independent search from random candidates (seed 2)" in body["search_check"]
+    assert load_model(out / "parameters.json").search_check == body["search_check"]
+    again = linid("fit-friction", campaign(tmp_path), "--resume", "--verify-search", "--no-figures", "--out", out)
+    assert " ".join(body["search_check"].split()[:4]) in " ".join(again.stdout.split())

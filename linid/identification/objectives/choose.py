@@ -69,6 +69,17 @@ def make_parts(
     return (*parts, *electrical)
 
 
+def thinning(recordings: Sequence[Recording]) -> int:
+    """Of many windows every fourth is looked at, of few each."""
+    return 1 if sum(r.t.size for r in recordings) < 8000 else 4
+
+
+def coarse_parts(model: Model, recordings: Sequence[Recording], settings: FitSettings) -> tuple[Part, ...]:
+    """The objectives as a global search looks at them: thinned, start states taken out linearly, in coarse steps."""
+    look = Look(thinning(recordings), project=True, coarse=True)
+    return make_parts(model, [without_rest(r) for r in recordings], settings, 1, look=look)
+
+
 def without_rest(recording: Recording) -> Recording:
     """A free wheel cut 0.15 s after it came to rest: what follows costs time and tells nothing."""
     if recording.kind != "free_wheel":

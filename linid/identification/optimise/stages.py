@@ -11,13 +11,15 @@ import numpy as np
 from linid.arrays import Array
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.from_scratch import search_from_scratch
 from linid.identification.optimise.genetic import search
 from linid.identification.optimise.irls import reweighted_least_squares
 from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.result import Generation
-from linid.identification.settings import PLAIN, Ending, FitSettings, Hooks
+from linid.identification.settings import PLAIN, SCRATCH, Ending, FitSettings, Hooks
 from linid.identification.uncertainty.identifiability import without_effect
+from linid.recording.recording import Recording
 
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares on a part of the data
 _VALLEY_GAIN = 0.15
@@ -67,6 +69,20 @@ def search_from(
         watch=watch,
     )
     return state, reason, silent
+
+
+def search_at_random(
+    problem: Problem, recordings: Sequence[Recording], settings: FitSettings, hooks: Hooks
+) -> tuple[SearchState, str, tuple[str, ...]]:
+    """The search from scratch, as `search_from` gives it: no first candidates, no state to go on from."""
+    found = search_from_scratch(problem, recordings, settings.search.seed, hooks.progress)
+    history = [[float(g.generation), float(g.evaluations), g.best, g.median] for g in found.history]
+    best = [float(x) for x in found.point]
+    state = SearchState(
+        SCRATCH, len(history), [best], [found.cost], best, found.cost, 0, found.evaluations, None, history=history
+    )
+    reason = f"{SCRATCH}: {len(history)} candidates polished (cost {found.cost:.4g})"
+    return state, reason, without_effect(problem.space, Cost(problem), found.point)
 
 
 def refine_first_candidates(

@@ -91,6 +91,11 @@ class SearchSpace:
         self.model.tie(out)
         return out
 
+    def values(self, point: Array) -> dict[str, float]:
+        """SI values of all parameters of the model at search coordinates, point (p,)."""
+        vector = self.vectors(point)[0]
+        return {p.name: float(vector[self.model.slot(p.name)]) for p in self.model.parameters}
+
     def encode(self, values: dict[str, float]) -> Array:
         """SI values -> search coordinates (p,); a parameter that is not given sits in the middle."""
         known = {**self.fixed, **values}

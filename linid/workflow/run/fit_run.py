@@ -100,6 +100,7 @@ def fit_outcome(folder: RunFolder, result: FitResult, gaps: Sequence[RecordingGa
         "parameters": results.parameter_rows(result),
         "gaps": results.gap_rows(gaps),
         "warnings": list(result.warnings),
+        "search_check": result.search_check,
         "not_separable": [list(pair) for pair in result.pairs],
         "evaluations": result.evaluations,
     }
