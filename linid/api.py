@@ -57,16 +57,17 @@ __all__ = [
 ]
 
 
-def read(*files: str | Path, axis_of: Fit | None = None, **settings: Any) -> Campaign:
+def read(*files: str | Path, axis_of: Fit | None = None, unmeasured: bool = False, **settings: Any) -> Campaign:
     """Read scope exports or campaign files; free wheels that begin with a push are cut to their coast-down.
 
     files: paths of recordings, or of one campaign (YAML); axis_of: a fit whose kind of axis bare recordings have, where
-    the settings name none (None: linear). settings: of bare recordings, as in `--config` (`channels`, `kind`, `axis`,
+    the settings name none (None: linear); unmeasured: bare files of phase voltages need no position, for `simulate` by
+    voltage. settings: of bare recordings, as in `--config` (`channels`, `kind`, `axis`,
     `window` and `period` in s, `added_mass` in kg ...).
     Returns a Campaign in SI units. Raises UsageError, ConfigError or DataError, each with place, fact and remedy.
     """
     axis = None if axis_of is None else axis_of.result.axis
-    return read_files([Path(file) for file in files], make_settings(settings), axis=axis)
+    return read_files([Path(file) for file in files], make_settings(settings), axis=axis, unmeasured=unmeasured)
 
 
 def fit(

@@ -25,7 +25,10 @@ def designed_model(design: MotorDesign, kind: Literal["sine", "theta"], rest: di
     """
     motor = design.sine | {"force_constant": design.exact[1]} if kind == "sine" else design.matched
     estimates = []
-    for parameter in Model(kind).parameters:
+    electrical = design.geometry.electrical
+    winding = "" if electrical is None else electrical.connection
+    rest = rest | ({} if electrical is None else electrical.values)
+    for parameter in Model(kind, winding=winding).parameters:
         source = "from dimensions" if parameter.name in motor else "given"
         value = motor.get(parameter.name, rest.get(parameter.name))
         if value is None:
@@ -58,6 +61,7 @@ def designed_model(design: MotorDesign, kind: Literal["sine", "theta"], rest: di
         evaluations=0,
         substeps=_SUBSTEPS,
         step_error=math.nan,
+        winding=winding,
     )
     derived = (e for e in derived_quantities(bare, ()) if e.name != "sine_force_error")
     nan = math.nan

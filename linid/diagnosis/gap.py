@@ -81,6 +81,11 @@ class Trace:
     pole_pitch: float | None = None
     inputs: InputCourse | None = None
 
+    @property
+    def measured(self) -> bool:
+        """Whether there is a measured position to be compared with."""
+        return bool(np.isfinite(self.y_measured[0]))
+
 
 def traced(recording: Recording, y: Array, v: Array) -> Trace:
     """A recording beside its simulated motion, without a residual force.

@@ -21,15 +21,18 @@ def voltage_driven(
 ) -> tuple[Trace, Array]:
     """Motion and currents (3, n) in A of a fitted motor under a recording's voltages.
 
-    position, speed: of the start, in m and m/s (None: as measured); the currents start as measured or, where none were
-    logged, at those that the first voltages would hold.
+    position, speed: of the start, in m and m/s (None: as measured, or zero where nothing was); the currents start as
+    measured or, where none were logged, at those that the first voltages would hold.
     """
     model = Model(result.model, result.effects, result.winding, result.law)
     vector = model.vector({e.name: e.value for e in result.estimates})[None, :]
     inputs = pack_inputs([recording], voltages=True)
-    motion = measure_motion([recording])
-    place = motion.y[0] if position is None else position
-    state = np.array([[[place, motion.v[0] if speed is None else speed, np.nan]]])
+    begun = (0.0, 0.0)
+    if recording.measured:
+        motion = measure_motion([recording])
+        begun = (float(motion.y[0]), float(motion.v[0]))
+    place, velocity = (own if own is not None else at for own, at in zip((position, speed), begun, strict=True))
+    state = np.array([[[place, velocity, np.nan]]])
     first = np.full((1, 1, 3), np.nan)
     if recording.phase_currents is not None:
         first[0, 0] = recording.phase_currents[:, 0]

@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     from linid.recording import CoastDown, Recording
 
 
-def read_files(files: Sequence[Path], settings: Settings, *, axis: str | None = None) -> Campaign:
+def read_files(
+    files: Sequence[Path], settings: Settings, *, axis: str | None = None, unmeasured: bool = False
+) -> Campaign:
     """Read recordings and campaigns; free wheels that begin with a push are cut to their coast-down.
 
     files: bare recordings take channels, kind, window, period and added mass from the settings, campaigns bring their
-    own; axis: of bare files when the settings say nothing. Raises UsageError, ConfigError or DataError.
+    own; axis: of bare files when the settings say nothing; unmeasured: bare files of phase voltages need no position.
+    Raises UsageError, ConfigError or DataError.
     """
     from linid.recording import in_order, is_campaign, read_campaign
 
@@ -42,7 +45,7 @@ def read_files(files: Sequence[Path], settings: Settings, *, axis: str | None = 
             names.append(campaign.name)
             records.append(file_record(path))
         else:
-            recordings.append(_bare(path, settings, axis, masses.get(str(path), 0.0)))
+            recordings.append(_bare(path, settings, axis, masses.get(str(path), 0.0), unmeasured))
             axes.append(recordings[-1].axis)
             names.append(recordings[-1].name)
     records += [_record(r) for r in recordings]
@@ -96,12 +99,16 @@ def _record(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _bare(path: Path, settings: Settings, axis: str | None, added_mass: float) -> Recording:
+def _bare(path: Path, settings: Settings, axis: str | None, added_mass: float, unmeasured: bool) -> Recording:
     from linid.recording import read_recording
+    from linid.recording.mapping import ChannelMapping
 
+    channels = settings.channels
+    if unmeasured:
+        channels = ChannelMapping(unmeasured=True).over(channels)
     return read_recording(
         path,
-        channels=settings.channels,
+        channels=channels,
         axis=settings.axis or axis or "linear",  # type: ignore[arg-type]
         kind=settings.kind,
         added_mass=added_mass,

@@ -39,8 +39,7 @@ def assemble(
     or too many cells are unreadable.
     """
     place = str(table.path)
-    position = channels.by_role["position"]
-    base = position.column.group
+    base = channels.base.column.group
     clock = _clock(table, channels, base, period, place)
     t, rows, notes = clock.t, clock.rows, list(clock.notes)
     reading = Reading(jitter=clock.jitter, stamp_step=clock.stamp_step, left_out=clock.left_out)
@@ -152,7 +151,7 @@ def _clock(table: Table, channels: Channels, group: int, period: float | None, p
     period = period if period is not None or time is not None else table.period_s
     if period is not None:
         n = len(used[0].values)
-        if group != channels.by_role["position"].column.group and n != len(channels.by_role["position"].column.values):
+        if group != channels.base.column.group and n != len(channels.base.column.values):
             raise DataError(
                 f"{place}, column '{used[0].header}'",
                 f"found {n} samples, the position has {len(channels.by_role['position'].column.values)}: another rate, "

@@ -81,6 +81,7 @@ class ChannelMapping(BaseModel):
     period: sampling period where no time column exists (number in s, `1 ms`, or {value, unit}).
     time_group: number (from 1) of the time-column group that holds the position.
     reference: the commanded position, which is read only where the mapping names it.
+    unmeasured: whether a file of phase voltages may lack the position, which then is nan, for simulations alone.
     between_samples: whether the inputs run smoothly between the samples (`spline`), straight (`linear`) or are held
     (`hold`); detected, they run smoothly but for jumps. jump_at: the share of a sampling interval, 0 to 1, at which an
     input jumps; the motion tells it otherwise, and a held one jumps at 1, with the next sample.
@@ -106,6 +107,7 @@ class ChannelMapping(BaseModel):
     separator: Annotated[Literal[";", "\t", ",", " ", ":", "|"] | None, BeforeValidator(_separator)] = None
     encoding: str | None = None
     time_group: int | None = Field(default=None, ge=1)
+    unmeasured: bool = False
     between_samples: BetweenSamples = "detected"
     jump_at: float | None = Field(default=None, ge=0, le=1)
 

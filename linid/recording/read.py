@@ -80,8 +80,11 @@ def _recording(
         drive = values["current_q"]
     decided, kind_notes = _kind(kind, phases, drive, voltages, path)
     notes += kind_notes
-    y = values["position"]
-    _refuse_constant(y, decided, path)
+    y = values.get("position", np.full(values["time"].size, np.nan))
+    if "position" in values:
+        _refuse_constant(y, decided, path)
+    else:
+        notes.append("no position is recorded: simulated ones have nothing to be compared with")
     for name, x in [(f"I_{j + 1}", phases[j]) for j in range(3)] if phases is not None else [("i_q", drive)]:
         if x is not None and "command" not in values and (note := saturation_note(x, name, "A")):
             notes.append(note)

@@ -116,6 +116,11 @@ class Recording:
         return self.carried
 
     @property
+    def measured(self) -> bool:
+        """Whether positions were recorded; all are nan otherwise."""
+        return bool(np.isfinite(self.y[0]))
+
+    @property
     def period(self) -> float:
         """Median sampling period in s."""
         return float(np.median(np.diff(self.t)))

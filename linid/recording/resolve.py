@@ -52,6 +52,11 @@ class Channels:
     by_role: dict[Role, Channel]
     notes: tuple[str, ...]
 
+    @property
+    def base(self) -> Channel:
+        """The channel whose times are the recording's: the position, or the first one of a file without it."""
+        return self.by_role.get("position") or next(c for role, c in self.by_role.items() if role != "time")
+
 
 def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | None) -> Channels:
     """Find every channel by the mapping, else by name; raises DataError when one is missing, ambiguous or without a
@@ -61,7 +66,7 @@ def resolve(table: Table, mapping: ChannelMapping, axis: Axis, period: float | N
     """
     columns = _check_group(table, mapping)
     columns_of, notes = _choose(table, columns, mapping, period is not None or table.period_s is not None)
-    if "position" not in columns_of:
+    if "position" not in columns_of and not (mapping.unmeasured and all(role in columns_of for role in VOLTAGES)):
         others = [column for column in table.columns if looks_like_position(column.name)]
         raise DataError(
             str(table.path),
@@ -177,8 +182,9 @@ def _choose(
         notes.append(f"column '{chosen.pop('command').header}' not used: the measured current is")
     elif "command" in chosen and any(r in chosen for r in PHASES) and mapping.command is None:
         notes.append(f"column '{chosen.pop('command').header}' not used: the phase currents are")
-    if "time" not in chosen and "position" in chosen:
-        clock = _clock(table, chosen["position"], has_period)
+    timed = chosen.get("position") or chosen.get(VOLTAGES[0])
+    if "time" not in chosen and timed is not None:
+        clock = _clock(table, timed, has_period)
         if clock is not None:
             chosen["time"] = clock
     return chosen, notes

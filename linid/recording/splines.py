@@ -145,8 +145,8 @@ def _resampled(recording: Recording, grid: Array, notes: tuple[str, ...]) -> Rec
     rough = near[np.clip(np.searchsorted(t, grid, side="right") - 1, 0, len(step) - 1)]
 
     def at_grid(x: Array | None) -> Array | None:
-        if x is None:
-            return None
+        if x is None or np.isnan(x).all():  # of an unmeasured position
+            return None if x is None else np.full(grid.size, np.nan)
         smooth = CubicSpline(t, x, axis=-1)(grid)
         careful = PchipInterpolator(t, x, axis=-1)(grid) if rough.any() else smooth
         return np.asarray(np.where(rough, careful, smooth), dtype=np.float64)

@@ -62,7 +62,8 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
         block = coefficients[offsets[index] : offsets[index + 1]]
         if channels is not None and active:
             block[:, : len(channels)] = input_coefficients(recording, channels).transpose(1, 0, 2)
-        block[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
+        if recording.measured:
+            block[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
         powered.append(active)
         ends = block[:-1, :3] @ dt ** np.arange(4.0)
         steps.append(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -54,6 +54,33 @@ class Coil(Description):
     turns: Annotated[int, Field(ge=1)]
 
 
+class Electrical(Description):
+    """One phase's winding as the data sheet has it; three of them make a star or stay separate.
+
+    resistance_ohm, inductance_h: in ohm and H; mutual_inductance_h: in H, between two phases.
+    """
+
+    resistance_ohm: Positive
+    inductance_h: Positive
+    mutual_inductance_h: float = Field(default=0.0, description="between two phases; negative where they oppose")
+    connection: Literal["star", "separate"] = "star"
+
+    @model_validator(mode="after")
+    def _stores_energy(self) -> Electrical:
+        # The inductance matrix has the eigenvalues L - M (twice) and L + 2 M.
+        if not -self.inductance_h / 2 < self.mutual_inductance_h < self.inductance_h:
+            raise ValueError("mutual_inductance_h must be between -inductance_h / 2 and inductance_h")
+        return self
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Canonical names and SI values; in a star the inductance is L - M, and M has no other effect."""
+        star = self.connection == "star"
+        values = {"phase_resistance": self.resistance_ohm}
+        values["phase_inductance"] = self.inductance_h - (self.mutual_inductance_h if star else 0.0)
+        return values if star else values | {"mutual_inductance": self.mutual_inductance_h}
+
+
 class MotorGeometry(Description):
     """Magnets and windings of a coreless motor in a U-shaped guideway; dimensions in mm as in data sheets."""
 
@@ -65,6 +92,7 @@ class MotorGeometry(Description):
     phase_spacing_mm: Positive = Field(description="between the middles of neighbouring windings (y_p)")
     mass_kg: Positive | None = Field(default=None, description="moving mass, for a model that can be simulated")
     friction: Friction | None = Field(default=None, description="friction, for a model that can be simulated")
+    electrical: Electrical | None = Field(default=None, description="resistance and inductance, for one by voltages")
 
     @model_validator(mode="after")
     def _magnets_fit(self) -> MotorGeometry:

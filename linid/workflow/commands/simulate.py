@@ -60,7 +60,7 @@ def simulate(
     if controller is not None:
         return _in_closed_loop(request, reporter, fit, (model, controller), start)
     result = fit.result
-    campaign = api.read(*request.files, axis_of=fit, **request.settings.given())
+    campaign = api.read(*request.files, axis_of=fit, unmeasured=by_voltage, **request.settings.given())
     announce(campaign, reporter)
     chosen = _chosen(request, result, campaign.recordings, by_voltage)
     if request.dry_run:
@@ -144,9 +144,10 @@ def _write(traces: Sequence[Trace], folder: Path, settings: Settings, by_voltage
         if settings.figures:
             _figure(trace, folder / "figures" / f"simulation_{stem}", settings.figure_formats)
         rms = math.sqrt(float(((trace.y_simulated - trace.y_measured) ** 2).mean()))
-        end = free_run_end(trace)
+        end = free_run_end(trace) if trace.measured else None
         left = None if end is None else float(trace.t[end])
-        rows.append({"recording": trace.recording, "file": str(path), "rms_error": finite(rms), "left_at": left})
+        row = {"recording": trace.recording, "file": str(path), "rms_error": finite(rms), "left_at": left}
+        rows.append(row | ({} if trace.measured else {"measured": False}))
     return rows
 
 
@@ -191,9 +192,10 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
 
 def _figure(trace: Trace, stem: Path, formats: tuple[str, ...]) -> None:
     from linid.report.figures.comparison import comparison_figure
+    from linid.report.figures.unmeasured import unmeasured_figure
     from linid.report.style import save
 
-    save(comparison_figure(trace), stem, formats)
+    save(comparison_figure(trace) if trace.measured else unmeasured_figure(trace), stem, formats)
 
 
 def _table(rows: list[dict[str, object]], axis: str) -> object:
@@ -215,5 +217,7 @@ def _table(rows: list[dict[str, object]], axis: str) -> object:
             display = display_unit("position", axis, rms)
             error = f"{format_number(rms * display.factor)} {display.unit}"
         until = f"until {left:.3g} s" if isinstance(left, float) else "to the end"
+        if row.get("measured") is False:
+            error = until = "not measured"
         table.add_row(str(row["recording"]), error, until, str(row["file"]))
     return table

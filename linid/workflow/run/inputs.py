@@ -22,6 +22,9 @@ def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:
         digest = hashlib.sha256(about.encode())
         for array in (r.t, r.y, r.phase_currents, r.drive_input):
             digest.update(b"-" if array is None else array.tobytes())
+        for more in (r.reference, None if (r.between_samples, r.jump_at) == ("detected", None) else r.between_samples):
+            if more is not None:
+                digest.update(f"{r.jump_at!r} {more}".encode() if isinstance(more, str) else more.tobytes())
         if r.phase_voltages is not None:
             digest.update(b"voltages" + r.phase_voltages.tobytes())
         rows.append([r.name, digest.hexdigest()])
