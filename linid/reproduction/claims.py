@@ -237,9 +237,10 @@ def _drift(evidence: Evidence) -> Claim:
         "secs. 5.2, 5.3",
         verdict,
         f"Position error at the end of the free run, sine and theta: {'; '.join(drifts)}.",
-        "The noise of the logged currents alone lets both drift as far: an axis driven by currents has no spring."
+        "What is off in the logged currents lets both drift as far: their noise and, under square waves, the instants "
+        "between two samples at which they step. An axis driven by currents has no spring to bring it back."
         if within
-        else "Beyond what the noise of the logged currents does.",
+        else "Beyond what is off in the logged currents does.",
     )
 
 

@@ -73,19 +73,35 @@ def follow(
     return ClosedLoop(reference.t, reference.y, out_y[0, ::cycles], out_v[0, ::cycles], current[::cycles])
 
 
+def _commutation(model: Model, values: dict[str, float]) -> tuple[float, float, float]:
+    """Wavenumber in rad/m, offset in rad and polarity of the drive's commutation to the motor's first harmonic."""
+    constant = values.get("force_constant", 1.0)
+    if not model.phases:
+        return 0.0, 0.0, math.copysign(1.0, constant)
+    # Phases that are not 120 degrees apart push together by so much of three.
+    apart = model.turns * values["winding_displacement"] - 2.0 * math.pi / 3.0
+    constant = model.driven_by.fundamental(constant, values) * (1.0 + 2.0 * math.cos(apart))
+    wavenumber, offset = values["electrical_wavenumber"], values["commutation_offset"]
+    return model.turns * wavenumber, model.turns * offset, math.copysign(1.0, constant)
+
+
+def measured_q_current(model: Model, values: dict[str, float], recording: Recording) -> Array:
+    """The q-current (n,) in A that the logged phase currents of a recording amount to along the model's own field.
+
+    values: SI by canonical name.
+    """
+    assert recording.phase_currents is not None
+    wavenumber, offset, polarity = _commutation(model, values)
+    angles = wavenumber * recording.y + offset + np.arange(-1, 2)[:, None] * 2.0 * math.pi / 3.0
+    return np.asarray(polarity * np.sum(recording.phase_currents * np.sin(angles), axis=0) / 1.5)
+
+
 def _steering(
     model: Model, values: dict[str, float], controller: Controller, reference: tuple[Array, Array], dt: float
 ) -> Steering:
     """The drive's cascade in cycles of dt s, with the commutation that fits the motor's first harmonic."""
     lag = controller.current_time_constant_s
-    constant = values.get("force_constant", 1.0)
-    wavenumber = offset = 0.0
-    if model.phases:
-        wavenumber = model.turns * values["electrical_wavenumber"]
-        offset = model.turns * values["commutation_offset"]
-        # Phases that are not 120 degrees apart push together by so much of three.
-        apart = model.turns * values["winding_displacement"] - 2.0 * math.pi / 3.0
-        constant = model.driven_by.fundamental(constant, values) * (1.0 + 2.0 * math.cos(apart))
+    wavenumber, offset, polarity = _commutation(model, values)
     return Steering(
         y=reference[0],
         v=reference[1],
@@ -99,6 +115,6 @@ def _steering(
         share=1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0,
         wavenumber=wavenumber,
         offset=offset,
-        polarity=math.copysign(1.0, constant),
+        polarity=polarity,
         phases=3 if model.phases else 1,
     )

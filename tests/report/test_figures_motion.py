@@ -16,6 +16,7 @@ from linid.report.figures.common import breakdown
 from linid.report.figures.comparison import comparison_figure
 from linid.report.figures.currents import currents_figure, liveliest
 from linid.report.figures.free_wheel import free_wheel_displacement_figure, free_wheel_velocity_figure
+from linid.report.figures.operation import operation_figure
 from linid.report.figures.overview import overview_figure
 from linid.report.style import ACCENT, ERROR, MEASURED, MODEL
 
@@ -275,3 +276,24 @@ def test_nothing_to_draw_is_an_error() -> None:
     for draw in (overview_figure, free_wheel_displacement_figure):
         with pytest.raises(DataError):
             draw([])
+
+
+def test_cases_of_operation_follow_position_and_velocity_and_show_both_models() -> None:
+    ours, theirs = driven(), driven()
+    theirs = replace(theirs, ahead=pieces(theirs, drift=2e-4))
+    figure = operation_figure([ours, ours], [theirs, theirs], ("sine", "theta"), "Sine model")
+    assert_sound(figure)
+    assert len(figure.axes) == 6  # position, velocity and error of two cases
+    for position, velocity, error in (figure.axes[:3], figure.axes[3:]):
+        for axes in (position, velocity):
+            (measured,) = lines(axes, MEASURED)
+            assert len(lines(axes, MODEL)) == len(lines(axes, ACCENT)) == 1
+            followed = lines(axes, MODEL)[0]
+            at = np.isfinite(followed.get_ydata())
+            true = np.interp(followed.get_xdata()[at], measured.get_xdata(), measured.get_ydata())
+            assert np.abs(followed.get_ydata()[at] - true).max() < 0.01 * np.ptp(measured.get_ydata())
+        peaks = [np.nanmax(lines(error, colour)[0].get_ydata()) for colour in (MODEL, ACCENT)]
+        assert peaks[1] == pytest.approx(4.0 * peaks[0], rel=1e-3)  # 0.2 mm and 50 um
+        assert error.get_title(loc="left") == "sine RMS 50 µm; theta RMS 200 µm"
+    with pytest.raises(DataError, match="no prediction"):
+        operation_figure([coast()], [coast()], ("sine", "theta"), "free wheels")

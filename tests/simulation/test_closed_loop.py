@@ -10,10 +10,10 @@ import pytest
 
 from linid.physics.model import Model
 from linid.recording import Recording
-from linid.simulation.closed_loop import ClosedLoop, follow
+from linid.simulation.closed_loop import ClosedLoop, follow, measured_q_current
 from linid.simulation.controller import Controller, load_controller
 from linid.stand.description import AxisDescription, load_axis_description
-from linid.stand.generate import generate
+from linid.stand.generate import generate, true_parameters
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 MASS, CONSTANT = 0.6, 40.0
@@ -123,3 +123,18 @@ def test_effects_and_other_friction_act_in_the_loop() -> None:
         later = t > 1.0  # once the integral has it
         needed = np.mean((plain.current - run.current)[later])
         assert needed == pytest.approx(8.0 / CONSTANT, rel=0.05)
+
+
+@pytest.mark.parametrize("file", ["stand_axis.yaml", "stand_axis_sine.yaml"])
+def test_the_q_current_is_what_the_drive_commutates(file: str) -> None:
+    """A constant q-current is found again in the phase currents that the stand's drive makes of it."""
+    from linid.stand.plant import phase_currents, plant_parameters
+
+    description = load_axis_description(CONFIGS / file)
+    y = np.linspace(0.3, 0.5, 400)
+    currents = phase_currents(plant_parameters(description), y, np.full(y.size, 0.7))
+    generated = true_parameters(description)
+    kind = description.motor.kind
+    values = {p.name: generated[p.name] for p in Model(kind).parameters if p.name in generated}
+    logged = Recording("run", np.arange(y.size) * 1e-3, y, phase_currents=currents)
+    np.testing.assert_allclose(measured_q_current(Model(kind), values, logged), 0.7, rtol=1e-9)

@@ -16,12 +16,17 @@ if TYPE_CHECKING:
 
 
 def closed_loop_figure(
-    name: str, run: ClosedLoop, axis: str, measured: Array | None = None, limit: float = 0
+    name: str,
+    run: ClosedLoop,
+    axis: str,
+    measured: Array | None = None,
+    limit: float = 0.0,
+    measured_current: Array | None = None,
 ) -> Figure:
     """Position, following error and q-current over time.
 
     name: of the recording; axis: linear or rotary; measured: (n,) position in m, where the machine's own is known;
-    limit: of the current, A, drawn where the run comes near it.
+    measured_current: (n,) A, its q-current likewise; limit: of the current, A, drawn where the run comes near it.
     """
     position = display_unit("position", axis, peak(run.reference))
     with style():
@@ -34,12 +39,15 @@ def closed_loop_figure(
         for y, colour, width, label in courses:
             top.plot(run.t, y * position.factor, color=colour, linewidth=width, label=label)
             middle.plot(run.t, (run.reference - y) * error.factor, color=colour, linewidth=width)
+        if measured_current is not None:
+            bottom.plot(run.t, measured_current, color=MEASURED, linewidth=1.6, label="measured")
         bottom.plot(run.t, run.current, color=MODEL, linewidth=0.8)
         if limit and peak(run.current) > 0.8 * limit:
             for sign in (-1.0, 1.0):
                 bottom.axhline(sign * limit, color=MUTED, linewidth=0.8, linestyle="--")
         top.set_title(f"{shorten(name, 40)}: in closed loop")
-        legend_above(middle, handles=top.get_legend_handles_labels()[0])
+        handles = top.get_legend_handles_labels()[0]
+        legend_above(middle, handles=handles + (bottom.get_legend_handles_labels()[0] if measured is None else []))
         top.set_ylabel(f"position ({position.unit})")
         middle.set_ylabel(f"following error ({error.unit})")
         bottom.set_ylabel("q-current (A)")

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 COMMAND = "reproduce"
 # The four cases of motor operation that the paper shows, by the names of the stand's scope modes.
 CASES = ("sine_current", "square_current", "sine_position", "moves")
+_IN_PRINT = tuple(f"figure_{number}_" for number in (14, 15, 16, 17))  # drawn as vectors too
 
 
 def reproduce(
@@ -69,6 +70,7 @@ def reproduce(
         evidence = _evidence(fitted, stand.recordings, further, request.settings.seed)
         tables = _tables(results, _truth(request.files))
         drawn = _figures(made, traces.of, stand.recordings)
+        drawn |= _closed_loop_figure(results["theta"], stand.recordings)
         pictures = _save(drawn, folder.path, request.settings.figure_formats, reporter)
         _write(folder.path, evidence, tables, pictures, _name(request.files))
         folder.end("done", DONE)
@@ -263,13 +265,9 @@ def _current_figures(recordings: Sequence[Recording]) -> dict[str, Drawn]:
 
 
 def _operation_figures(traces: Mapping[str, Mapping[str, Trace]], recordings: Sequence[Recording]) -> dict[str, Drawn]:
-    """Figures 14 to 17, each as the free run and as the prediction 0.1 s ahead."""
+    """Figures 14 to 17 as the prediction 0.1 s ahead, with the other model beside it, and as the free run."""
+    from linid.report.figures.operation import operation_figure
     from linid.report.figures.overview import overview_figure
-
-    def cases(kind: str, split: str, *, ahead: bool) -> list[Trace]:
-        """The first recording of each case, with the prediction 0.1 s ahead or the free run."""
-        names = [next(r.name for r in recordings if r.name.startswith(c) and r.split == split) for c in CASES]
-        return [traces[kind][name] if ahead else replace(traces[kind][name], ahead=None) for name in names]
 
     pages = (
         (14, "sine", "fit", "identification"),
@@ -279,15 +277,22 @@ def _operation_figures(traces: Mapping[str, Mapping[str, Trace]], recordings: Se
     )
     drawn: dict[str, Drawn] = {}
     for number, kind, split, purpose in pages:
-        for ahead, stem, what in ((False, "", "free run"), (True, "_ahead", "0.1 s ahead")):
-            drawn[f"figure_{number}_{kind}_{purpose}{stem}"] = (
-                f"Fig. {number}: {kind} model over four cases of operation, {purpose}; {what}",
-                partial(
-                    overview_figure,
-                    cases(kind, split, ahead=ahead),
-                    f"{kind.capitalize()} model, {purpose}: measured (blue) and {what} (black)",
-                ),
-            )
+        other = "theta" if kind == "sine" else "sine"
+        names = [next(r.name for r in recordings if r.name.startswith(c) and r.split == split) for c in CASES]
+        ours, theirs = ([traces[of][name] for name in names] for of in (kind, other))
+        said = f"Fig. {number}: {kind} model over four cases of operation, {purpose}"
+        drawn[f"figure_{number}_{kind}_{purpose}"] = (
+            f"{said}; restarted every 0.1 s, {other} model beside it",
+            partial(operation_figure, ours, theirs, (kind, other), f"{kind.capitalize()} model, {purpose}"),
+        )
+        drawn[f"figure_{number}_{kind}_{purpose}_free_run"] = (
+            f"{said}; started once, as long as it goes",
+            partial(
+                overview_figure,
+                [replace(trace, ahead=None) for trace in ours],
+                f"{kind.capitalize()} model, {purpose}: measured (blue) and free run (black)",
+            ),
+        )
     return drawn
 
 
@@ -309,13 +314,33 @@ def _narrow_figure(traces: Mapping[str, Mapping[str, Trace]]) -> dict[str, Drawn
     }
 
 
+def _closed_loop_figure(theta: FitResult, recordings: Sequence[Recording]) -> dict[str, Drawn]:
+    """The paper's modes as a user runs them: the model in the loops of a drive like the stand's."""
+    from linid.diagnosis.measures import model_of
+    from linid.interface.measuring import in_closed_loop
+    from linid.report.figures.closed_loop import closed_loop_figure
+    from linid.simulation.closed_loop import measured_q_current
+    from linid.simulation.controller import Controller
+
+    moves = next(r for r in recordings if r.name.startswith("moves") and r.split == "held_out")
+    run = in_closed_loop(theta, moves, Controller())
+    current = measured_q_current(model_of(theta)[0], {e.name: e.value for e in theta.estimates}, moves)
+    return {
+        "figure_closed_loop": (
+            "Not in the paper: the theta model in a drive's loops, commanded to where the machine went",
+            partial(closed_loop_figure, moves.name, run, moves.axis, measured_current=current),
+        )
+    }
+
+
 def _save(drawn: Mapping[str, Drawn], folder: Path, formats: Sequence[str], reporter: Reporter) -> list[Picture]:
     from linid.report.reproduction.page import Picture
     from linid.report.style import save
 
     pictures = []
     for number, (stem, (title, draw)) in enumerate(drawn.items(), 1):
-        paths = save(draw(), folder / "figures" / stem, tuple(dict.fromkeys(["png", *formats])))
+        vector = ["pdf"] if stem.startswith(_IN_PRINT) and not stem.endswith("free_run") else []
+        paths = save(draw(), folder / "figures" / stem, tuple(dict.fromkeys(["png", *vector, *formats])))
         png = next(path for path in paths if path.suffix == ".png")
         pictures.append(Picture(title, stem, png.read_bytes()))
         reporter.step("figures", number, len(drawn))
