@@ -64,7 +64,7 @@ def _case(panels: list[Any], trace: Trace, pieces: list[AheadPieces], names: tup
     position, velocity = position_display([trace]), velocity_display([trace])
     error = display_unit("position", trace.axis, max(peak(one.end_error) for one in pieces))
     top, middle, bottom = panels
-    measured = {"color": MEASURED, "linewidth": 2.2, "zorder": 2}
+    measured = {"color": MEASURED, "linewidth": 3.4, "zorder": 2}
     top.plot(*envelope(trace.t, trace.y_measured * position.factor), label="measured", **measured)
     middle.plot(*envelope(trace.t, trace.velocity_measured * velocity.factor), **measured)
     limits = middle.get_ylim()  # the differentiated position's; a prediction's first speeds may be wild
