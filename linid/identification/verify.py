@@ -29,11 +29,12 @@ def verified(
     parts = coarse_parts(space.model, recordings, settings)
     own = Problem(space, parts)
     start = space.encode({e.name: e.value for e in result.estimates})
-    reached = polished_to_the_end(own, Cost(own), start)
+    cost = Cost(own)
+    reached = min(float(cost(start)[0]), polished_to_the_end(own, cost, start).cost)
     seed = settings.search.seed + 1
     problem = Problem(scratch_space(space.model, recordings, space.fixed, settings), parts)
     found = search_from_scratch(problem, recordings, seed, hooks.progress)
-    ratio = found.cost / reached.cost
+    ratio = found.cost / reached
     who = f"an independent search from random candidates (seed {seed})"
     if ratio < 1.0 - _SAME:
         text = f"{who} found a lower minimum, at {ratio:.3g} times this fit's cost: fit with --method scratch"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, decimate, filtfilt
@@ -61,6 +63,17 @@ def test_emps_parameters_agree_with_the_published_ones(emps_fit: FitResult) -> N
     assert emps_fit.value("coulomb_force") == pytest.approx(20.4, rel=0.03)
     # Published as an offset on the drive's side: the force on the axis has the opposite sign.
     assert emps_fit.value("constant_force") == pytest.approx(3.16, abs=0.2)
+
+
+def test_emps_is_found_from_random_candidates() -> None:
+    """No regression and no first mass: the search from scratch ends where the usual one does, without the effect."""
+    usual, scratch = (
+        fit("force", [emps("DATA_EMPS")], settings=settings, known={"force_constant": DRIVE_GAIN})
+        for settings in (SETTINGS, replace(SETTINGS, search=SearchSettings(method="scratch", seed=3)))
+    )
+    assert scratch.history[-1].best < 1.001 * usual.history[-1].best
+    for name in ("mass", "viscous_friction", "coulomb_force"):
+        assert scratch.value(name) == pytest.approx(usual.value(name), rel=1e-3)
 
 
 def test_emps_held_out_force_error(emps_fit: FitResult) -> None:

@@ -123,7 +123,8 @@ def search_from_scratch(
 
     few = sorted((polished(start, _FEW) for start in starts), key=lambda one: one.cost)
     more = min((polished(one.point, _MORE) for one in few[:_RIVALS]), key=lambda one: one.cost)
-    last = kept(polished_to_the_end(problem, cost, more.point))
+    # Weights follow the residuals, so the last steps may end a little higher.
+    last = min(more, kept(polished_to_the_end(problem, cost, more.point)), key=lambda one: one.cost)
     return Scratch(last.point, last.cost, cost.evaluations, tuple(history))
 
 

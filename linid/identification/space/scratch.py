@@ -22,20 +22,20 @@ def scratch_space(
     model: Model, recordings: Sequence[Recording], fixed: dict[str, float], settings: FitSettings
 ) -> SearchSpace:
     """Search coordinates over decades about the sizes that the recordings have. fixed: SI values that are given."""
+    motor = MOTORS[model.kind]
+    acceleration = typical_acceleration(recordings)
     added = max(r.added_mass for r in recordings)
     mass = fixed.get("mass", added if added > 0.0 else 1.0)
-    inertia = mass * typical_acceleration(recordings)
-    first = {"mass": mass, "coulomb_force": _FRICTION_SHARE * inertia}
-    motor = MOTORS[model.kind]
+    pull = _pull(recordings) if motor.inputs else 0.0
+    if motor.inputs == 1 and "force_constant" in fixed and "mass" not in fixed:
+        mass = fixed["force_constant"] * pull / acceleration
+    first = {"mass": mass, "coulomb_force": _FRICTION_SHARE * mass * acceleration}
     densities: tuple[float, ...] = ()
+    if motor.inputs:
+        first["force_constant"] = mass * acceleration / pull
     if motor.phases:
-        currents = [r.phase_currents for r in recordings if r.phase_currents is not None and r.kind != "free_wheel"]
-        current = float(np.sqrt(np.mean(np.concatenate([np.sum(one**2, axis=0) for one in currents]))))
-        first |= {"force_constant": inertia / current, "commutation_offset": 0.0, **dict(motor.shape)}
+        first |= {"commutation_offset": 0.0, **dict(motor.shape)}
         densities = (WAVENUMBERS[0] / model.turns / 0.9, WAVENUMBERS[1] / model.turns / 1.1)
-    elif motor.inputs == 1:
-        inputs = [r.drive_input for r in recordings if r.drive_input is not None]
-        first["force_constant"] = inertia / float(np.sqrt(np.mean(np.concatenate(inputs) ** 2)))
     return build_space(
         model,
         recordings,
@@ -46,3 +46,14 @@ def scratch_space(
         densities,
         settings.stribeck,
     )
+
+
+def _pull(recordings: Sequence[Recording]) -> float:
+    """RMS of the inputs of driven recordings: of the length of the three phase currents, or of the one input."""
+    squares = []
+    for r in (r for r in recordings if r.kind != "free_wheel"):
+        if r.phase_currents is not None:
+            squares.append(np.sum(r.phase_currents**2, axis=0))
+        elif r.drive_input is not None:
+            squares.append(r.drive_input**2)
+    return max(float(np.sqrt(np.mean(np.concatenate(squares)))), 1e-300)
