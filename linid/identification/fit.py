@@ -9,24 +9,21 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.errors import UsageError
-from linid.identification.assemble import Task, assemble
+from linid.identification.assemble import Task
 from linid.identification.guess.first_values import first_values, guess_effects, mass_known, seed_candidates
+from linid.identification.minima import best_minimum
 from linid.identification.objectives.choose import FULL, Look, check_recordings, coarse_parts, make_parts, thinning
 from linid.identification.objectives.problem import Problem
-from linid.identification.optimise.least_squares import LeastSquaresFit
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import least_squares_in_stages, search_at_random, search_from
 from linid.identification.optimise.time_step import choose_substeps
-from linid.identification.result import FitResult, ModelKind, Profile
+from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import SCRATCH, FitSettings, Hooks
 from linid.identification.space.bounds import build_space
 from linid.identification.space.proportions import Proportions, proportions_of
 from linid.identification.space.scratch import scratch_space
 from linid.identification.space.search_space import SearchSpace
-from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
-from linid.identification.uncertainty.profile import check_profile, profile_likelihood
-from linid.identification.uncertainty.simex import simex_corrected
-from linid.identification.uncertainty.voltage_noise import without_voltage_noise
+from linid.identification.uncertainty.profile import check_profile
 from linid.identification.unit_mass import ADDED, on_unit_mass
 from linid.identification.verify import verified
 from linid.physics.effects.effect import Values
@@ -172,24 +169,4 @@ def _refine(
     problem = stages[-1]
     solution = least_squares_in_stages(stages, state, settings, hooks)
     del stages
-    if settings.least_squares_steps > 0:
-        solution = simex_corrected(problem, solution, seed=settings.search.seed)
-        solution = without_voltage_noise(problem, solution)
-    uncertainty = estimate_uncertainty(problem, solution, seed=settings.search.seed)
-    profiles = _profiles(problem, solution, uncertainty, settings, hooks)
-    return replace(assemble(task, problem, state, solution, uncertainty), profiles=profiles)
-
-
-def _profiles(
-    problem: Problem, solution: LeastSquaresFit, uncertainty: Uncertainty, settings: FitSettings, hooks: Hooks
-) -> tuple[Profile, ...]:
-    """The profile likelihoods that the settings ask for."""
-    out = []
-    for name in settings.profiles:
-
-        def watch(done: int, total: int, name: str = name) -> None:
-            if hooks.progress is not None:
-                hooks.progress(f"profile of {name}", done, total, solution.cost)
-
-        out.append(profile_likelihood(problem, solution, uncertainty, name, watch=watch))
-    return tuple(out)
+    return best_minimum(task, problem, state, solution, hooks)

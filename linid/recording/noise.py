@@ -10,6 +10,8 @@ from linid.arrays import Array
 from linid.statistics import MEDIAN_ABSOLUTE, robust_spread
 
 _ORDER = 4  # of the differences in which smooth motion vanishes
+_TURNING_ORDER = 8  # of those in which a quantity that turns with the field does
+_WITHIN = 4.0  # deviations: nearly all of the noise, none of a step
 _FEWEST = 8  # samples: of fewer there are hardly any such differences
 ROUNDING = 1e-12  # of the largest value: differences below are those of arithmetic
 # A channel is coarse where the spread of fourth differences is below so many of its steps; of Gaussian squares the
@@ -46,6 +48,19 @@ def noise_level(samples: Array) -> float:
         kept = squares[: max(int(_KEPT * squares.size), 1)]
         spread = float(np.sqrt(np.mean(kept) / _KEPT_POWER)) or float(np.sqrt(np.mean(squares)))
     return float(spread / np.sqrt(difference_gain(_ORDER)))
+
+
+def white_level(samples: Array) -> float:
+    """Standard deviation of white noise in samples (n,) of a turning quantity, in their unit, from eighth differences.
+
+    Commutated currents and voltages turn by a third of a radian per sample, and only that many differences leave next
+    to nothing of them (gain (2 sin(x / 2))^8). A mean square, so that a coarse channel's few values do not show.
+    """
+    if samples.size < 2 * _TURNING_ORDER:
+        return 0.0
+    differences = np.diff(samples, _TURNING_ORDER)
+    kept = differences[np.abs(differences) <= _WITHIN * robust_spread(differences)]
+    return float(np.sqrt(np.mean(kept**2) / difference_gain(_TURNING_ORDER))) if kept.size else 0.0
 
 
 def noise_profile(samples: Array) -> Array:

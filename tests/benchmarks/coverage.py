@@ -1,5 +1,8 @@
 """Coverage of the 95 % intervals on the generated stand: `python -m tests.benchmarks.coverage friction 100`.
 
+friction, sine, theta: the stand's own values and a sine motor of the same force; table_2, table_3: the motors and the
+friction of these tables of the paper.
+
 Every seed measures the same exact motion with fresh encoder and current noise and fits it from nothing (motors:
 from the friction of the first seed).
 """
@@ -16,16 +19,16 @@ from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.stand.description import SineMotor
 from linid.stand.generate import GeneratedCampaign, generate, resample_noise
+from tests.benchmarks.paper_stands import DRIVEN, table_2, table_3
 from tests.identification.stand import stand
 
 SETTINGS = FitSettings(search=SearchSettings(population=24, generations=3), jobs=1)
-# One recording of each driven mode is enough for the intervals, and a fit then takes a third of the time.
-DRIVEN = ("slow_ramp_1", "sine_current_2", "sine_position_1", "moves_1")
 
 
 def main(kind: str, seeds: int) -> None:
-    """Fit `seeds` draws of noise as `kind` (friction, sine or theta) and print coverage and scores per parameter."""
-    campaign = _with_sine_motor() if kind == "sine" else stand()
+    """Fit `seeds` draws of noise of a stand as `kind` says and print coverage and scores per parameter."""
+    campaign = STANDS[kind]() if kind in STANDS else stand()
+    model = {"table_2": "sine", "table_3": "theta"}.get(kind, kind)
     inside: dict[str, list[bool]] = defaultdict(list)
     scores: dict[str, list[float]] = defaultdict(list)
     lost: dict[str, int] = defaultdict(int)
@@ -34,10 +37,10 @@ def main(kind: str, seeds: int) -> None:
         recordings = [r for r in resample_noise(campaign, 1000 + seed).recordings if r.split == "fit"]
         wheels = [r for r in recordings if r.kind == "free_wheel"]
         recordings = wheels + [r for r in recordings if r.name in DRIVEN]
-        if kind == "friction" or friction is None:
+        if model == "friction" or friction is None:
             friction = fit("friction", wheels, settings=SETTINGS)
-        motor = kind != "friction"
-        result = fit(kind, recordings, settings=SETTINGS, start=friction) if motor else friction  # type: ignore[arg-type]
+        motor = model != "friction"
+        result = fit(model, recordings, settings=SETTINGS, start=friction) if motor else friction  # type: ignore[arg-type]
         for estimate in result.estimates:
             if estimate.status == "not_identifiable":
                 lost[estimate.name] += 1
@@ -65,6 +68,9 @@ def _with_sine_motor() -> GeneratedCampaign:
         commutation_offset_rad=2.0 * theta.commutation_offset_rad,
     )
     return generate(description.model_copy(update={"motor": motor}), seed=1)
+
+
+STANDS = {"sine": _with_sine_motor, "table_2": table_2, "table_3": table_3}
 
 
 if __name__ == "__main__":

@@ -17,9 +17,10 @@ from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings, SearchSettings
-from linid.identification.uncertainty.voltage_noise import noise_gain, voltage_noise_level
+from linid.identification.uncertainty.voltage_noise import noise_gain
 from linid.physics.electrical import STAR
 from linid.physics.model import Model
+from linid.recording.noise import white_level
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, currents_along, whole_recordings
@@ -141,9 +142,9 @@ def test_the_noise_level_does_not_count_the_commutation() -> None:
     t = np.arange(4000) * 1e-3
     random = np.random.default_rng(4)
     fast = 60.0 * np.sin(350.0 * t + 3.0 * np.sin(2.0 * t))
-    assert voltage_noise_level(fast + 0.02 * random.standard_normal(t.size)) == pytest.approx(0.02, rel=0.1)
-    assert voltage_noise_level(fast) < 0.002
-    assert voltage_noise_level(fast[:10]) == 0.0
+    assert white_level(fast + 0.02 * random.standard_normal(t.size)) == pytest.approx(0.02, rel=0.1)
+    assert white_level(fast) < 0.002
+    assert white_level(fast[:10]) == 0.0
 
 
 def test_currents_along_a_motion_are_those_of_the_simulation() -> None:

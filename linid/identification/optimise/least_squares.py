@@ -75,7 +75,7 @@ class Linearisation:
 
     def reweight(self, x: Array) -> float:
         """Set the weights from the class RMS at x; returns the cost there."""
-        rows = self._rows(x)
+        rows = self.rows(x)
         for index, rms in enumerate(self.cost.class_rms(rows)):
             part = self.problem.parts[index]
             sizes = np.maximum(np.bincount(part.classes, minlength=rms.shape[1]), 1)
@@ -85,7 +85,8 @@ class Linearisation:
                 self.weights[index] *= _group_weights(rows[index][0] / rms[0][part.classes], part.groups)
         return float(self.cost.of_residuals(rows)[0])
 
-    def _rows(self, x: Array) -> list[Array]:
+    def rows(self, x: Array) -> list[Array]:
+        """Residuals (1, N) of each part at x = search coordinates and offsets, without weights."""
         if self._latest is None or not np.array_equal(self._latest[0], x):
             self.cost.evaluations += 1
             self._latest = x.copy(), self.problem.residuals(x[None, : self.p], x[None, self.p :])
@@ -93,7 +94,7 @@ class Linearisation:
 
     def residuals(self, x: Array) -> Array:
         """Weighted residuals (N,) at x = search coordinates and offsets; a failed simulation gives large ones."""
-        rows = self._rows(x)
+        rows = self.rows(x)
         joined = np.concatenate([row[0] * weight for row, weight in zip(rows, self.weights, strict=True)])
         return np.asarray(np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3))
 

@@ -85,6 +85,11 @@ def search_at_random(
     return state, reason, without_effect(problem.space, Cost(problem), found.point)
 
 
+def final_ending(settings: FitSettings) -> Ending:
+    """When least squares on all data end."""
+    return Ending(settings.least_squares_steps, settings.least_squares_precision, _VALLEY_GAIN)
+
+
 def refine_first_candidates(
     problem: Problem, cost: Cost, starts: Array, watch: Callable[[int, float], None] | None = None
 ) -> Array:
@@ -134,7 +139,7 @@ def least_squares_in_stages(
         last = number == len(stages) - 1
         steps, precision = settings.least_squares_steps, settings.least_squares_precision
         part = Ending(steps, max(precision, _PART_PRECISION), _PART_VALLEY_GAIN)
-        ending = Ending(steps, precision, _VALLEY_GAIN) if last else part
+        ending = final_ending(settings) if last else part
         rivals = [point]
         if number == 0 and not last:
             rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - point)) > APART]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.recording.noise import noise_level
+from linid.recording.noise import noise_level, white_level
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
@@ -72,6 +72,14 @@ def input_jumps(recording: Recording) -> NDArray[np.bool_]:
         for start in np.flatnonzero(third > limit):
             jumps[start : start + 3] = True
     return jumps
+
+
+def current_noise(recording: Recording) -> Array:
+    """Standard deviations (3,) in A of white noise in the phase currents; zeros where the recording has none or runs
+    free."""
+    if recording.phase_currents is None or recording.kind == "free_wheel":
+        return np.zeros(3)
+    return np.array([white_level(channel) for channel in recording.phase_currents])
 
 
 def input_noise(recording: Recording, generator: np.random.Generator) -> Array:

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.input_noise import Feigned, WhitenedAhead
 from linid.identification.objectives.objective import Part
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
@@ -23,6 +25,8 @@ _NOISE_DRAWS = 3
 _LEAST_SHARE = 0.02
 # Share of a phase's first-order information, beyond what the second order tells, that noise must feign to be left out.
 _FEIGNED = 0.5
+_NO_EXCESS = np.zeros((0, 0))
+_MOST_LEVERAGE = 0.999  # of a window that alone carries a parameter
 
 
 @dataclass(frozen=True)
@@ -80,10 +84,20 @@ def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
     return np.asarray(jacobian.T @ smoothed)
 
 
-def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64]) -> Array:
-    """Newey-West sum of score products over groups (windows) in order of time."""
+def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64], excess: Array, inverse: Array) -> Array:
+    """Newey-West sum of score products over groups (windows) in order of time.
+
+    excess: (G, k) what noise of the inputs adds to the scores of all groups of the part; inverse: (k, k) of J'J of all
+    parts, zeros to leave the scores as they are. The fit follows windows that carry much of a parameter: their scores
+    are those without them (jackknife).
+    """
     starts = np.flatnonzero(np.diff(groups, prepend=groups[0] - 1))
     scores = np.add.reduceat(jacobian * residuals[:, None], starts, axis=0)
+    if excess.size:
+        scores[:, : excess.shape[1]] -= excess[groups[starts]]
+    for k, rows in enumerate(np.split(jacobian, starts[1:])):
+        share = (rows.T @ rows) @ inverse
+        scores[k] = np.linalg.solve(np.eye(share.shape[0]) - _MOST_LEVERAGE * share, scores[k])
     power = np.einsum("ij,ij->j", scores, scores)
     lag_one = np.einsum("ij,ij->j", scores[1:], scores[:-1])
     rho = float(np.median(lag_one[power > 0.0] / power[power > 0.0])) if np.any(power > 0.0) else 0.0
@@ -122,6 +136,18 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int) -> 
     return added
 
 
+def _feigned(problem: Problem, fit: LeastSquaresFit, seed: int, known: Feigned | None) -> Array:
+    """Information (p + k, p + k) that noise of the inputs only feigns; known: that of the currents, if it is."""
+    p, size = fit.point.size, fit.point.size + fit.offsets.size
+    out = np.zeros((size, size))
+    if known is not None:
+        out[:p, :p] = known.information
+    elif problem.space.model.phases:
+        out = _spurious_information(problem, fit, seed)
+    out[:p, :p] += noise_curvature(problem, fit)
+    return out
+
+
 def _without_spurious(information: Array, spurious: Array) -> Array:
     """information - spurious, in every direction at least `_LEAST_SHARE` of the information."""
     dark = np.diag(information) <= 0.0  # nothing to take off, whatever the noise feigned there
@@ -135,14 +161,23 @@ def _without_spurious(information: Array, spurious: Array) -> Array:
     return np.asarray((root @ kept @ root.T) * np.outer(unit, unit))
 
 
-def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int) -> Array:
-    """Covariance of the scores jacobian' residuals, with their correlation along time."""
+def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int, excess: Array) -> Array:
+    """Covariance of the scores jacobian' residuals, with their correlation along time. excess: (G, p) of the part
+    whose residuals are whitened, which noise of the inputs adds."""
     meat = np.zeros((jacobian.shape[1], jacobian.shape[1]))
     groups = 0
+    unit = np.linalg.norm(jacobian, axis=0)
+    unit[unit == 0.0] = 1.0
+    inverse = np.linalg.pinv((jacobian / unit).T @ (jacobian / unit), rcond=1e-10, hermitian=True) / np.outer(
+        unit, unit
+    )
     for part, rest, slopes, group in _blocks(problem, residuals, jacobian):
         groups += int(np.unique(group).size)
         if part.robust:
-            meat += _group_meat(rest, slopes, group)
+            own = excess if isinstance(part, WhitenedAhead) else _NO_EXCESS
+            # Of the windings' currents all groups tell alike.
+            follows = inverse if isinstance(part, Ahead) else np.zeros_like(inverse)
+            meat += _group_meat(rest, slopes, group, own, follows)
         else:
             meat += _stationary_meat(rest, slopes)
     return meat * (groups / max(groups - parameters, 1))
@@ -157,11 +192,13 @@ def _with_deviations(covariance: Array, pair: list[int], factors: Array) -> Arra
     return np.asarray(covariance + slopes @ changed @ slopes.T)
 
 
-def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) -> Uncertainty:
+def estimate_uncertainty(
+    problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, known: Feigned | None = None
+) -> Uncertainty:
     """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
     Information that only the noise of the inputs feigns is taken off. Directions that the data do not see keep
-    the spread of the search box. seed: of the noise draws.
+    the spread of the search box. seed: of the noise draws; known: what noise adds where it is known without them.
     """
     p = len(problem.space.parameters)
     told = np.any(fit.jacobian != 0.0, axis=0)
@@ -170,10 +207,7 @@ def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 
     n = jacobian.shape[1]
     # The back-EMF tells the field's phase at first order: no flat valley where voltages are known.
     pair = None if problem.space.model.winding else field_phase.columns(problem.space)
-    spurious = np.zeros((n, n))
-    if problem.space.model.phases:
-        spurious = _spurious_information(problem, fit, seed)[np.ix_(told, told)]
-    spurious[:p, :p] += noise_curvature(problem, fit)
+    spurious = _feigned(problem, fit, seed, known)[np.ix_(told, told)]
     aligned = False
     if pair is not None:
         jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])
@@ -185,7 +219,8 @@ def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 
             jacobian[:, pair] = by_phase
             spurious[list(pair)] = 0.0
             spurious[:, list(pair)] = 0.0
-    meat = _meat(problem, fit.residuals, jacobian, p)
+    excess = _NO_EXCESS if known is None else known.excess * ~np.isin(np.arange(p), list(pair or ()) if aligned else [])
+    meat = _meat(problem, fit.residuals, jacobian, p, excess)
     full = jacobian.T @ jacobian
     information = full[:n, :n]
     # The residuals have unit variance per group after weighting; the prior carries weight in the same unit.
@@ -203,7 +238,9 @@ def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 
     if pair is not None:
         full[:n, :n] = regular
         room = np.array([[-fit.point[column], 1.0 - fit.point[column]] for column in pair])
-        ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
+        gradient = jacobian.T @ fit.residuals
+        gradient[: excess.shape[1]] -= excess.sum(axis=0)
+        ends = field_phase.profile_intervals(gradient, full, scores, pair, room)
         deviations = np.sqrt(np.maximum(np.diag(block)[list(pair)], 1e-300))
         widths = np.array([high - low for low, high in ends]) / (2.0 * NORMAL_97_5)
         intervals = {
@@ -211,12 +248,15 @@ def estimate_uncertainty(problem: Problem, fit: LeastSquaresFit, *, seed: int = 
             for column, (low, high) in zip(pair, ends, strict=True)
         }
         block = _with_deviations(block, list(pair), widths / deviations)
-    diagonal = np.sqrt(np.maximum(np.diag(information)[:p], 1e-300))
-    scaled = information[:p, :p] / np.outer(diagonal, diagonal)
-    values = np.linalg.eigvalsh(scaled)
-    condition = float(values[-1] / max(values[0], 1e-16))
     conditional = np.sqrt(max(noise, 1e-12) / np.diag(regular)[:p])
-    return Uncertainty(0.5 * (block + block.T), condition, conditional, intervals, aligned)
+    return Uncertainty(0.5 * (block + block.T), _condition(information[:p, :p]), conditional, intervals, aligned)
+
+
+def _condition(information: Array) -> float:
+    """Condition number of an information matrix (p, p), its diagonal scaled to one."""
+    diagonal = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values = np.linalg.eigvalsh(information / np.outer(diagonal, diagonal))
+    return float(values[-1] / max(values[0], 1e-16))
 
 
 def _second_order(problem: Problem, fit: LeastSquaresFit, pair: tuple[int, int]) -> Array:

@@ -18,15 +18,12 @@ from linid.identification.optimise.least_squares import LeastSquaresFit, Lineari
 from linid.identification.space.search_space import BOX_STD, SearchSpace
 from linid.physics.electrical import PARAMETERS
 from linid.physics.model import Model
-from linid.recording.noise import difference_gain
+from linid.recording.noise import white_level
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import currents_along
-from linid.statistics import robust_spread
 
 _ROUNDS = 3
-_ORDER = 8  # of the differences of a voltage
-_KEPT = 4.0  # deviations: nearly all of the noise, none of a step
 _STEP = 1e-4  # of a search coordinate
 _TAPS = 256  # samples of an impulse's answer
 # Share of what seems to tell the mutual inductance that noise may feign: with twice as much its interval is too narrow.
@@ -122,7 +119,7 @@ def _noise_square(model: Model, vector: Array, part: WindingCurrents, weights: A
 def _noise_variances(recording: Recording) -> Array:
     """Variance (3,) in V^2 of the white noise in each phase voltage."""
     assert recording.phase_voltages is not None
-    return np.array([voltage_noise_level(channel) ** 2 for channel in recording.phase_voltages])
+    return np.array([white_level(channel) ** 2 for channel in recording.phase_voltages])
 
 
 def noise_gain(model: Model, vector: Array, dt: float) -> Array:
@@ -164,16 +161,3 @@ def tells_mutual_inductance(vector: Array, part: WindingCurrents) -> bool:
         change = np.diff([_impulse_answers(model, one, float(dt)) for one in moved], axis=0)[0]
         feigned += recording.y.size * float(np.sum(change**2, axis=2).sum(axis=0) @ variances)
     return feigned < _FEIGNED * float((high - low) @ (high - low))
-
-
-def voltage_noise_level(samples: Array) -> float:
-    """Standard deviation in V of white noise in a phase voltage, samples (n,), from eighth differences.
-
-    Not the `noise_level` of a position: commutated voltages turn by a third of a radian per sample, and only that many
-    differences leave next to nothing of them (gain (2 sin(x / 2))^8).
-    """
-    if samples.size < 2 * _ORDER:
-        return 0.0
-    differences = np.diff(samples, _ORDER)
-    kept = differences[np.abs(differences) <= _KEPT * robust_spread(differences)]
-    return float(np.sqrt(np.mean(kept**2) / difference_gain(_ORDER)))

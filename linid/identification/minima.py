@@ -1,0 +1,97 @@
+"""The minimum that a fit ends in: freed of what noise of the inputs does to it, and compared with its rivals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from linid.identification.assemble import Task, assemble
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.input_noise import currents_in_common_push, fit_under_noise
+from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.optimise.rivals import advantage, group_squares, other_shape, weights_at
+from linid.identification.optimise.search_state import SearchState
+from linid.identification.optimise.stages import APART, final_ending
+from linid.identification.result import FitResult, Profile
+from linid.identification.settings import FitSettings, Hooks
+from linid.identification.shared_minima import shared, with_twin
+from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
+from linid.identification.uncertainty.profile import profile_likelihood
+from linid.identification.uncertainty.simex import simex_corrected
+from linid.identification.uncertainty.voltage_noise import without_voltage_noise
+from linid.statistics import NORMAL_97_5
+
+
+def best_minimum(
+    task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks
+) -> FitResult:
+    """The result of a fit from its solution by plain least squares, on all data.
+
+    state: the last one of the search; intervals hold the rivals that cost statistically the same.
+    """
+    best = _found(task, problem, state, solution, hooks)
+    return with_twin(_with_rivals(task, problem, state, best, hooks), problem.space)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A minimum: the problem of which it is one, its linearisation there, and its result."""
+
+    problem: Problem
+    solution: LeastSquaresFit
+    result: FitResult
+
+
+def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
+    """The minimum near a solution of plain least squares, freed of what noise of the inputs does to it."""
+    settings, seed = task.settings, task.settings.search.seed
+    own, added = problem, None
+    if settings.least_squares_steps > 0 and currents_in_common_push(problem, solution.point):
+        noisy = fit_under_noise(problem, solution, seed=seed)
+        own, solution, added = noisy.problem, noisy.fit, noisy.feigned
+    if settings.least_squares_steps > 0:
+        solution = without_voltage_noise(own, simex_corrected(own, solution, seed=seed))
+    uncertainty = estimate_uncertainty(own, solution, seed=seed, known=added)
+    profiles = _profiles(own, solution, uncertainty, settings, hooks)
+    result = assemble(task, problem, state, solution, uncertainty)
+    return _Found(own, solution, replace(result, profiles=profiles))
+
+
+def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found, hooks: Hooks) -> FitResult:
+    """The result, and where another shape of the field costs statistically the same, what it shares with that."""
+    start = other_shape(problem.space, best.solution.point)
+    told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
+    if start is None or task.settings.least_squares_steps == 0 or (best.problem is problem and not told):
+        return best.result
+    solution = replace(best.solution, point=start)
+    if best.problem is problem:
+        solution = levenberg_marquardt(
+            problem, Cost(problem), start, solution.offsets, ending=final_ending(task.settings)
+        )
+    rival = _found(task, problem, state, replace(solution, history=best.solution.history), hooks)
+    if float(np.max(np.abs(rival.solution.point - best.solution.point))) < APART:
+        return best.result
+    weights = weights_at(best.problem, best.solution)
+    squares = [group_squares(found.problem, found.solution, weights) for found in (best, rival)]
+    lead = advantage(*squares)
+    if lead > NORMAL_97_5:
+        return best.result
+    if lead < -NORMAL_97_5:
+        return rival.result
+    return shared(best.result, rival.result, problem.space)
+
+
+def _profiles(
+    problem: Problem, solution: LeastSquaresFit, uncertainty: Uncertainty, settings: FitSettings, hooks: Hooks
+) -> tuple[Profile, ...]:
+    """The profile likelihoods that the settings ask for."""
+    out = []
+    for name in settings.profiles:
+
+        def watch(done: int, total: int, name: str = name) -> None:
+            if hooks.progress is not None:
+                hooks.progress(f"profile of {name}", done, total, solution.cost)
+
+        out.append(profile_likelihood(problem, solution, uncertainty, name, watch=watch))
+    return tuple(out)

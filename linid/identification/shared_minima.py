@@ -1,0 +1,77 @@
+"""A result that two minima share: where the data do not tell them apart, its intervals hold both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from linid.identification.derived_quantities import derived_quantities
+from linid.identification.result import Estimate, FitResult
+from linid.identification.space.search_space import SearchParameter, SearchSpace
+from linid.identification.uncertainty.estimates import is_useless_ratio
+from linid.identification.uncertainty.identifiability import RANGE_LIMIT, advice
+from linid.statistics import NORMAL_97_5
+
+
+def shared(best: FitResult, rival: FitResult, space: SearchSpace) -> FitResult:
+    """The best result with intervals that also hold those of a rival which the data do not tell from it.
+
+    space: in which both were found.
+    """
+    spans = {searched.name: searched for searched in space.parameters}
+    estimates, others = [], []
+    for mine, its in zip(best.estimates, rival.estimates, strict=True):
+        joined = _joined(mine, its)
+        if mine.name in spans and joined.status == "fitted" and _says_nothing(joined, spans[mine.name]):
+            note = f"these recordings do not tell it: {advice(mine.name, best.axis, best.model)}"
+            joined = replace(joined, status="not_identifiable", note="; ".join(filter(None, (joined.note, note))))
+        estimates.append(joined)
+        others.append(replace(its, status=joined.status))
+    told = replace(best, estimates=tuple(estimates))
+    of_rival = {e.name: e for e in derived_quantities(replace(rival, estimates=tuple(others)), ())}
+    of_best = {e.name: e for e in derived_quantities(told, ())}
+    derived = (
+        _joined(of_best[e.name], of_rival[e.name]) if math.isfinite(e.low) and math.isfinite(e.high) else e
+        for e in best.derived
+    )
+    return replace(told, derived=tuple(derived))
+
+
+def with_twin(result: FitResult, space: SearchSpace) -> FitResult:
+    """The result of a theta motor with intervals that also hold its twin: a coil of length pi/2 - z_L pushes alike.
+
+    Where the bounds leave room for it: the odd harmonics of the thrust hang on sin(2 n z_L).
+    """
+    searched = next((s for s in space.parameters if s.name == "winding_length"), None)
+    if searched is None or result.model != "theta":
+        return result
+    length = result.value(searched.name)
+    if not searched.lower <= 0.5 * math.pi - length <= searched.upper:
+        return result
+    mirrored = tuple(_mirrored(e) if e.name == searched.name else e for e in result.estimates)
+    return shared(result, replace(result, estimates=mirrored), space)
+
+
+def _mirrored(length: Estimate) -> Estimate:
+    quarter = 0.5 * math.pi
+    return replace(length, value=quarter - length.value, low=quarter - length.high, high=quarter - length.low)
+
+
+def _says_nothing(estimate: Estimate, searched: SearchParameter) -> bool:
+    """Whether the interval is as wide as one that `is_useless`."""
+    if searched.log and estimate.low > 0.0:
+        return is_useless_ratio(0.5 * math.log(estimate.high / estimate.low) / NORMAL_97_5)
+    return 0.5 * (estimate.high - estimate.low) / NORMAL_97_5 > RANGE_LIMIT * (searched.upper - searched.lower)
+
+
+def _joined(mine: Estimate, its: Estimate) -> Estimate:
+    """An estimate whose interval also holds that of the other minimum."""
+    if not all(map(math.isfinite, (mine.low, mine.high, its.low, its.high))):
+        return mine
+    low, high = min(mine.low, its.low), max(mine.high, its.high)
+    grown = (high - low) / max(mine.high - mine.low, 1e-300)
+    status = "not_identifiable" if "not_identifiable" in (mine.status, its.status) else mine.status
+    note = mine.note or (its.note if its.status == status else "")
+    if mine.high < its.low or its.high < mine.low:
+        note = "; ".join(filter(None, (note, f"shared by two minima, the other at {its.value:.4g}")))
+    return replace(mine, low=low, high=high, std=mine.std * max(grown, 1.0), status=status, note=note)
