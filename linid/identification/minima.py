@@ -60,7 +60,8 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
 
 def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found, hooks: Hooks) -> FitResult:
     """The result, and where another shape of the field costs statistically the same, what it shares with that."""
-    start = other_shape(problem.space, best.solution.point)
+    # The back-EMF tells the shape by itself.
+    start = None if problem.space.model.winding else other_shape(problem.space, best.solution.point)
     told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
     if start is None or task.settings.least_squares_steps == 0 or (best.problem is problem and not told):
         return best.result

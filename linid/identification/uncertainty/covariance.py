@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import Feigned, WhitenedAhead
 from linid.identification.objectives.objective import Part
 from linid.identification.objectives.problem import Cost, Problem
@@ -84,20 +83,26 @@ def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
     return np.asarray(jacobian.T @ smoothed)
 
 
-def _group_meat(residuals: Array, jacobian: Array, groups: NDArray[np.int64], excess: Array, inverse: Array) -> Array:
+def _group_meat(
+    residuals: Array,
+    jacobian: Array,
+    groups: NDArray[np.int64],
+    excess: Array | None = None,
+    inverse: Array | None = None,
+) -> Array:
     """Newey-West sum of score products over groups (windows) in order of time.
 
-    excess: (G, k) what noise of the inputs adds to the scores of all groups of the part; inverse: (k, k) of J'J of all
-    parts, zeros to leave the scores as they are. The fit follows windows that carry much of a parameter: their scores
-    are those without them (jackknife).
+    Of whitened residuals, excess: (G, k) what noise of the inputs adds to the scores of all groups of the part;
+    inverse: (k, k) of J'J of all parts. The fit follows windows that carry much of a parameter: their scores are those
+    without them (jackknife).
     """
     starts = np.flatnonzero(np.diff(groups, prepend=groups[0] - 1))
     scores = np.add.reduceat(jacobian * residuals[:, None], starts, axis=0)
-    if excess.size:
+    if excess is not None and inverse is not None:
         scores[:, : excess.shape[1]] -= excess[groups[starts]]
-    for k, rows in enumerate(np.split(jacobian, starts[1:])):
-        share = (rows.T @ rows) @ inverse
-        scores[k] = np.linalg.solve(np.eye(share.shape[0]) - _MOST_LEVERAGE * share, scores[k])
+        for k, rows in enumerate(np.split(jacobian, starts[1:])):
+            share = (rows.T @ rows) @ inverse
+            scores[k] = np.linalg.solve(np.eye(share.shape[0]) - _MOST_LEVERAGE * share, scores[k])
     power = np.einsum("ij,ij->j", scores, scores)
     lag_one = np.einsum("ij,ij->j", scores[1:], scores[:-1])
     rho = float(np.median(lag_one[power > 0.0] / power[power > 0.0])) if np.any(power > 0.0) else 0.0
@@ -174,10 +179,10 @@ def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int, 
     for part, rest, slopes, group in _blocks(problem, residuals, jacobian):
         groups += int(np.unique(group).size)
         if part.robust:
-            own = excess if isinstance(part, WhitenedAhead) else _NO_EXCESS
-            # Of the windings' currents all groups tell alike.
-            follows = inverse if isinstance(part, Ahead) else np.zeros_like(inverse)
-            meat += _group_meat(rest, slopes, group, own, follows)
+            if isinstance(part, WhitenedAhead):
+                meat += _group_meat(rest, slopes, group, excess, inverse)
+            else:
+                meat += _group_meat(rest, slopes, group)
         else:
             meat += _stationary_meat(rest, slopes)
     return meat * (groups / max(groups - parameters, 1))
