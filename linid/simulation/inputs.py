@@ -12,8 +12,7 @@ from linid.arrays import Array, Integers
 from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
-
-_CONTINUOUS = 1e-6  # of the largest input: what rounding leaves of the difference between both sides of a sample
+from linid.simulation.splines_at import CONTINUOUS
 
 
 class Inputs(NamedTuple):
@@ -67,7 +66,7 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
         powered.append(active)
         ends = block[:-1, :3] @ dt ** np.arange(4.0)
         steps.append(
-            bool(np.any(np.abs(ends - block[1:, :3, 0]) > _CONTINUOUS * np.abs(block[:, :3, 0]).max(initial=0.0)))
+            bool(np.any(np.abs(ends - block[1:, :3, 0]) > CONTINUOUS * np.abs(block[:, :3, 0]).max(initial=0.0)))
         )
     return Inputs(
         coefficients=coefficients,
@@ -97,7 +96,8 @@ def measured_points(inputs: Inputs, pieces: int) -> Array:
         for piece in range(pieces):
             x = np.vander([piece * (dt / pieces)], 4, increasing=True)[0]
             out[:, begin + piece : end : pieces] = np.einsum("kjn,n->jk", c, x)[order]
-        ends = np.einsum("kjn,n->jk", c, dt ** np.arange(4.0))[order]
-        out[:, begin + pieces : end : pieces] = 0.5 * (out[:, begin + pieces : end : pieces] + ends[:, :-1])
+        ends = (c @ dt ** np.arange(4.0)).T[order]
+        if inputs.steps[r]:
+            out[:, begin + pieces : end : pieces] = 0.5 * (out[:, begin + pieces : end : pieces] + ends[:, :-1])
         out[:, end] = ends[:, -1]
     return out

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from linid.simulation.binding import inlined
 
+CONTINUOUS = 1e-6  # of an input: what rounding leaves of the difference between both sides of a sample
+
 
 @inlined
 def spline_at(c, k, row, x):
@@ -23,8 +25,15 @@ def inputs_at(c, k, x):
 @inlined
 def inputs_around(c, k, dt):
     """The three inputs at sample k, 0 < k < n - 1: midway between those before and after it, where an input steps."""
-    before = inputs_at(c, k - 1, dt)
-    return 0.5 * (before[0] + c[k, 0, 0]), 0.5 * (before[1] + c[k, 1, 0]), 0.5 * (before[2] + c[k, 2, 0])
+    return input_around(c, k, 0, dt), input_around(c, k, 1, dt), input_around(c, k, 2, dt)
+
+
+@inlined
+def input_around(c, k, row, dt):
+    """One input at sample k, as `inputs_around` has them; where it does not step, just the sample."""
+    before, after = spline_at(c, k - 1, row, dt), c[k, row, 0]
+    size = abs(after) + dt * abs(c[k, row, 1])
+    return after if abs(after - before) <= CONTINUOUS * size else 0.5 * (before + after)
 
 
 @inlined
