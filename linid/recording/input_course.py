@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ _POWERS = np.arange(_ORDER)
 _NODES = 6  # of Gauss's quadrature
 _BESIDE = 8  # samples beside a step that tell the course up to it
 _ROUGH = 0.1  # of a step, at most, by which the input may scatter beside it
+_KEPT = 64  # recordings whose jumps are remembered
 _CLEAR = 0.2  # of the largest input: phases with less have no clear vector
 _PHASES = np.exp(2j * np.pi / 3.0 * np.arange(3))  # of three equal phases
 
@@ -199,8 +201,7 @@ def jump_instants(recording: Recording, jumps: Sequence[Jump]) -> Array:
     """
     if recording.jump_at is not None:
         return np.full(len(jumps), recording.jump_at)
-    found = [_bend(recording.y, jump, _room(jumps, k, recording.y.size)) for k, jump in enumerate(jumps)]
-    x, variance = np.array(found).T
+    x, variance = np.array(_bends(np.asarray(recording.y, dtype=np.float64).tobytes(), tuple(jumps))).T
     if variance.min() >= _UNTOLD:
         return np.asarray(x)
     weights = 1.0 / (variance + _UNTOLD / 100.0)  # none so sure that it outweighs all others
@@ -208,6 +209,13 @@ def jump_instants(recording: Recording, jumps: Sequence[Jump]) -> Array:
     # Scatter beyond what the bends' own uncertainty explains is real: these do not step in time.
     own = max(0.0, float(np.sum(weights * ((x - centre) ** 2 - variance)) / np.sum(weights)))
     return np.asarray((own * x + variance * centre) / (own + variance))
+
+
+@lru_cache(maxsize=_KEPT)
+def _bends(positions: bytes, jumps: tuple[Jump, ...]) -> tuple[tuple[float, float], ...]:
+    """What the positions (float64, m) tell of each jump's instant; kept, for one recording is simulated many times."""
+    y = np.frombuffer(positions)
+    return tuple(_bend(y, jump, _room(jumps, k, y.size)) for k, jump in enumerate(jumps))
 
 
 def _room(jumps: Sequence[Jump], k: int, size: int) -> tuple[int, int]:
