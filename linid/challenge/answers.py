@@ -75,6 +75,11 @@ class Answer:
     law: str | None = None
 
     @property
+    def another_cause(self) -> bool:
+        """Whether a term is proposed as a cause beyond the named ones."""
+        return self.proposal is not None and not self.proposal.refines
+
+    @property
     def named(self) -> tuple[str, ...]:
         """Effects of the budget in order of size."""
         return tuple(entry.effect for entry in self.entries)

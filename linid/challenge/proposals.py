@@ -58,11 +58,6 @@ def closed_of(answer: Answer) -> float | None:
     return named + (1.0 - named) * answer.proposal.closed
 
 
-def _another(answer: Answer) -> bool:
-    """Whether a cause beyond the named ones is proposed."""
-    return answer.proposal is not None and not answer.proposal.refines
-
-
 def score_proposals(keys: Mapping[str, Key], answers: Mapping[str, Answer]) -> ProposalScore:
     """Score the proposed terms of a challenge's diagnoses.
 
@@ -70,8 +65,7 @@ def score_proposals(keys: Mapping[str, Key], answers: Mapping[str, Answer]) -> P
     arguments_main, they have its main one and are some of them, they themselves, or more. proposed_exact,
     proposed_main: the same of those with a proposal alone. proposed_where_none, proposed_where_listed: a term is
     proposed where nothing is hidden, and, as another cause than those named, where every cause is listed and friction
-    is LuGre's. Closures are compared
-    where the cause acts alike in all recordings, and the true term closes something.
+    is LuGre's. Closures are compared where the cause acts alike in all recordings, and the true term closes something.
     """
     pairs = [(key, answers[name]) for name, key in keys.items() if answers[name].status != FAILED]
     outside = [(CAUSES[cause], answer) for key, answer in pairs if (cause := cause_of(key)) is not None]
@@ -93,6 +87,6 @@ def score_proposals(keys: Mapping[str, Key], answers: Mapping[str, Answer]) -> P
         "proposed_exact": rate([float(one == "exact") for one in given]),
         "proposed_main": rate([float(one != "wrong") for one in given]),
         "proposed_where_none": rate([float(answer.proposal is not None) for answer in nothing]),
-        "proposed_where_listed": rate([float(_another(answer)) for answer in listed]),
+        "proposed_where_listed": rate([float(answer.another_cause) for answer in listed]),
     }
     return ProposalScore(rates, median(ratios) if ratios else None, len(ratios))

@@ -13,8 +13,8 @@ from linid.diagnosis.criterion import Criterion, Posed
 from linid.diagnosis.linear_problem import LinearProblem
 
 _DAMPING, _LEAST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e-9, 1e6
-_LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 _LEAST_GAIN_RATIO = 0.1  # of the promised decrease, for a step to be taken
+_LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 
 
 @dataclass(frozen=True)

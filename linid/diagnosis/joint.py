@@ -147,9 +147,7 @@ class JointFit(Criterion):
     def slopes(self, fitted: Fitted) -> Columns:
         """d residual / d unknown (n,) of a fitted model, by name."""
         if fitted.key not in self._slopes:
-            posed, x = self._as_posed(fitted)
-            rows = self.differences(posed, x, fitted.residual, range(x.size))
-            self._slopes[fitted.key] = {c.name: row for c, row in zip(posed.coordinates, rows, strict=True)}
+            self._slopes[fitted.key] = self.slopes_by(fitted, [c.name for c in self.unknowns(fitted)])
         return self._slopes[fitted.key]
 
     def slopes_by(self, fitted: Fitted, names: Iterable[str]) -> Columns:

@@ -9,7 +9,8 @@ from scipy.optimize import minimize_scalar
 
 from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.joint import Fitted, JointFit
-from linid.diagnosis.unknowns import MASS_RANGE, is_force
+from linid.diagnosis.unknowns import MASS_RANGE
+from linid.physics.parameter import is_force
 
 _STEP = 0.1  # logarithm of one factor and the next that is tried
 _STEPS = math.ceil(math.log(MASS_RANGE) / _STEP)  # each way

@@ -16,7 +16,7 @@ from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
-from linid.physics.parameter import Parameter
+from linid.physics.parameter import Parameter, is_force
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
 MASS_RANGE = 5.0  # factor about the base's mass
@@ -138,11 +138,6 @@ class Coordinates:
         if parameter.reach > 0.0:
             low, high = first - parameter.reach, first + parameter.reach
         return Coordinate(name, False, low, high, high - low)
-
-
-def is_force(unit: str) -> bool:
-    """Whether a quantity of some unit is a force or a mass per something, and so in proportion to the moving mass."""
-    return bool({"N", "kg"} & set(unit.split("/")[0].split()))
 
 
 def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:

@@ -41,3 +41,8 @@ class Parameter:
     def unit_on(self, axis: str) -> str:
         """The unit on a `linear` or `rotary` axis."""
         return _ROTARY.get(self.unit, self.unit) if axis == "rotary" else self.unit
+
+
+def is_force(unit: str) -> bool:
+    """Whether a quantity of some unit is a force or a mass per something, and so in proportion to the moving mass."""
+    return bool({"N", "kg"} & set(unit.split("/")[0].split()))

@@ -23,7 +23,7 @@ _TRIES = 21  # instants that are tried
 _UNTOLD = 1.0 / 12.0  # variance of an instant that nothing tells: anywhere in an interval
 _MOMENTS = 1.0 / (np.arange(_ORDER)[:, None] + np.arange(_ORDER) + 1.0)  # integrals of s^j s^k over 0 to 1
 _POWERS = np.arange(_ORDER)
-_NODES = 6  # of Gauss's quadrature
+_GAUSS = np.polynomial.legendre.leggauss(6)  # nodes and weights
 _BESIDE = 8  # samples beside a step that tell the course up to it
 _ROUGH = 0.1  # of a step, at most, by which the input may scatter beside it
 _KEPT = 64  # recordings whose jumps are remembered
@@ -185,7 +185,7 @@ def _stepping(before: Callable[[Array], Array], after: Callable[[Array], Array],
     Its first moments are theirs, so that it gives a mass the same speed and the same way. first: time in samples at
     which the interval begins; instant: share of it at which the step comes.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = _GAUSS
     moments: Array = np.zeros(_ORDER)
     for course, begin, end in ((before, 0.0, instant), (after, instant, 1.0)):
         s = begin + (end - begin) * (nodes + 1.0) / 2.0
@@ -266,17 +266,26 @@ def _instant(window: Array, s: Array, count: int, columns: Callable[[Array, floa
         return count / 2.0, _UNTOLD * count**2
     window = (window - window.mean() * (s[0] < 0.0)) / max(float(np.std(window)), 1e-300)
     low, high = 0.0, float(count)
-    for _ in range(2):  # the second time only where it may be
+    for turn in range(2):  # the second time only where it may be
         tries = np.linspace(low, high, _TRIES)
-        costs = np.empty(_TRIES)
-        for k, x in enumerate(tries):
-            basis = columns(s, x)
-            basis = np.linalg.qr(basis / np.linalg.norm(basis, axis=0))[0]
-            costs[k] = np.sum((window - basis @ (basis.T @ window)) ** 2)
-        deviation = max(float(costs.min()) / (s.size - basis.shape[1] - 1), 1e-300)
+        bases = _spans(columns, s, tries) if turn else _first_spans(columns, tuple(s.tolist()), high)
+        costs = np.array([np.sum((window - basis @ (basis.T @ window)) ** 2) for basis in bases])
+        deviation = max(float(costs.min()) / (s.size - bases[0].shape[1] - 1), 1e-300)
         likely = np.exp(-0.5 * (costs - costs.min()) / deviation)
         likely /= likely.sum()
         mean, step = float(likely @ tries), float(tries[1] - tries[0])
         variance = float(likely @ (tries - mean) ** 2) + step**2 / 12.0
         low, high = max(low, mean - 5.0 * variance**0.5), min(high, mean + 5.0 * variance**0.5)
     return mean, variance
+
+
+@lru_cache(maxsize=_KEPT)
+def _first_spans(columns: Callable[[Array, float], Array], s: tuple[float, ...], high: float) -> list[Array]:
+    """What the columns span where nothing is known of the instant yet: the same for all steps of a length."""
+    return _spans(columns, np.array(s), np.linspace(0.0, high, _TRIES))
+
+
+def _spans(columns: Callable[[Array, float], Array], s: Array, tries: Array) -> list[Array]:
+    """Orthonormal bases (n, r) of the columns at times s (n,) in samples for each instant that is tried."""
+    bases = (columns(s, x) for x in tries)
+    return [np.linalg.qr(basis / np.linalg.norm(basis, axis=0))[0] for basis in bases]

@@ -35,6 +35,14 @@ def campaign(folder: Path, *, motor: bool = False) -> Path:
     return path
 
 
+def designed_sine(folder: Path) -> Path:
+    """A sine MODEL of the example magnets, made in a folder."""
+    out = folder / "out"
+    done = linid("field", ROOT / "configs" / "motor_geometry.yaml", "--no-figures", "--out", out)
+    assert done.exit_code == 0, done.stderr
+    return out / "model_sine.json"
+
+
 def linid(*arguments: object) -> Result:
     """Run the command line in this process."""
     return CliRunner().invoke(cli, [str(a) for a in arguments])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import linid as interface
-from tests.workflow.small import ROOT, linid, summary
+from tests.workflow.small import ROOT, designed_sine, linid, summary
 
 CONTROLLER = ROOT / "configs" / "controller.yaml"
 ROUNDED = 2e-9  # m, by nine digits of the file
@@ -17,11 +17,7 @@ ROUNDED = 2e-9  # m, by nine digits of the file
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A sine MODEL of the example magnets."""
-    folder = tmp_path_factory.mktemp("design") / "out"
-    done = linid("field", ROOT / "configs" / "motor_geometry.yaml", "--no-figures", "--out", folder)
-    assert done.exit_code == 0, done.stderr
-    return folder / "model_sine.json"
+    return designed_sine(tmp_path_factory.mktemp("design"))
 
 
 def write(path: Path, header: str, columns: list[np.ndarray]) -> Path:

@@ -12,17 +12,14 @@ import pytest
 import linid as interface
 from linid.recording import Recording
 from linid.simulation.voltage_reference import simulate_voltage_reference
-from tests.workflow.small import ROOT, linid, summary
+from tests.workflow.small import ROOT, designed_sine, linid, summary
 
 R, L = 5.0, 1.7e-3  # of configs/motor_geometry.yaml
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("design") / "out"
-    done = linid("field", ROOT / "configs" / "motor_geometry.yaml", "--no-figures", "--out", folder)
-    assert done.exit_code == 0, done.stderr
-    return folder / "model_sine.json"
+    return designed_sine(tmp_path_factory.mktemp("design"))
 
 
 def voltages(t: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from linid.physics.effects.effect import Effect, Outlook, Values
 from linid.physics.effects.registry import find_effect
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
+from linid.physics.parameter import is_force
 from linid.physics.wording import fitting_words
 from linid.recording.recording import Recording
 
@@ -313,7 +314,7 @@ def scaled_to_masses(model: Model, recordings: Sequence[Recording], values: Valu
     First values of an axis with an effect may be far off in scale, since accelerations hardly tell it. known: what
     must stay; where it holds a mass or a force the values come back as they are.
     """
-    forces = {p.name for p in model.parameters if {"N", "kg"} & set(p.unit.split("/")[0].split())}
+    forces = {p.name for p in model.parameters if is_force(p.unit)}
     if forces & known.keys():
         return values
     part = Acceleration(model, tuple(recordings), jobs, stride=2 * _STRIDE)

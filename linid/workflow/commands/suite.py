@@ -122,8 +122,7 @@ def _answered(found: Answer, arguments: tuple[str, ...]) -> CampaignAnswer:
         for entry in entries
         if entry.stated.share is not None
     }
-    another = found.proposal is not None and not found.proposal.refines
-    unknown = found.status == "unknown" or another
+    unknown = found.status == "unknown" or found.another_cause
     if found.proposal is not None:
         arguments = tuple(dict.fromkeys(_ARGUMENT.get(name, name) for name in found.proposal.arguments))
     return CampaignAnswer.model_validate(
