@@ -24,8 +24,8 @@ class Ahead:
     The start state's error adds a straight line to a window; that line is projected out.
     Hidden states at the start are estimated from the samples before, see `predicted_from_before`.
     thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
-    an input jumps between two samples, since nobody knows when it did. guided: the motor's field is read at the
-    measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
+    an input jumps between two samples, since the motion alone shows when it did. guided: the motor's field is read
+    at the measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
     true one, because it holds back what the noise of the currents does.
     """
 

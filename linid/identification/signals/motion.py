@@ -17,14 +17,16 @@ from linid.statistics import MEDIAN_ABSOLUTE
 def retaken(recording: Recording, smooth: Array, generator: np.random.Generator) -> Recording:
     """Another measurement of the same motion: its position noise and its encoder's steps fall anew.
 
-    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white, as strong as it is there.
+    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white, as strong as it is there. When
+    inputs step is what the measured motion shows: the smooth one bends less sharply.
     """
     step, level = recording.motion.encoder
     shift = step * generator.uniform(-0.5, 0.5)
     y = smooth + level * generator.standard_normal(smooth.size)
     if step > 0.0:
         y = np.round((y + shift) / step) * step - shift
-    return replace(recording, y=y)
+    seen = recording.y if recording.steps_seen_in is None else recording.steps_seen_in
+    return replace(recording, y=y, steps_seen_in=seen)
 
 
 @dataclass(frozen=True)

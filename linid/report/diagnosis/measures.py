@@ -163,5 +163,8 @@ def _above_floor(diagnosis: Diagnosis, measure: str) -> str:
     jumping = [one.recording for one, _ in named if one.jumps and measure != "force"]
     if jumping:
         where = "There" if len(jumping) == len(named) else f"In {', '.join(jumping)}"
-        text += f" {where} the input jumps between two samples: when exactly, nobody knows, and the floor lacks that."
+        text += (
+            f" {where} the input jumps between two samples: when, only the motion shows; the floor lacks what it leaves"
+        )
+        text += " open."
     return text
