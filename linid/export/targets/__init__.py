@@ -1,0 +1,1 @@
+"""The targets of `linid export`, one file or folder each."""
