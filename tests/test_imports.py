@@ -19,7 +19,7 @@ ORDER = (
     ("identification",),
     ("design", "diagnosis"),
     ("challenge", "reproduction"),
-    ("report",),
+    ("export", "report"),
     ("interface",),
     ("api",),
     ("plot",),

@@ -120,10 +120,7 @@ def reshaped(
     from linid.physics.model import Model
 
     model = Model(
-        result.model,
-        result.effects if effects is None else effects,
-        result.winding,
-        result.law if law is None else law,
+        result.model, result.effects if effects is None else effects, result.winding, result.law if law is None else law
     )
     known = {e.name: e.value for e in result.estimates} | dict(values or {})
     estimates = tuple(

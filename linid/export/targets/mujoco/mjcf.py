@@ -1,0 +1,167 @@
+"""The MJCF text of a model in MuJoCo's form (XML reference of MuJoCo 4, `actuator/dcmotor`)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+from linid.export.simpler import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from linid.physics.model import Model
+
+# MuJoCo steps bristles explicitly: this step, halved until the bristle turns and decays slowly within one.
+_STEP, _LEAST_STEP = 1e-4, 1e-6  # s
+_TURN, _DECAY = 0.25, 0.5
+# A passive dcmotor: no input and no electrical branch, whose resistance the format wants all the same.
+_PASSIVE = 'joint="axis" input="none" motorconst="0" resistance="1"'
+_HALF_TURN = "1.5707963267948966"  # cogging with no wave and this phase is a constant
+_ORDERS = range(1, 9)
+
+
+def step_of(values: dict[str, float]) -> float:
+    """Step in s at which MuJoCo's explicit bristle stays stable and near the exact one. values: SI by name."""
+    stiffness, mass = values["bristle_stiffness"], values["mass"]
+    turn = math.sqrt(stiffness / mass)
+    decay = values["bristle_damping"] / mass
+    step = _STEP
+    while step > _LEAST_STEP and (step * turn > _TURN or step * decay > _DECAY):
+        step *= 0.5
+    return step
+
+
+def _element(name: str, **attributes: str) -> str:
+    inside = "".join(f" {key}={quoteattr(text)}" for key, text in attributes.items())
+    return f'    <dcmotor name="{name}" {_PASSIVE}{inside}/>'
+
+
+def _wave(name: str, wavenumber: float, sine: float, cosine: float) -> str:
+    """A force sine sin(k y) + cosine cos(k y) as cogging."""
+    texts = (math.hypot(sine, cosine), wavenumber, math.atan2(cosine, sine))
+    return _element(name, cogging=" ".join(map(number, texts)))
+
+
+def _constant(name: str, force: float) -> str:
+    return _element(name, cogging=f"{number(force)} 0 {_HALF_TURN}")
+
+
+def _passive_effects(values: dict[str, float], effects: tuple[str, ...]) -> Iterable[str]:
+    """One element for each wave, constant and bristle of the effects."""
+    if "cogging" in effects:
+        for k in _ORDERS:
+            sine, cosine = values.get(f"cogging_sine_{k}", 0.0), values.get(f"cogging_cosine_{k}", 0.0)
+            if sine or cosine:
+                order = values.get(f"cogging_order_{k}", 0.0)
+                yield _wave(f"cogging_{k}", order * values["cogging_wavenumber"], sine, cosine)
+    if "gravity" in effects:
+        yield _wave("gravity", 1.0, values["gravity_sine"], values["gravity_cosine"])
+    if values.get("constant_force"):
+        yield _constant("constant_force", values["constant_force"])
+    if "cable_force" in effects:
+        if values["cable_preload"]:
+            yield _constant("cable_preload", values["cable_preload"])
+        force = values["cable_hysteresis"]
+        if force:
+            # Dahl's hysteresis is LuGre's without damping and with one level; a gear of -1 would not turn its sign.
+            texts = (abs(force) / values["cable_hysteresis_length"], 0.0, abs(force), abs(force), 1.0)
+            yield _element("cable_hysteresis", lugre=" ".join(map(number, texts)))
+
+
+def _delay(model: Model, values: dict[str, float]) -> float:
+    return values["input_delay"] if "input_delay" in model.effects else 0.0
+
+
+def _thrust(model: Model, values: dict[str, float], step: float) -> Iterable[str]:
+    """The motor: its control is the q-current (or the one input), its gear the thrust per current."""
+    if not model.driven_by.inputs:
+        return
+    gear = values["force_constant"] * (1.5 if model.phases else 1.0)
+    more = ""
+    if "thermal_derating" in model.effects:
+        resistance = 1.5 if model.phases else 1.0  # K/W, so that the temperature is the steady sum of squares, A^2
+        capacity = values["thermal_time"] / resistance
+        more += f' thermal="{number(resistance)} {number(capacity)} 0 {number(values["derating"])} 0 0"'
+    delay = 0.0 if model.phases else _delay(model, values)  # of phase currents, see run_axis.py
+    if delay > 0.0:
+        more += f' delay="{number(delay)}" nsample="{math.ceil(delay / step) + 2}" interp="linear"'
+    motor = f'input="ff" motorconst="1" resistance="1" gear="{number(gear)}"'
+    yield f'    <dcmotor name="thrust" joint="axis" {motor}{more}/>'
+
+
+def _friction(values: dict[str, float], drag: float) -> str:
+    lugre = ("bristle_stiffness", "bristle_damping", "coulomb_force", "static_force", "stribeck_velocity")
+    damping = number(values["viscous_friction"]) + (f" {number(drag)}" if drag else "")
+    return _element("friction", damping=damping, lugre=" ".join(number(values[name]) for name in lugre))
+
+
+def _bodies(values: dict[str, float], effects: tuple[str, ...], axis: str) -> list[str]:
+    """Moving mass (rotary: inertia), its spring, and the part of it that swings."""
+    kind = "hinge" if axis == "rotary" else "slide"
+    load = values["load_mass"] if "flexible_load" in effects else 0.0
+
+    def inertial(mass: float) -> str:
+        inertia = mass if axis == "rotary" else 1.0
+        weight = 1.0 if axis == "rotary" else mass
+        return f'<inertial pos="0 0 0" mass="{number(weight)}" diaginertia="{" ".join([number(inertia)] * 3)}"/>'
+
+    spring = ""
+    if "cable_force" in effects:
+        spring = f' stiffness="{number(values["cable_stiffness"])}" springref="{number(values["cable_middle"])}"'
+    lines = [
+        '    <body name="mover">',
+        f'      <joint name="axis" type="{kind}" axis="1 0 0"{spring}/>',
+        f"      {inertial(values['mass'] - load)}",
+    ]
+    if load:
+        omega = 2.0 * math.pi * values["load_frequency"]
+        stiffness, damping = load * omega**2, 2.0 * values["load_damping"] * omega * load
+        lines += [
+            '      <body name="load">',
+            f'        <joint name="load" type="{kind}" axis="1 0 0" stiffness="{number(stiffness)}" '
+            f'damping="{number(damping)}"/>',
+            f"        {inertial(load)}",
+            "      </body>",
+        ]
+    return [*lines, "    </body>"]
+
+
+def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: tuple[str, ...]) -> str:
+    """MJCF of a model in MuJoCo's form.
+
+    values: SI by name; name: a word; axis: linear or rotary; lacking: sentences for the comment at the top.
+    """
+    step = step_of(values)
+    unit = "rad, N m, kg m^2" if axis == "rotary" else "m, N, kg"
+    comment = [f"{name}: {unit}, s. MuJoCo 3.7 or later. The control is the q-current or the one input."]
+    comment += [f"Not held whole: {line}" for line in lacking] or ["The whole model is held."]
+    drag = values.get("drag_coefficient", 0.0) if "quadratic_drag" in model.effects else 0.0
+    custom = []
+    if model.phases:
+        field = ("electrical_wavenumber", "winding_displacement", "commutation_offset")
+        numbers = (*(values[key] for key in field), _delay(model, values))
+        custom.append(f'    <numeric name="commutation" data="{" ".join(map(number, numbers))}"/>')
+    lugre = ("bristle_stiffness", "coulomb_force", "static_force", "stribeck_velocity")
+    custom.append(f'    <numeric name="bristle" data="{" ".join(number(values[key]) for key in lugre)}"/>')
+    lines = [
+        f"<mujoco model={quoteattr(name)}>",
+        *(f"  <!-- {line.replace('--', '-')} -->" for line in comment),
+        '  <compiler angle="radian" autolimits="true"/>',
+        "  <!-- Euler: MuJoCo's implicit integrators take a bristle's damping for the whole friction's. -->",
+        f'  <option timestep="{number(step)}" integrator="Euler" gravity="0 0 0"/>',
+        "  <custom>",
+        *custom,
+        "  </custom>",
+        "  <worldbody>",
+        *_bodies(values, model.effects, axis),
+        "  </worldbody>",
+        "  <actuator>",
+        *_thrust(model, values, step),
+        _friction(values, drag),
+        *_passive_effects(values, model.effects),
+        "  </actuator>",
+        "</mujoco>",
+    ]
+    return "\n".join(lines) + "\n"

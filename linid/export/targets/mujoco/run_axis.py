@@ -1,0 +1,62 @@
+"""Runs an exported axis in MuJoCo along a record: python run_axis.py axis.xml RECORD.csv
+
+The record has a header line, the time in s and the q-current (or the one input), or the three phase currents in A.
+Written are t, y and v to standard output, in s, m and m/s (rotary: rad and rad/s).
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+
+def q_current(model: Any, currents: Any, y: float) -> float:
+    """The q-current in A of three phase currents (3,) in A at position y in m; a single input is taken as it is."""
+    if len(currents) == 1:
+        return float(currents[0])
+    wavenumber, displacement, offset, _ = model.numeric("commutation").data
+    field = np.sin(wavenumber * y + offset + displacement * np.array([-1.0, 0.0, 1.0]))
+    return float(field @ currents) / 1.5
+
+
+def start(model: Any, data: Any, y: float, v: float) -> None:
+    """Put the axis at y in m with speed v in m/s, bristles at their steady deflection."""
+    data.joint("axis").qpos[0], data.joint("axis").qvel[0] = y, v
+    stiffness, coulomb, static, speed = model.numeric("bristle").data
+    level = coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))
+    friction = model.actuator("friction").id
+    data.act[model.actuator_actadr[friction]] = np.sign(v) * level / stiffness
+
+
+def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0) -> Any:
+    """Positions and speeds (2, n) at times t (n,) in s under inputs (1 or 3, n), straight between the samples."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    start(model, data, y, v)
+    joint, h = data.joint("axis"), model.opt.timestep
+    ends = np.rint((t - t[0]) / h).astype(int)
+    middles = t[0] + h * (np.arange(ends[-1]) + 0.5)
+    # Late phase currents meet the field where it is now: no delay of the q-current says that.
+    late = model.numeric("commutation").data[3] if len(inputs) > 1 else 0.0
+    courses = np.array([np.interp(middles - late, t, row) for row in inputs]) if model.nu else None
+    out = np.empty((2, t.size))
+    out[:, 0] = y, v
+    for k in range(1, t.size):
+        for now in range(ends[k - 1], ends[k]):
+            if courses is not None:
+                data.ctrl[0] = q_current(model, courses[:, now], joint.qpos[0])
+            mujoco.mj_step(model, data)
+        rest = t[k] - t[0] - ends[k] * h
+        out[:, k] = joint.qpos[0] + rest * joint.qvel[0], joint.qvel[0]
+    return out
+
+
+if __name__ == "__main__":
+    table = np.loadtxt(sys.argv[2], delimiter=",", skiprows=1, ndmin=2).T
+    import mujoco
+
+    found = run(mujoco.MjModel.from_xml_path(sys.argv[1]), table[0], table[1:])
+    np.savetxt(sys.stdout, np.column_stack([table[0], *found]), "%.9g", ",", header="t (s),y,v", comments="")
