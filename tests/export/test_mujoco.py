@@ -13,8 +13,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from linid.api import Fit, simulate
 from linid.errors import UsageError
 from linid.export.simpler import square_stribeck
+from linid.export.target import reshaped
 from linid.export.targets.mujoco import TARGET
 from linid.export.targets.mujoco.mjcf import step_of
 from linid.identification.result import FitResult
@@ -29,6 +31,8 @@ NEAR = 2e-3
 FIRST_ORDER = 0.4
 # Of the gap between a model without effects and the whole one.
 SAME_LOSS = 0.05
+# Of the stroke, that the d-current which the one winding lacks may take.
+ONE_WINDING = 0.01
 SINE = {"electrical_wavenumber": 200.0, "winding_displacement": 2.0944, "commutation_offset": 0.3}
 THETA = {k: 0.5 * x for k, x in SINE.items()} | {"winding_length": 0.7, "nome": 0.5}
 
@@ -170,3 +174,20 @@ def test_the_script_beside_the_file_runs_it(tmp_path: Path) -> None:
     )
     found = np.loadtxt(done.stdout.splitlines(), delimiter=",", skiprows=1)
     assert np.max(np.abs(found[:, 1] - recording.y)) < NEAR * np.ptp(recording.y)
+
+
+@pytest.mark.parametrize("winding", ["star", "separate"])
+def test_windings_of_one_axis_push_as_three_phases_do(winding: str) -> None:
+    from linid.export.targets.mujoco.run_axis import run
+
+    more = {"phase_resistance": 5.0, "phase_inductance": 1.7e-3, "mutual_inductance": -4e-4}
+    model = reshaped(replace(axis(some("cogging"), kind="sine", **SINE), winding=winding), values=more)
+    t = np.arange(2001) * 1e-3
+    path = 0.12 * np.sin(1.5 * np.pi * t) ** 2
+    size = 6.0 * np.cos(3.0 * np.pi * t) + 30.0 * np.gradient(path, t)
+    angles = 200.0 * path + 0.3 + np.array([[-1.0], [0.0], [1.0]]) * SINE["winding_displacement"]
+    driven = Recording("run", t, np.zeros_like(t), phase_voltages=size * np.sin(angles), kind="motor")
+    wanted = simulate(Fit(model), driven, position=0.0, speed=0.0, by_voltage=True).y_simulated
+    text = TARGET.files(exported(model))["axis_by_voltage.xml"].decode()
+    found = run(mujoco.MjModel.from_xml_string(text), t, driven.phase_voltages)[0]
+    assert np.ptp(wanted) > 0.05 and np.max(np.abs(found - wanted)) < ONE_WINDING * np.ptp(wanted)

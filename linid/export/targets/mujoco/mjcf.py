@@ -74,9 +74,26 @@ def _delay(model: Model, values: dict[str, float]) -> float:
     return values["input_delay"] if "input_delay" in model.effects else 0.0
 
 
+def _voltage_driven(values: dict[str, float]) -> str:
+    """The motor with its windings, whose control is the q-voltage times the square root of 3/2: with that root in the
+    current too, thrust per current and back-EMF per speed are the same number, as `dcmotor` wants it.
+    """
+    inductance = values["phase_inductance"] - values.get("mutual_inductance", 0.0)
+    constants = {
+        "motorconst": math.sqrt(1.5) * values["force_constant"],
+        "resistance": values["phase_resistance"],
+        "inductance": inductance,
+    }
+    motor = " ".join(f'{name}="{number(x)}"' for name, x in constants.items())
+    return f'    <dcmotor name="thrust" joint="axis" input="voltage" {motor}/>'
+
+
 def _thrust(model: Model, values: dict[str, float], step: float) -> Iterable[str]:
     """The motor: its control is the q-current (or the one input), its gear the thrust per current."""
     if not model.driven_by.inputs:
+        return
+    if model.winding:
+        yield _voltage_driven(values)
         return
     gear = values["force_constant"] * (1.5 if model.phases else 1.0)
     more = ""
@@ -135,13 +152,15 @@ def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: 
     """
     step = step_of(values)
     unit = "rad, N m, kg m^2" if axis == "rotary" else "m, N, kg"
-    comment = [f"{name}: {unit}, s. MuJoCo 3.7 or later. The control is the q-current or the one input."]
+    control = "the q-voltage times sqrt(3/2)" if model.winding else "the q-current or the one input"
+    comment = [f"{name}: {unit}, s. MuJoCo 3.7 or later. The control is {control}."]
     comment += [f"Not held whole: {line}" for line in lacking] or ["The whole model is held."]
     drag = values.get("drag_coefficient", 0.0) if "quadratic_drag" in model.effects else 0.0
     custom = []
     if model.phases:
         field = ("electrical_wavenumber", "winding_displacement", "commutation_offset")
-        numbers = (*(values[key] for key in field), _delay(model, values))
+        scale = math.sqrt(1.5) if model.winding else 1.0
+        numbers = (*(values[key] for key in field), 0.0 if model.winding else _delay(model, values), scale)
         custom.append(f'    <numeric name="commutation" data="{" ".join(map(number, numbers))}"/>')
     lugre = ("bristle_stiffness", "coulomb_force", "static_force", "stribeck_velocity")
     custom.append(f'    <numeric name="bristle" data="{" ".join(number(values[key]) for key in lugre)}"/>')

@@ -1,6 +1,7 @@
 """Runs an exported axis in MuJoCo along a record: python run_axis.py axis.xml RECORD.csv
 
-The record has a header line, the time in s and the q-current (or the one input), or the three phase currents in A.
+The record has a header line, the time in s and the q-current (or the one input), or the three phase currents in A (of
+axis_by_voltage.xml: the three phase voltages in V).
 Written are t, y and v to standard output, in s, m and m/s (rotary: rad and rad/s).
 """
 
@@ -12,13 +13,15 @@ from typing import Any
 import numpy as np
 
 
-def q_current(model: Any, currents: Any, y: float) -> float:
-    """The q-current in A of three phase currents (3,) in A at position y in m; a single input is taken as it is."""
-    if len(currents) == 1:
-        return float(currents[0])
-    wavenumber, displacement, offset, _ = model.numeric("commutation").data
+def control(model: Any, phases: Any, y: float) -> float:
+    """The q-current in A of three phase currents (3,) in A at position y in m, or what the file wants of phase voltages
+    in V; a single input is taken as it is.
+    """
+    if len(phases) == 1:
+        return float(phases[0])
+    wavenumber, displacement, offset, _, scale = model.numeric("commutation").data
     field = np.sin(wavenumber * y + offset + displacement * np.array([-1.0, 0.0, 1.0]))
-    return float(field @ currents) / 1.5
+    return float(scale * (field @ phases) / 1.5)
 
 
 def start(model: Any, data: Any, y: float, v: float) -> None:
@@ -47,7 +50,7 @@ def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0) -> Any:
     for k in range(1, t.size):
         for now in range(ends[k - 1], ends[k]):
             if courses is not None:
-                data.ctrl[0] = q_current(model, courses[:, now], joint.qpos[0])
+                data.ctrl[0] = control(model, courses[:, now], joint.qpos[0])
             mujoco.mj_step(model, data)
         rest = t[k] - t[0] - ends[k] * h
         out[:, k] = joint.qpos[0] + rest * joint.qvel[0], joint.qvel[0]

@@ -9,15 +9,29 @@ from linid.export.targets.mujoco.form import form, lacks
 from linid.export.targets.mujoco.mjcf import mjcf
 from linid.physics.model import Model
 
+# What one winding cannot hold of three.
+BY_VOLTAGE = (
+    "The windings are one of the q-axis: the d-current and its coupling are left out.",
+    "Delay and derating of the current are left out.",
+)
+
 
 def files(exported: Exported) -> dict[str, bytes]:
-    """axis.xml and the script that runs it along a record; raises UsageError as `form` does."""
+    """axis.xml, the same with windings where they are known, and the script that runs them along a record; raises
+    UsageError as `form` does.
+    """
     simple = form(exported)
-    model = Model(simple.model, simple.effects)
     values = {e.name: e.value for e in simple.estimates}
-    text = mjcf(model, values, exported.name, simple.axis, lacks(exported))
     script = resources("linid.export.targets.mujoco").joinpath("run_axis.py").read_bytes()
-    return {"axis.xml": text.encode(), "run_axis.py": script}
+
+    def text(winding: str, lacking: tuple[str, ...]) -> bytes:
+        model = Model(simple.model, simple.effects, winding)
+        return mjcf(model, values, exported.name, simple.axis, lacking).encode()
+
+    out = {"axis.xml": text("", lacks(exported)), "run_axis.py": script}
+    if simple.winding:
+        out["axis_by_voltage.xml"] = text(simple.winding, (*lacks(exported), *BY_VOLTAGE))
+    return out
 
 
 TARGET = Target(
