@@ -11,9 +11,18 @@ from linid.errors import ConfigError, UsageError
 from linid.export.loss import measure_loss, measure_model
 from linid.export.registry import BUILT_IN, all_targets, collect, find_target
 from linid.export.target import Target
+from linid.identification.result import FitResult
 from tests.export.axes import HELD, LOST, axis, exported, made
 
 MODEL = axis(HELD, LOST)
+SINE = {"electrical_wavenumber": 200.0, "winding_displacement": 2.0944, "commutation_offset": 0.3}
+
+
+@pytest.mark.parametrize("model", [axis(kind="friction"), axis(HELD, kind="sine", **SINE)], ids=lambda one: one.model)
+@pytest.mark.parametrize("target", all_targets().values(), ids=lambda target: target.name)
+def test_a_target_takes_every_kind_of_model(target: Target, model: FitResult) -> None:
+    assert all(target.files(exported(model)).values())
+    assert target.simplified(exported(model)).model in (model.model, "sine")
 
 
 @pytest.mark.parametrize("target", all_targets().values(), ids=lambda target: target.name)

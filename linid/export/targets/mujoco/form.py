@@ -59,6 +59,8 @@ def form(exported: Exported) -> FitResult:
     changed["static_force"], changed["stribeck_velocity"] = square_stribeck(values)
     changed["stribeck_exponent"] = 2.0
     changed["bristle_damping"] = max(values["bristle_damping"], 0.0)
+    if "cable_force" in effects:
+        changed["cable_hysteresis"] = max(values["cable_hysteresis"], 0.0)
     b, c = polynomial_drag(values, exported.model.effects, speeds_of(exported))
     changed["viscous_friction"] = values["viscous_friction"] + b
     if c > 0.0:
@@ -105,6 +107,8 @@ def lacks(exported: Exported) -> tuple[str, ...]:
         found.append("The drag's power is 2, with the nearest coefficients.")
     if "thermal_derating" in model.effects:
         found.append("Derated thrust heats the winding less than the same current would: heat is held to first order.")
+    if values.get("cable_hysteresis", 0.0) < 0.0:
+        found.append("The cable's hysteresis is left out: no bristle pushes.")
     words, held = folded(exported), kept(exported)
     for name in model.effects:
         if name in words:

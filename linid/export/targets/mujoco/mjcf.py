@@ -48,6 +48,10 @@ def _constant(name: str, force: float) -> str:
     return _element(name, cogging=f"{number(force)} 0 {_HALF_TURN}")
 
 
+def _has_hysteresis(values: dict[str, float], effects: tuple[str, ...]) -> bool:
+    return "cable_force" in effects and values["cable_hysteresis"] > 0.0
+
+
 def _passive_effects(values: dict[str, float], effects: tuple[str, ...]) -> Iterable[str]:
     """One element for each wave, constant and bristle of the effects."""
     if "cogging" in effects:
@@ -63,10 +67,10 @@ def _passive_effects(values: dict[str, float], effects: tuple[str, ...]) -> Iter
     if "cable_force" in effects:
         if values["cable_preload"]:
             yield _constant("cable_preload", values["cable_preload"])
-        force = values["cable_hysteresis"]
-        if force:
-            # Dahl's hysteresis is LuGre's without damping and with one level; a gear of -1 would not turn its sign.
-            texts = (abs(force) / values["cable_hysteresis_length"], 0.0, abs(force), abs(force), 1.0)
+        if _has_hysteresis(values, effects):
+            # Dahl's hysteresis is LuGre's without damping and with one level.
+            force = values["cable_hysteresis"]
+            texts = (force / values["cable_hysteresis_length"], 0.0, force, force, 1.0)
             yield _element("cable_hysteresis", lugre=" ".join(map(number, texts)))
 
 
@@ -163,7 +167,9 @@ def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: 
         numbers = (*(values[key] for key in field), 0.0 if model.winding else _delay(model, values), scale)
         custom.append(f'    <numeric name="commutation" data="{" ".join(map(number, numbers))}"/>')
     lugre = ("bristle_stiffness", "coulomb_force", "static_force", "stribeck_velocity")
-    custom.append(f'    <numeric name="bristle" data="{" ".join(number(values[key]) for key in lugre)}"/>')
+    cable = values["cable_hysteresis_length"] if _has_hysteresis(values, model.effects) else 0.0
+    bristles = (*(values[key] for key in lugre), cable)
+    custom.append(f'    <numeric name="bristles" data="{" ".join(map(number, bristles))}"/>')
     lines = [
         f"<mujoco model={quoteattr(name)}>",
         *(f"  <!-- {line.replace('--', '-')} -->" for line in comment),

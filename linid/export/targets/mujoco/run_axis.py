@@ -24,21 +24,25 @@ def control(model: Any, phases: Any, y: float) -> float:
     return float(scale * (field @ phases) / 1.5)
 
 
-def start(model: Any, data: Any, y: float, v: float) -> None:
-    """Put the axis at y in m with speed v in m/s, bristles at their steady deflection."""
+def start(model: Any, data: Any, y: float, v: float, w: float | None = None) -> None:
+    """Put the axis at y in m with speed v in m/s; w: the bristle's deflection in m, None: the steady one."""
     data.joint("axis").qpos[0], data.joint("axis").qvel[0] = y, v
-    stiffness, coulomb, static, speed = model.numeric("bristle").data
-    level = coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))
-    friction = model.actuator("friction").id
-    data.act[model.actuator_actadr[friction]] = np.sign(v) * level / stiffness
+    stiffness, coulomb, static, speed, cable = model.numeric("bristles").data
+    if w is None:
+        w = np.sign(v) * (coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))) / stiffness
+    for name, deflection in (("friction", w), ("cable_hysteresis", np.sign(v) * cable)):
+        if name == "friction" or cable > 0.0:
+            data.act[model.actuator_actadr[model.actuator(name).id]] = deflection
 
 
-def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0) -> Any:
-    """Positions and speeds (2, n) at times t (n,) in s under inputs (1 or 3, n), straight between the samples."""
+def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0, w: float | None = None) -> Any:
+    """Positions and speeds (2, n) at times t (n,) in s under inputs (1 or 3, n), straight between the samples; from y
+    in m, v in m/s and w in m as in `start`.
+    """
     import mujoco
 
     data = mujoco.MjData(model)
-    start(model, data, y, v)
+    start(model, data, y, v, w)
     joint, h = data.joint("axis"), model.opt.timestep
     ends = np.rint((t - t[0]) / h).astype(int)
     middles = t[0] + h * (np.arange(ends[-1]) + 0.5)
