@@ -9,7 +9,9 @@ from typing import Any
 import click
 
 from linid.cli.challenge import challenge
+from linid.cli.completion import completion
 from linid.cli.errors import Group
+from linid.cli.export import export
 from linid.cli.field import field
 from linid.cli.files import FILES
 from linid.cli.options import (
@@ -367,26 +369,10 @@ def effects(name: str | None, json_output: bool) -> None:
     print_outcome(list_effects(name), json_output)
 
 
-@cli.command()
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
-@debug_option
-def completion(shell: str) -> None:
-    """Print the completion script of a shell.
-
-    \b
-    Examples:
-      eval "$(linid completion bash)"        (in ~/.bashrc)
-      linid completion fish > ~/.config/fish/completions/linid.fish
-    """
-    from click.shell_completion import get_completion_class
-
-    found = get_completion_class(shell)
-    assert found is not None
-    click.echo(found(cli, {}, "linid", "_LINID_COMPLETE").source())
-
-
 cli.add_command(challenge)
 cli.add_command(field)
+cli.add_command(export)
+cli.add_command(completion)
 
 
 def main() -> None:

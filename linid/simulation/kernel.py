@@ -54,6 +54,22 @@ class Filled(NamedTuple):
     stop: Any
 
 
+class Going(NamedTuple):
+    """How far a simulation is. motion: the axis; followed: whether fast sliding turned out to end, and the bristle is
+    followed for a step; glide: how fast sliding decays over a step of glide_h seconds; halvings: of the next step;
+    steps: so far."""
+
+    motion: Any
+    followed: Any
+    glide: Any
+    glide_h: Any
+    halvings: Any
+    steps: Any
+
+
+NO_GLIDE = (1.0, 0.5, 1.0 / 6.0)  # weights of sliding over no time
+
+
 @inlined
 def set_states(start, kept, p):
     """Hidden states that are given with the start of a simulation take the place of the effects' own."""
@@ -117,6 +133,38 @@ def after(done, middle):
     return done, halvings
 
 
+@inlined
+def over_sample(terms, axis, bristles, course, borders, n, going):
+    """From sample n to the next one."""
+    motion, followed, glide, glide_h, halvings, steps = going
+    whole = course.substeps << FINEST
+    done = 0
+    if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
+        done = whole
+        motion = AxisState(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)
+    while done < whole:
+        if halvings == 0 and not followed and abs(motion.v) > borders.fast and is_steady(bristles, motion):
+            while done < whole and abs(motion.v) > borders.fast:  # the bristle stays steady
+                size = whole - done if borders.alone else 1 << FINEST
+                h = size * course.tick
+                if h != glide_h:
+                    glide, glide_h = glide_weights(bristles.sigma_2, bristles.mass, h), h
+                slide = Slide(size, borders.alone, glide)
+                slid = sliding_step(terms, axis, bristles, course, Place(n, done, 0), motion, slide)
+                followed = too_slow(borders, motion.v, slid.v)
+                if followed:  # the same step once more
+                    break
+                motion = slid
+                done += size
+                steps += 1
+            continue
+        motion, middle = followed_step(terms, axis, bristles, course, Place(n, done, halvings), motion)
+        followed = False
+        done, halvings = after(done, middle)
+        steps += 1
+    return Going(motion, followed, glide, glide_h, halvings, steps)
+
+
 @allocating
 def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
     """Simulate one stretch; returns the number of internal steps.
@@ -129,50 +177,27 @@ def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, scheme, forces)
-    whole = scheme.substeps << FINEST
     borders = borders_of(terms, axis, bristles)
     t_first = stretch.t_start + stretch.first * stretch.dt
     currents = first_inputs(terms, axis, course, stretch)
     motion = started(terms, axis, bristles, t_first, start, kept, currents)
-    followed = False  # the bristle, where fast sliding turned out to end
-    glide, glide_h = (1.0, 0.5, 1.0 / 6.0), 0.0  # how fast sliding decays over a step of that length
     write_sample(terms, axis, 0, t_first, motion, y_out, v_out)
-    steps, halvings = 0, np.int64(0)  # a literal 0 would have a type of its own, and compile all twice
+    # A literal 0 would have a type of its own, and compile all twice.
+    going = Going(motion, False, NO_GLIDE, 0.0, np.int64(0), np.int64(0))
     for k in range(stretch.count - 1):
         n = stretch.first + k
-        done = 0
+        motion = going.motion
         if scheme.steering.y.size > 0:
             motion = steered(terms, axis, course, scheme.steering, n, motion)
         elif stretch.steps and course.forces.size == 0:
             motion = after_sample(terms, axis, course, n, motion)
-        if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
-            done = whole
-            motion = AxisState(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)
-        while done < whole:
-            if halvings == 0 and not followed and abs(motion.v) > borders.fast and is_steady(bristles, motion):
-                while done < whole and abs(motion.v) > borders.fast:  # the bristle stays steady
-                    size = whole - done if borders.alone else 1 << FINEST
-                    h = size * course.tick
-                    if h != glide_h:
-                        glide, glide_h = glide_weights(bristles.sigma_2, bristles.mass, h), h
-                    slide = Slide(size, borders.alone, glide)
-                    slid = sliding_step(terms, axis, bristles, course, Place(n, done, 0), motion, slide)
-                    followed = too_slow(borders, motion.v, slid.v)
-                    if followed:  # the same step once more
-                        break
-                    motion = slid
-                    done += size
-                    steps += 1
-                continue
-            motion, middle = followed_step(terms, axis, bristles, course, Place(n, done, halvings), motion)
-            followed = False
-            done, halvings = after(done, middle)
-            steps += 1
-        if diverged(motion):
+        going = Going(motion, going.followed, going.glide, going.glide_h, going.halvings, going.steps)
+        going = over_sample(terms, axis, bristles, course, borders, n, going)
+        if diverged(going.motion):
             no_samples(k + 1, y_out, v_out)
-            return steps
-        write_sample(terms, axis, k + 1, stretch.t_start + n * stretch.dt + stretch.dt, motion, y_out, v_out)
-    return steps
+            return going.steps
+        write_sample(terms, axis, k + 1, stretch.t_start + n * stretch.dt + stretch.dt, going.motion, y_out, v_out)
+    return going.steps
 
 
 @allocating

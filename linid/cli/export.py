@@ -1,0 +1,50 @@
+"""The command `export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from linid.cli.options import make_reporter, make_request, print_outcome, run_options, settings_options
+
+
+@click.command(short_help="Write a model in another program's form.")
+@click.argument("model", type=click.Path(path_type=Path), metavar="MODEL.json")
+@click.argument("files", nargs=-1, type=click.Path(path_type=Path), metavar="[FILE]...")
+@click.option("--to", multiple=True, required=True, metavar="TARGET", help="Form to write; repeatable.")
+@click.option("--name", metavar="WORD", help="Name of the axis in the files [that of the model's file or folder].")
+@click.option(
+    "--base",
+    type=click.Path(path_type=Path),
+    metavar="MODEL.json",
+    help="Model from which the closed gap counts [the model without its effects].",
+)
+@settings_options
+@run_options
+def export(
+    model: Path,
+    files: tuple[Path, ...],
+    to: tuple[str, ...],
+    name: str | None,
+    base: Path | None,
+    json_output: bool,
+    **options: Any,
+) -> None:
+    """Write an identified model in the form that another program takes, with what that form costs.
+
+    Targets: python. A form that cannot hold all effects keeps less of the gap that the model closes: on the
+    held-out recordings of FILE (a campaign, or recordings) the share is measured, printed and written beside the files.
+
+    \b
+    Examples:
+      linid export motor/parameters.json --to python
+      linid export diagnosis/model_after.json campaign.yaml --to python --out axis
+    """
+    from linid.workflow.commands.export import ExportOptions
+    from linid.workflow.commands.export import export as run
+
+    reporter = make_reporter(options)
+    request = make_request(files, options)
+    print_outcome(run(request, reporter, model=model, options=ExportOptions(to, name, base)), json_output)

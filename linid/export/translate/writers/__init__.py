@@ -1,0 +1,1 @@
+"""Writers of the small tree: one language, one file."""
