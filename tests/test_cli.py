@@ -24,6 +24,7 @@ def test_the_commands() -> None:
         "completion",
         "diagnose",
         "effects",
+        "export",
         "field",
         "fit-friction",
         "fit-motor",

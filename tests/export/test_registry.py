@@ -26,7 +26,7 @@ def test_a_target_writes_files_of_a_model_with_many_effects(name: str) -> None:
     form = target.simplified(model)
     assert {e.name for e in form.estimates} >= {p.name for p in replace(model, result=form).model.parameters}
     assert target.whole or target.lacks(model)  # what costs something says what is lost
-    assert target.purpose[0].islower() and target.purpose[-1] != "."
+    assert target.purpose[0].isupper() and target.purpose[-1] == "."
 
 
 def test_targets_of_packages_follow_those_of_linid() -> None:

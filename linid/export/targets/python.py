@@ -179,5 +179,7 @@ def _driver(exported: Exported, program: ModelProgram) -> str:
 
 
 TARGET = Target(
-    name="python", purpose="a Python module of the model that needs numpy alone, for reading and teaching", files=_files
+    name="python",
+    purpose="A Python module of the whole model that needs numpy alone, for reading and teaching.",
+    files=_files,
 )

@@ -148,7 +148,7 @@ def _written(
         if Path(name).is_absolute() or ".." in Path(name).parts:
             raise UsageError(f"target {target.name!r}", f"names the file {name!r} outside its folder", "Correct it.")
     lacks = target.lacks(exported)
-    lines = (title_of(exported), f"{target.name}: {target.purpose}.", units_of(exported), "", *sorted(files))
+    lines = (title_of(exported), f"{target.name}: {target.purpose}", units_of(exported), "", *sorted(files))
     for name, content in files.items():
         write_atomic(folder / name, content)
     write_text(folder / "README.txt", readme(lines, loss, lacks))
