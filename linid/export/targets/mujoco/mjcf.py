@@ -20,6 +20,7 @@ _TURN, _DECAY = 0.25, 0.5
 _PASSIVE = 'joint="axis" input="none" motorconst="0" resistance="1"'
 _HALF_TURN = "1.5707963267948966"  # cogging with no wave and this phase is a constant
 _ORDERS = range(1, 9)
+_LINK = 1e-6  # of a rotor's inertia, in the link that MuJoCo wants to have some
 
 
 def step_of(values: dict[str, float]) -> float:
@@ -112,16 +113,25 @@ def _thrust(model: Model, values: dict[str, float], step: float) -> Iterable[str
     yield f'    <dcmotor name="thrust" joint="axis" {motor}{more}/>'
 
 
-def _friction(values: dict[str, float], drag: float) -> str:
+def _moving(values: dict[str, float], effects: tuple[str, ...]) -> tuple[float, float]:
+    """What moves with the axis itself, and what of that swings on a spring: kg (rotary: kg m^2)."""
+    load = values["load_mass"] if "flexible_load" in effects else 0.0
+    return values["mass"] - load, load
+
+
+def _friction(values: dict[str, float], effects: tuple[str, ...], axis: str) -> str:
+    drag = values["drag_coefficient"] if "quadratic_drag" in effects else 0.0
     lugre = ("bristle_stiffness", "bristle_damping", "coulomb_force", "static_force", "stribeck_velocity")
     damping = number(values["viscous_friction"]) + (f" {number(drag)}" if drag else "")
-    return _element("friction", damping=damping, lugre=" ".join(number(values[name]) for name in lugre))
+    inertia = (1.0 - _LINK) * _moving(values, effects)[0]
+    armature = {"armature": number(inertia)} if axis == "rotary" else {}
+    return _element("friction", damping=damping, **armature, lugre=" ".join(number(values[name]) for name in lugre))
 
 
 def _bodies(values: dict[str, float], effects: tuple[str, ...], axis: str) -> list[str]:
-    """Moving mass (rotary: inertia), its spring, and the part of it that swings."""
+    """The moving mass, its spring, and the part of it that swings; a rotor's inertia is the actuator's armature."""
     kind = "hinge" if axis == "rotary" else "slide"
-    load = values["load_mass"] if "flexible_load" in effects else 0.0
+    own, load = _moving(values, effects)
 
     def inertial(mass: float) -> str:
         inertia = mass if axis == "rotary" else 1.0
@@ -134,7 +144,7 @@ def _bodies(values: dict[str, float], effects: tuple[str, ...], axis: str) -> li
     lines = [
         '    <body name="mover">',
         f'      <joint name="axis" type="{kind}" axis="1 0 0"{spring}/>',
-        f"      {inertial(values['mass'] - load)}",
+        f"      {inertial(_LINK * own if axis == 'rotary' else own)}",
     ]
     if load:
         omega = 2.0 * math.pi * values["load_frequency"]
@@ -159,7 +169,6 @@ def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: 
     control = "the q-voltage times sqrt(3/2)" if model.winding else "the q-current or the one input"
     comment = [f"{name}: {unit}, s. MuJoCo 3.7 or later. The control is {control}."]
     comment += [f"Not held whole: {line}" for line in lacking] or ["The whole model is held."]
-    drag = values.get("drag_coefficient", 0.0) if "quadratic_drag" in model.effects else 0.0
     custom = []
     if model.phases:
         field = ("electrical_wavenumber", "winding_displacement", "commutation_offset")
@@ -184,7 +193,7 @@ def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: 
         "  </worldbody>",
         "  <actuator>",
         *_thrust(model, values, step),
-        _friction(values, drag),
+        _friction(values, model.effects, axis),
         *_passive_effects(values, model.effects),
         "  </actuator>",
         "</mujoco>",
