@@ -165,3 +165,33 @@ def stroke_of(exported: Exported) -> tuple[float, float] | None:
     if not measured:
         return None
     return min(float(np.min(y)) for y in measured), max(float(np.max(y)) for y in measured)
+
+
+def stroke_or_usual(exported: Exported) -> tuple[float, float]:
+    """The stroke in m, or half a metre (rotary: half a turn) either way where no recording tells it."""
+    half = math.pi if exported.result.axis == "rotary" else 0.5
+    return stroke_of(exported) or (-half, half)
+
+
+def own_over_position(name: str) -> bool:
+    """Whether an effect is an own term, such as a learned one, whose force hangs on the position alone."""
+    from linid.physics.effects.registry import find_effect
+    from linid.physics.own_terms.own_term import is_own
+
+    if not is_own(name):
+        return False
+    term = find_effect(name).own
+    return bool(term.variables == {"y"} and term.part(True) is None)
+
+
+def own_force(exported: Exported, y: Array) -> Array:
+    """Force in N of all own terms of position alone, at positions y (n,) in m."""
+    from linid.physics.effects.registry import find_effect
+    from linid.physics.own_terms.values import formula_values
+
+    total = np.zeros_like(y)
+    for name in filter(own_over_position, exported.model.effects):
+        term = find_effect(name).own
+        own = {one: exported.values[f"{term.name}_{one}"] for one in term.parameters}
+        total += formula_values(term.part(False), {"y": y}, own)
+    return total

@@ -62,11 +62,15 @@ def some(*names: str) -> dict[str, dict[str, float]]:
     return {name: HELD[name] for name in names}
 
 
+BUMP = "bump: c * exp(-((y - 0.1) / 0.03) ** 2)"
 HEATLESS = {name: values for name, values in HELD.items() if name not in ("thermal_derating", "gravity")}
 CASES = {
     "no effect": axis(),
     "waves and springs": axis(some("cogging", "constant_force", "cable_force")),
     "late, dragged, with a load": axis(some("input_delay", "quadratic_drag", "flexible_load")),
+    "learned over position": reshaped(
+        axis(some("constant_force")), effects=("constant_force", BUMP), values={"bump_c": 3.0}
+    ),
     "rotary": replace(axis(HEATLESS, some("gravity")), axis="rotary"),
     "sine": axis(HEATLESS, kind="sine", **SINE),
     "theta": axis(HEATLESS, kind="theta", **THETA),

@@ -6,7 +6,19 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from linid.export.simpler import fundamental_phases, held_values, need_mass, polynomial_drag, speeds_of, square_stribeck
+import numpy as np
+
+from linid.export.simpler import (
+    fundamental_phases,
+    held_values,
+    need_mass,
+    own_force,
+    own_over_position,
+    polynomial_drag,
+    speeds_of,
+    square_stribeck,
+    stroke_or_usual,
+)
 from linid.export.target import reshaped
 
 if TYPE_CHECKING:
@@ -14,6 +26,8 @@ if TYPE_CHECKING:
     from linid.identification.result import FitResult
 
 NAME = "mujoco"
+# Waves for own terms of position: they may miss this share of the force's range; more of them there are not.
+_MISSED, _MOST_WAVES, _PLACES = 5e-3, 64, 1025
 # Effects that stay what they are; each has its element.
 KEPT = (
     "input_delay",
@@ -46,7 +60,8 @@ def folded(exported: Exported) -> dict[str, str]:
 def kept(exported: Exported) -> tuple[str, ...]:
     """Effects of the model that its MuJoCo form has too."""
     late = exported.values.get("input_delay", 0.0) >= 0.0
-    return tuple(name for name in exported.model.effects if name in KEPT and (late or name != "input_delay"))
+    held = (name for name in exported.model.effects if name in KEPT or own_over_position(name))
+    return tuple(name for name in held if late or name != "input_delay")
 
 
 def form(exported: Exported) -> FitResult:
@@ -79,6 +94,25 @@ def form(exported: Exported) -> FitResult:
     return reshaped(result, effects=tuple(dict.fromkeys(effects)), law="lugre", values=changed)
 
 
+def own_waves(exported: Exported) -> tuple[tuple[float, float, float], ...]:
+    """Own terms of position as waves: wavenumber in 1/m, sine and cosine in N; over the stroke least squares with as
+    many waves as it takes, and mirrored beyond (Fourier's cosine series).
+    """
+    low, high = stroke_or_usual(exported)
+    share = np.linspace(0.0, 1.0, _PLACES)
+    force = own_force(exported, low + share * (high - low))
+    if not force.any():
+        return ()
+    for count in range(4, _MOST_WAVES + 1, 4):
+        columns = np.cos(np.pi * np.outer(share, np.arange(count)))
+        sizes = np.linalg.lstsq(columns, force, rcond=None)[0]
+        if np.max(np.abs(columns @ sizes - force)) < _MISSED * np.ptp(force):
+            break
+    numbers = np.pi * np.arange(count) / (high - low)
+    turned = zip(numbers, sizes * np.sin(numbers * low), sizes * np.cos(numbers * low), strict=True)
+    return tuple((float(k), float(sine), float(cosine)) for k, sine, cosine in turned)
+
+
 def constant_push(exported: Exported, values: dict[str, float]) -> float:
     """Constant force in N that stands for what `folded` names."""
     push = 0.0
@@ -109,6 +143,8 @@ def lacks(exported: Exported) -> tuple[str, ...]:
         found.append("Derated thrust heats the winding less than the same current would: heat is held to first order.")
     if values.get("cable_hysteresis", 0.0) < 0.0:
         found.append("The cable's hysteresis is left out: no bristle pushes.")
+    if any(map(own_over_position, model.effects)):
+        found.append("Own terms of position are waves over the stroke, and mirrored beyond it.")
     words, held = folded(exported), kept(exported)
     for name in model.effects:
         if name in words:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
@@ -159,16 +160,26 @@ def _bodies(values: dict[str, float], effects: tuple[str, ...], axis: str) -> li
     return [*lines, "    </body>"]
 
 
-def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: tuple[str, ...]) -> str:
-    """MJCF of a model in MuJoCo's form.
-
-    values: SI by name; name: a word; axis: linear or rotary; lacking: sentences for the comment at the top.
+@dataclass(frozen=True)
+class Notes:
+    """What a file says and holds besides the model. name: a word; axis: linear or rotary; lacking: sentences for the
+    comment at the top; waves: of own terms, wavenumber in 1/m, sine and cosine in N.
     """
+
+    name: str
+    axis: str
+    lacking: tuple[str, ...] = ()
+    waves: tuple[tuple[float, float, float], ...] = ()
+
+
+def mjcf(model: Model, values: dict[str, float], notes: Notes) -> str:
+    """MJCF of a model in MuJoCo's form. values: SI by name."""
+    axis = notes.axis
     step = step_of(values)
     unit = "rad, N m, kg m^2" if axis == "rotary" else "m, N, kg"
     control = "the q-voltage times sqrt(3/2)" if model.winding else "the q-current or the one input"
-    comment = [f"{name}: {unit}, s. MuJoCo 3.7 or later. The control is {control}."]
-    comment += [f"Not held whole: {line}" for line in lacking] or ["The whole model is held."]
+    comment = [f"{notes.name}: {unit}, s. MuJoCo 3.7 or later. The control is {control}."]
+    comment += [f"Not held whole: {line}" for line in notes.lacking] or ["The whole model is held."]
     custom = []
     if model.phases:
         field = ("electrical_wavenumber", "winding_displacement", "commutation_offset")
@@ -180,7 +191,7 @@ def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: 
     bristles = (*(values[key] for key in lugre), cable)
     custom.append(f'    <numeric name="bristles" data="{" ".join(map(number, bristles))}"/>')
     lines = [
-        f"<mujoco model={quoteattr(name)}>",
+        f"<mujoco model={quoteattr(notes.name)}>",
         *(f"  <!-- {line.replace('--', '-')} -->" for line in comment),
         '  <compiler angle="radian" autolimits="true"/>',
         "  <!-- Euler: MuJoCo's implicit integrators take a bristle's damping for the whole friction's. -->",
@@ -195,6 +206,7 @@ def mjcf(model: Model, values: dict[str, float], name: str, axis: str, lacking: 
         *_thrust(model, values, step),
         _friction(values, model.effects, axis),
         *_passive_effects(values, model.effects),
+        *(_wave(f"own_{k}", *wave) for k, wave in enumerate(notes.waves)),
         "  </actuator>",
         "</mujoco>",
     ]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib.resources import files as resources
 
 from linid.export.target import Exported, Target
-from linid.export.targets.mujoco.form import form, lacks
-from linid.export.targets.mujoco.mjcf import mjcf
+from linid.export.targets.mujoco.form import form, lacks, own_waves
+from linid.export.targets.mujoco.mjcf import Notes, mjcf
 from linid.physics.model import Model
 
 # What one winding cannot hold of three.
@@ -26,7 +26,7 @@ def files(exported: Exported) -> dict[str, bytes]:
 
     def text(winding: str, lacking: tuple[str, ...]) -> bytes:
         model = Model(simple.model, simple.effects, winding)
-        return mjcf(model, values, exported.name, simple.axis, lacking).encode()
+        return mjcf(model, values, Notes(exported.name, simple.axis, lacking, own_waves(exported))).encode()
 
     out = {"axis.xml": text("", lacks(exported)), "run_axis.py": script}
     if simple.winding:

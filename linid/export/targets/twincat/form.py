@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from linid.export.simpler import fundamental_phases
+from linid.export.simpler import fundamental_phases, own_over_position
 from linid.export.target import reshaped
 
 if TYPE_CHECKING:
@@ -26,17 +26,6 @@ HELD = (
     "load_dependent_friction",
     "position_dependent_friction",
 )
-
-
-def own_over_position(name: str) -> bool:
-    """Whether an effect is an own term, such as a learned one, whose force hangs on the position alone."""
-    from linid.physics.effects.registry import find_effect
-    from linid.physics.own_terms.own_term import is_own
-
-    if not is_own(name):
-        return False
-    term = find_effect(name).own
-    return bool(term.variables == {"y"} and term.part(True) is None)
 
 
 def kept(exported: Exported) -> tuple[str, ...]:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from linid.export.simpler import held_values, smooth_drag, speeds_of, stribeck_curve, stroke_of
-from linid.export.targets.twincat.form import FACTORS_OF_THRUST, OVER_POSITION, kept, needs_place, own_over_position
+from linid.export.simpler import (
+    held_values,
+    own_force,
+    own_over_position,
+    smooth_drag,
+    speeds_of,
+    stribeck_curve,
+    stroke_or_usual,
+)
+from linid.export.targets.twincat.form import FACTORS_OF_THRUST, OVER_POSITION, kept, needs_place
 
 if TYPE_CHECKING:
     from linid.arrays import Array
@@ -52,17 +59,10 @@ def _term_over(exported: Exported, name: str, term: str, values: dict[str, float
 
 
 def _force_over(exported: Exported, values: dict[str, float], y: Array) -> Array:
-    from linid.physics.effects.registry import find_effect
-    from linid.physics.own_terms.values import formula_values
-
-    total = np.zeros_like(y)
+    total = own_force(exported, y)
     for name in kept(exported):
         if name in OVER_POSITION:
             total += _term_over(exported, name, "force", values, y)
-        elif own_over_position(name):
-            term = find_effect(name).own
-            own = {one: values[f"{term.name}_{one}"] for one in term.parameters}
-            total += formula_values(term.part(False), {"y": y}, own)
     return total
 
 
@@ -79,8 +79,7 @@ def place_tables(exported: Exported) -> PlaceTables:
     held = kept(exported)
     if not any(map(needs_place, held)):
         return PlaceTables(0.0, 1.0)
-    half = math.pi if exported.result.axis == "rotary" else 0.5
-    low, high = stroke_of(exported) or (-half, half)
+    low, high = stroke_or_usual(exported)
     values = held_values(exported)
     courses: dict[str, Callable[[Array], Array]] = {}
     if any(name in OVER_POSITION or own_over_position(name) for name in held):
