@@ -207,6 +207,7 @@ def diagnose(
     campaign: Campaign,
     model: str | None = None,
     *,
+    since: Fit | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
     means: Means | None = None,
@@ -214,7 +215,8 @@ def diagnose(
 ) -> Diagnosed:
     """Where the simulation differs from the machine, which effects are missing, how far the gap shrinks with them.
 
-    model: of the base (None: what the recordings allow); jobs: threads; progress(stage, done, total); means: in place
+    model: of the base (None: what the recordings allow); since: an earlier fit that is the base as it stands, so that
+    what has changed since is named too; jobs: threads; progress(stage, done, total); means: in place
     of these two and the seed, with a memory of finished steps and workers elsewhere; settings: as in `--config`, of
     which count `effects` that the base has already, `without` (effects of the library that are left out of
     consideration), `known` and `mass` in SI besides what the campaign knows, and `seed`. Held-out recordings judge.
@@ -224,7 +226,7 @@ def diagnose(
     from linid.diagnosis.means import Means
 
     chosen = make_settings(settings)
-    kind = base_kind(campaign.recordings) if model is None else model
+    kind = since.model if since is not None else base_kind(campaign.recordings) if model is None else model
     with one_thread():
         found = find_effects(
             campaign.name,
@@ -233,6 +235,7 @@ def diagnose(
             effects=chosen.effects,
             without=chosen.without,
             known=chosen.known_values(campaign.known),
+            since=None if since is None else since.result,
             means=means or Means(jobs=jobs, seed=chosen.seed, progress=progress),
         )
     return Diagnosed(found)

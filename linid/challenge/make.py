@@ -199,7 +199,7 @@ def make_campaign(plan: Plan, index: int) -> HiddenCampaign:
     for attempt in range(_ATTEMPTS):
         random = np.random.default_rng([plan.seed, 4, index, attempt])
         axis = variant(plan, index, draw_axis(name, random), names)
-        made = _attempt(axis, kind, names, wanted, random, several=kind == "crowd" or ALL in plan.effects)
+        made = recorded(axis, kind, names, wanted, random, several=kind == "crowd" or ALL in plan.effects)
         if made is not None:
             return made
     raise UsageError(
@@ -209,7 +209,7 @@ def make_campaign(plan: Plan, index: int) -> HiddenCampaign:
     )
 
 
-def _attempt(
+def recorded(
     description: HiddenAxis,
     kind: Kind,
     names: Sequence[str],
@@ -218,6 +218,7 @@ def _attempt(
     *,
     several: bool,
 ) -> HiddenCampaign | None:
+    """An axis with effects of wanted strengths, recorded; None where it cannot show them or does not move."""
     sizes = scales(description)
     listed = tuple(
         (m.name, "free_wheel" if isinstance(m, FreeWheel) else "motor", m.split) for m in description.campaign

@@ -80,7 +80,7 @@ class Descent:
 
     def run(self, effort: Effort) -> tuple[Array, Array]:
         """The unknowns (p,) and the residual (n,) at the end."""
-        for softness in (*effort.soft, 1.0):
+        for softness in (*effort.soft, 1.0) if self.place.x.size else ():
             self._descend(effort if softness == 1.0 else SOFTENED, softness)
         return self.place.x, self.place.residual
 

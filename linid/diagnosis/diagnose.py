@@ -10,6 +10,7 @@ import numpy as np
 
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.combinations import base_combinations
+from linid.diagnosis.commissioned import commissioned_base, comparable_recordings, own_changes
 from linid.diagnosis.entries import entries_of, tried_effects
 from linid.diagnosis.experiments import experiments, range_of
 from linid.diagnosis.forecast import together
@@ -55,26 +56,32 @@ def diagnose(
     effects: Sequence[str] = (),
     without: Sequence[str] = (),
     known: dict[str, float] | None = None,
+    since: FitResult | None = None,
     means: Means | None = None,
 ) -> Found:
     """Find the effects that a base model lacks on some recordings; held-out ones judge.
 
     name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; without: effects of the
-    library that are left out of consideration; known: SI values that are not identified.
+    library that are left out of consideration; known: SI values that are not identified; since: a model that is the
+    base as it is, beside which changes of its parameters are candidates too.
     Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
     DataError for unfit recordings.
     """
     known, effects = dict(known or {}), _of_base(effects, without)
     means = means or Means()
+    recordings = recordings if since is None else comparable_recordings(since, recordings)
     recordings, fitted = _numbered(name, recordings)
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
-    plain = fit_base_model(recordings, kind, known, means, assumptions)
-    base, found, law = _decided(plain, (kind, effects, without), known, means, assumptions)
+    if since is None:
+        plain = fit_base_model(recordings, kind, known, means, assumptions)
+        base, found, law = _decided(plain, (kind, effects, without), known, means, assumptions)
+    else:
+        base, found, law = *_changed(since, recordings, without, means, assumptions), None
     found, shares, lead = _led(base, found, means)
     means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
-    before, after = refined_models(found, fitted, means, base.judge.balance.memory)
+    before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
     known_mass = "mass" in known or "mass" not in base.held
     measures = together(changes, traces_after, means.seed)
@@ -156,6 +163,16 @@ def _decided(
     if choice is not None and untold(choice):
         assumptions.append(untold(choice))
     return base, found, law_finding(base.judge, choice)
+
+
+def _changed(
+    since: FitResult, recordings: Sequence[Recording], without: Sequence[str], means: Means, assumptions: list[str]
+) -> tuple[Base, Selection]:
+    """A given model as the base, and the effects and changed parameters beside it."""
+    base = commissioned_base(since, recordings, means, assumptions)
+    own = own_changes(since.model)
+    screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without, own)
+    return base, select(base, screening, means.watch)
 
 
 def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence[str]) -> Base:

@@ -61,7 +61,8 @@ class JointFit(Criterion):
     """Fits of any set of effects beside one base model on the rows of a balance, all under the same criterion.
 
     scale: (R,) m/s^2 in which residuals are counted; noise: in them; held: SI values that no fit identifies;
-    reference: SI values of the base, from which bounds and scales are taken; limits: bounds of single parameters, SI.
+    reference: SI values of the base, from which bounds and scales are taken; limits: bounds of single parameters, SI;
+    told: intervals of what is known beforehand of them, SI, or ratios where ratios are searched.
     """
 
     def __init__(
@@ -72,10 +73,11 @@ class JointFit(Criterion):
         held: Mapping[str, float],
         reference: Mapping[str, float],
         limits: Mapping[str, tuple[float, float]],
+        told: Mapping[str, tuple[float, float]],
     ) -> None:
         super().__init__(balance, scale, noise)
         self.held = dict(held)
-        self.coordinates = Coordinates(balance, reference, limits)
+        self.coordinates = Coordinates(balance, reference, limits, told)
         self._slopes: dict[str, Columns] = {}
 
     def fit(

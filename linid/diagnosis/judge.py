@@ -116,9 +116,10 @@ def judge_of(
     held: Mapping[str, float],
     limits: Mapping[str, tuple[float, float]],
     seed: int,
+    told: Mapping[str, tuple[float, float]] | None = None,
 ) -> Judge:
     """A judge whose noise is that of the base model; values: SI values of the base; held: what no fit identifies;
-    limits: bounds of single parameters in all fits, SI."""
+    limits: bounds of single parameters in all fits, SI; told: intervals of what is known beforehand of them."""
     noise = balance.noise(model, model.vector(dict(values)))
     scale = scale_of(noise.deviation(balance.rows))
-    return Judge(balance, JointFit(balance, scale, noise, held, values, limits), noise, scale, seed)
+    return Judge(balance, JointFit(balance, scale, noise, held, values, limits, told or {}), noise, scale, seed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -29,9 +30,16 @@ _FINER = Ending(40, 3e-3)  # where a small step ended too early: mass and all fo
 
 
 def refined_models(
-    found: Selection, fitted: Sequence[Recording], means: Means, memory: Memory
+    found: Selection, fitted: Sequence[Recording], means: Means, memory: Memory, since: FitResult | None = None
 ) -> tuple[FitResult, FitResult]:
-    """Both models identified as `fit-motor` does it, from where the force balance has brought them."""
+    """Both models identified as `fit-motor` does it, from where the force balance has brought them.
+
+    since: what the model before is as it stands; that after has its base as the force balance has moved it.
+    """
+    if since is not None:
+        if not found.parts:
+            return since, since
+        return since, refined_model(with_base_held(found.best, found.base), fitted, means, memory)
     wanted = {_key(model): model for model in (found.base, found.best)}
     missing = [(key, model) for key, model in wanted.items() if key not in memory]
     means.watch("models", 0, 2)
@@ -42,6 +50,11 @@ def refined_models(
     means.watch("models", 2, 2)
     models = [model_from_text(memory[key], "checkpoint") for key in wanted]
     return models[0], models[-1]
+
+
+def with_base_held(one: Fitted, base: Fitted) -> Fitted:
+    """A model of which all that the base has stays where it is."""
+    return replace(one, held=one.held | {name: one.values[name] for name in base.values})
 
 
 def _key(one: Fitted) -> str:

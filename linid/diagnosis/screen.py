@@ -18,7 +18,7 @@ from linid.arrays import Array
 from linid.diagnosis.descent import QUICK
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.parallel_tasks import Workers
-from linid.diagnosis.unknowns import ACROSS
+from linid.diagnosis.unknowns import ACROSS, Coordinate
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
@@ -56,6 +56,13 @@ class Screened:
         return -math.log(max(1.0 - self.trial.explained, 1e-9))
 
 
+def _stiffness_of(coordinate: Coordinate) -> float:
+    """Inverse of the deviation that an unknown may take in a regression, 0 where it is free."""
+    if coordinate.deviation > 0.0:
+        return 1.0 / coordinate.deviation
+    return 1.0 / (_RIDGE * coordinate.scale) if coordinate.log else 0.0
+
+
 class StepRegression:
     """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.
 
@@ -85,12 +92,14 @@ class StepRegression:
         slopes = fits.slopes(step) if slopes is None else slopes
         coordinates = fits.unknowns(step)
         self.p = len(coordinates)
-        columns = np.array([slopes[c.name][rows] for c in coordinates]).T * -self.weights[:, None]
-        ridge = np.diag([1.0 / (_RIDGE * c.scale) if c.log else 0.0 for c in coordinates])
+        columns = np.empty((self.weights.size, self.p))
+        for k, c in enumerate(coordinates):
+            columns[:, k] = slopes[c.name][rows] * -self.weights
+        ridge = np.diag([_stiffness_of(c) for c in coordinates])
         stacked = np.vstack([columns, ridge])
         norms = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
         left, sizes, _ = np.linalg.svd(stacked / norms, full_matrices=False)
-        self._span = left[:, sizes > 1e-9 * sizes[0]]
+        self._span = left[:, sizes > 1e-9 * np.max(sizes, initial=0.0)]
         residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
         self._rest = residual - self._span @ (self._span.T @ residual)
         power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
@@ -157,13 +166,21 @@ class Screening:
     """All effects of the library tried on a campaign, at each step of the selection.
 
     base: the model without effects, whose outlook and effect columns all steps share; workers: who fits the candidates
-    (None: threads here); without: names of effects that are left out of consideration.
+    (None: threads here); without: names of effects that are left out of consideration; own: texts of own terms that are
+    tried too.
     """
 
     def __init__(
-        self, fits: JointFit, base: Fitted, jobs: int, workers: Workers | None = None, without: Iterable[str] = ()
+        self,
+        fits: JointFit,
+        base: Fitted,
+        jobs: int,
+        workers: Workers | None = None,
+        without: Iterable[str] = (),
+        own: Iterable[str] = (),
     ) -> None:
         self.fits = fits
+        self.own = tuple(own)
         self.jobs = jobs
         self.workers = workers
         self.without = frozenset(without)
@@ -224,7 +241,7 @@ class Screening:
         everywhere = StepRegression(self.fits, step, whole, self.effects_everywhere)
         wanted = tuple(only)
         out = []
-        tried = (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name)))
+        tried = (*EFFECTS, *(find_effect(name) for name in dict.fromkeys((*self.own, *wanted)) if is_own(name)))
         for number, effect in enumerate(tried, 1):
             if watch is not None:
                 watch(number, len(tried))
@@ -298,8 +315,8 @@ class Screening:
         for leader in found[:_LEADERS]:
             chosen = [item[0] for item in found if item[1] / leader[1] > _LIKE]
             for group in ([leader[0]], chosen):
-                if len(group) == len(able):
-                    continue  # what all recordings have is the base's
+                if len(group) == len(able) and not self.fits.coordinates.told:
+                    continue  # what all recordings have is the base's, unless that is known
                 column = np.where(np.isin(owner, group), whole, 0.0)
                 column -= span @ (span.T @ column)
                 (value,), explained = regression.explained(column[:, None])

@@ -19,6 +19,8 @@ from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter, is_force
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
+RATIOS = ("static_force", "bristle_stiffness", "bristle_damping")  # searched as ratios to other parameters
+_INTERVAL = 4.0  # deviations from end to end of an interval of 95 %
 MASS_RANGE = 5.0  # factor about the base's mass
 # Presliding deflection F_C/sigma_0: from what the encoder's noise hides to this share of the travel between reversals.
 _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
@@ -28,7 +30,7 @@ _LEAST_PRESLIDING, _LARGEST_PRESLIDING = 0.03, 0.03
 class Coordinate:
     """One unknown. log: its logarithm is searched; lower, upper: bounds of what is searched; scale: its size; force:
     the residual is linear in it, but where the axis rests; for_mass: kg of the moving mass for which it is counted, 0
-    where it is counted as it is."""
+    where it is counted as it is; deviation: by which it is known beforehand (0: not)."""
 
     name: str
     log: bool
@@ -37,6 +39,7 @@ class Coordinate:
     scale: float
     force: bool = False
     for_mass: float = 0.0
+    deviation: float = 0.0
 
 
 class Coordinates:
@@ -51,9 +54,13 @@ class Coordinates:
     """
 
     def __init__(
-        self, balance: Balance, reference: Mapping[str, float], limits: Mapping[str, tuple[float, float]]
+        self,
+        balance: Balance,
+        reference: Mapping[str, float],
+        limits: Mapping[str, tuple[float, float]],
+        told: Mapping[str, tuple[float, float]],
     ) -> None:
-        self.limits = dict(limits)
+        self.limits, self.told = dict(limits), dict(told)
         recordings = balance.recordings
         self.reference = dict(reference)
         self.mass = reference.get("mass", 1.0)
@@ -101,6 +108,8 @@ class Coordinates:
     def _coordinate(self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]) -> Coordinate:
         name = parameter.name
         size = abs(self.reference.get(name, values.get(name, parameter.default)))
+        if name in self.told:
+            return self._told(name)
         if name in self.limits:
             return Coordinate(name, False, *self.limits[name], size)
         match name:
@@ -138,6 +147,14 @@ class Coordinates:
         if parameter.reach > 0.0:
             low, high = first - parameter.reach, first + parameter.reach
         return Coordinate(name, False, low, high, high - low)
+
+    def _told(self, name: str) -> Coordinate:
+        """A parameter that is known beforehand, within its interval of 95 %."""
+        low, high = self.told[name]
+        log = name in RATIOS
+        if log:
+            low, high = math.log(low), math.log(high)
+        return Coordinate(name, log, low, high, high - low, deviation=(high - low) / _INTERVAL)
 
 
 def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:
