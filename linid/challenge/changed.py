@@ -56,7 +56,7 @@ def make_changed(seed: int, index: int) -> ChangedAxis:
         random = np.random.default_rng([seed, 12, index, attempt])
         factors = _factors(random, {"one": 1, "two": 2}.get(scenario, 0))
         names = (str(random.choice(EFFECTS)),) if scenario == "effect" else ()
-        wanted = tuple(math.exp(random.uniform(*map(math.log, _STRENGTH))) for _ in names)
+        wanted = tuple(_log_uniform(random, *_STRENGTH) for _ in names)
         axis = changed(commissioned.description, factors)
         later = recorded(axis, "single" if names else "none", names, wanted, random, several=False)
         if later is not None:
@@ -83,6 +83,10 @@ def _factors(random: np.random.Generator, count: int) -> dict[str, float]:
     """So many parameters with the factors by which they change."""
     out = {}
     for name in map(str, random.choice(list(FACTORS), count, replace=False)):
-        low, high = map(math.log, FACTORS[name])
-        out[name] = math.exp(float(random.uniform(low, high)) * float(random.choice([-1.0, 1.0])))
+        factor = _log_uniform(random, *FACTORS[name])
+        out[name] = factor if random.random() < 0.5 else 1.0 / factor
     return out
+
+
+def _log_uniform(random: np.random.Generator, low: float, high: float) -> float:
+    return math.exp(float(random.uniform(math.log(low), math.log(high))))

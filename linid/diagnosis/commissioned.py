@@ -10,37 +10,26 @@ from linid.diagnosis.base import Base
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.judge import judge_of
 from linid.diagnosis.means import Means
+from linid.diagnosis.report_data import ParameterChange
 from linid.diagnosis.unknowns import RATIOS
 from linid.errors import UsageError
 from linid.identification.result import Estimate, FitResult
 from linid.identification.unit_mass import comparable
-from linid.physics.effects.registry import canonical, find_effect
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 
-# Changes that no effect of the library stands for, as terms: of the force constant, as a share, and of viscous friction
-FORCE_CONSTANT_CHANGE = "force_constant_change: c * F; c in [-0.9, 3]"
-VISCOUS_FRICTION_CHANGE = "viscous_friction_change: -c * v"
-# What stands for a change of each parameter, where it acts in all recordings: the effect's amplitude, and whether it is
-# a share of the parameter.
-CHANGES: dict[str, tuple[str, bool]] = {
-    "coulomb_force": ("friction_change", True),
-    "force_constant": ("force_constant_change_c", True),
-    "viscous_friction": ("viscous_friction_change_c", False),
-    "mass": ("payload_mass", False),
-}
 _HELD = ("mass", "stribeck_exponent")  # the size of all forces, and what fits hold as well
+_HELD_WITHIN = 1e-6  # of its value
+_SHARES = ("coulomb_force", "force_constant")  # whose change is a share of them
 
 
-def own_changes(kind: str) -> tuple[str, ...]:
-    """The changes of parameters that are own terms, of a model of this kind."""
-    able = (FORCE_CONSTANT_CHANGE, VISCOUS_FRICTION_CHANGE)
-    return canonical(text for text in able if kind in find_effect(text).kinds)
-
-
-def comparable_recordings(model: FitResult, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Recordings as a model can be asked for them; raises UsageError for those of another kind of axis, DataError for
-    masses that cannot be compared."""
+def comparable_recordings(model: FitResult | None, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Recordings as a given model (None: there is none) can be asked for them; raises UsageError for those of another
+    kind of axis, DataError for masses that cannot be compared."""
+    if model is None:
+        return tuple(recordings)
     for one in recordings:
         if one.axis != model.axis:
             raise UsageError(
@@ -76,9 +65,14 @@ def _told(model: FitResult, values: dict[str, float]) -> dict[str, tuple[float, 
     for estimate in model.estimates:
         if estimate.name in own and estimate.name not in _HELD and _is_told(estimate):
             out[estimate.name] = (estimate.low, estimate.high)
+    coulomb = values["coulomb_force"]  # the slope by it is what friction does along the motion, held or not
+    out.setdefault("coulomb_force", (coulomb * (1.0 - _HELD_WITHIN), coulomb * (1.0 + _HELD_WITHIN)))
     for name in RATIOS:
         if name in out:
             out[name] = _as_ratio(name, values, *out[name])
+    if "force_constant" in out:  # searched as that of the field's fundamental
+        low, high = (MOTORS[model.model].fundamental(x, values) for x in out["force_constant"])
+        out["force_constant"] = min(low, high), max(low, high)
     return out
 
 
@@ -95,3 +89,35 @@ def _as_ratio(name: str, values: dict[str, float], low: float, high: float) -> t
         return coulomb / high, coulomb / max(low, 1e-3 * stiffness)
     critical = 2.0 * math.sqrt(stiffness * mass)
     return max(low / critical, 1e-4), high / critical
+
+
+def parameter_changes(
+    since: FitResult | None, after: FitResult, recordings: Sequence[Recording]
+) -> tuple[ParameterChange, ...]:
+    """The parameters that are others than in a given model: what effects that act in all recordings stand for.
+
+    since: the given model (None: there is none); after: the model with the effects found.
+    """
+    out = []
+    for effect in map(find_effect, after.effects if since is not None else ()):
+        assert since is not None
+        estimates = {e.name: e for e in after.estimates if e.name in {p.name for p in effect.parameters}}
+        values = {name: e.value for name, e in estimates.items()}
+        if not effect.changes or not all(effect.acts_in(values, r.number) for r in recordings):
+            continue
+        (estimate,) = (estimates[name] for name in effect.amplitudes)
+        before = next(e for e in since.estimates if e.name == effect.changes)
+        relative = effect.changes in _SHARES
+        value = before.value * (1.0 + estimate.value) if relative else before.value + estimate.value
+        # No better known than what has changed.
+        size, factor = (before.value, 1.0 + estimate.value) if relative else (1.0, 1.0)
+        half = math.hypot(size * _half(estimate), factor * _half(before))
+        low, high = value - half, value + half
+        out.append(ParameterChange(effect.changes, before.unit, effect.name, before.value, value, low, high))
+    return tuple(out)
+
+
+def _half(estimate: Estimate) -> float:
+    """Half the width of an interval; 0 where there is none."""
+    half = 0.5 * (estimate.high - estimate.low)
+    return half if math.isfinite(half) else 0.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.combinations import base_combinations
-from linid.diagnosis.commissioned import commissioned_base, comparable_recordings, own_changes
+from linid.diagnosis.commissioned import commissioned_base, comparable_recordings, parameter_changes
 from linid.diagnosis.entries import entries_of, tried_effects
 from linid.diagnosis.experiments import experiments, range_of
 from linid.diagnosis.forecast import together
@@ -67,28 +67,20 @@ def diagnose(
     Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
     DataError for unfit recordings.
     """
-    known, effects = dict(known or {}), _of_base(effects, without)
-    means = means or Means()
-    recordings = recordings if since is None else comparable_recordings(since, recordings)
-    recordings, fitted = _numbered(name, recordings)
+    known, effects, means = dict(known or {}), _of_base(effects, without), means or Means()
+    recordings, fitted = _numbered(name, comparable_recordings(since, recordings))
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
-    if since is None:
-        plain = fit_base_model(recordings, kind, known, means, assumptions)
-        base, found, law = _decided(plain, (kind, effects, without), known, means, assumptions)
-    else:
-        base, found, law = *_changed(since, recordings, without, means, assumptions), None
+    base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions)
     found, shares, lead = _led(base, found, means)
-    means.watch("where", 0, 1)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
     before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
-    known_mass = "mass" in known or "mass" not in base.held
+    known_mass = _mass_is_known(base, known, since)
     measures = together(changes, traces_after, means.seed)
     budget = seen.budget(shares, entries_of(found, shares, after, recordings, measures, means.seed))
-    models, term = Models(after, found.best, changes, traces_after), None
-    if lead is not None:
-        term, models = lacking_term(base.judge, found, lead, models, recordings, means)
+    models = Models(after, found.best, changes, traces_after)
+    term, models = (None, models) if lead is None else lacking_term(base.judge, found, lead, models, recordings, means)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
         name=name,
@@ -112,6 +104,8 @@ def diagnose(
         warnings=tuple(before.warnings),
         friction_law=law,
         proposal=term,
+        given=since is not None,
+        changes=parameter_changes(since, after, recordings),
     )
     return Found(diagnosis, before, models.result, traces_before, models.traces)
 
@@ -127,6 +121,25 @@ def _numbered(name: str, recordings: Sequence[Recording]) -> tuple[tuple[Recordi
             "Mark some recordings `split: held_out` in the campaign, others `split: fit`",
         )
     return recordings, fitted
+
+
+def _begun(
+    recordings: Sequence[Recording],
+    choices: tuple[str, Sequence[str], Sequence[str]],
+    since: FitResult | None,
+    known: dict[str, float],
+    means: Means,
+    assumptions: list[str],
+) -> tuple[Base, Selection, LawFinding | None]:
+    """The base, identified or given, the effects beside it, and what is said of the law. choices: as in `_decided`."""
+    if since is not None:
+        return *_changed(since, recordings, choices[2], means, assumptions), None
+    plain = fit_base_model(recordings, choices[0], known, means, assumptions)
+    return _decided(plain, choices, known, means, assumptions)
+
+
+def _mass_is_known(base: Base, known: dict[str, float], since: FitResult | None) -> bool:
+    return "mass" in known or "mass" not in base.held if since is None else not since.per_mass
 
 
 def _of_base(effects: Sequence[str], without: Sequence[str]) -> tuple[str, ...]:
@@ -170,8 +183,7 @@ def _changed(
 ) -> tuple[Base, Selection]:
     """A given model as the base, and the effects and changed parameters beside it."""
     base = commissioned_base(since, recordings, means, assumptions)
-    own = own_changes(since.model)
-    screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without, own)
+    screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
     return base, select(base, screening, means.watch)
 
 

@@ -313,6 +313,24 @@ class RecordingChange:
 
 
 @dataclass(frozen=True)
+class ParameterChange:
+    """A parameter that is another one than in the given model. before, after, and the 95 % interval of after: SI."""
+
+    parameter: str
+    unit: str
+    effect: str
+    before: float
+    after: float
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        """By which share of itself it has changed; nan where it was 0."""
+        return self.after / self.before - 1.0 if self.before else math.nan
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """All that a diagnosis of one campaign found.
 
@@ -321,7 +339,8 @@ class Diagnosis:
     coordinates and pairs of them that the base's residual depends on; tried: all effects that make sense here;
     measures: over all held-out recordings before and after; combinations: of base parameters, known although they are
     not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None
-    where the data ask for none; checks: what the data themselves show;
+    where the data ask for none; given: whether the base is a model as it was given; changes: parameters that are others
+    than in it; checks: what the data themselves show;
     field_wavenumber: rad/m or None.
     """
 
@@ -346,3 +365,5 @@ class Diagnosis:
     warnings: tuple[str, ...] = ()
     friction_law: LawFinding | None = None
     proposal: ProposedTerm | None = None
+    given: bool = False
+    changes: tuple[ParameterChange, ...] = ()

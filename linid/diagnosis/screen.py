@@ -18,7 +18,7 @@ from linid.arrays import Array
 from linid.diagnosis.descent import QUICK
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.parallel_tasks import Workers
-from linid.diagnosis.unknowns import ACROSS, Coordinate
+from linid.diagnosis.unknowns import ACROSS
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
@@ -30,7 +30,6 @@ from linid.physics.own_terms.own_term import is_own
 
 Moments = dict[int, tuple[list[Values], NDArray[np.float32]]]
 
-_RIDGE = 1.0  # deviation, of its own scale, that a base parameter may take in a regression; forces are free
 _TOLD = 0.1  # of all that recordings tell of an effect's size: with more of it the fitted ones will do
 _LIKE = 0.5  # of the largest amplitude: what a recording must show to be counted in
 _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
@@ -54,13 +53,6 @@ class Screened:
     def gain(self) -> float:
         """What the regression promises in log power."""
         return -math.log(max(1.0 - self.trial.explained, 1e-9))
-
-
-def _stiffness_of(coordinate: Coordinate) -> float:
-    """Inverse of the deviation that an unknown may take in a regression, 0 where it is free."""
-    if coordinate.deviation > 0.0:
-        return 1.0 / coordinate.deviation
-    return 1.0 / (_RIDGE * coordinate.scale) if coordinate.log else 0.0
 
 
 class StepRegression:
@@ -95,7 +87,7 @@ class StepRegression:
         columns = np.empty((self.weights.size, self.p))
         for k, c in enumerate(coordinates):
             columns[:, k] = slopes[c.name][rows] * -self.weights
-        ridge = np.diag([_stiffness_of(c) for c in coordinates])
+        ridge = np.diag([c.stiffness for c in coordinates])
         stacked = np.vstack([columns, ridge])
         norms = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
         left, sizes, _ = np.linalg.svd(stacked / norms, full_matrices=False)
@@ -166,21 +158,13 @@ class Screening:
     """All effects of the library tried on a campaign, at each step of the selection.
 
     base: the model without effects, whose outlook and effect columns all steps share; workers: who fits the candidates
-    (None: threads here); without: names of effects that are left out of consideration; own: texts of own terms that are
-    tried too.
+    (None: threads here); without: names of effects that are left out of consideration.
     """
 
     def __init__(
-        self,
-        fits: JointFit,
-        base: Fitted,
-        jobs: int,
-        workers: Workers | None = None,
-        without: Iterable[str] = (),
-        own: Iterable[str] = (),
+        self, fits: JointFit, base: Fitted, jobs: int, workers: Workers | None = None, without: Iterable[str] = ()
     ) -> None:
         self.fits = fits
-        self.own = tuple(own)
         self.jobs = jobs
         self.workers = workers
         self.without = frozenset(without)
@@ -241,11 +225,13 @@ class Screening:
         everywhere = StepRegression(self.fits, step, whole, self.effects_everywhere)
         wanted = tuple(only)
         out = []
-        tried = (*EFFECTS, *(find_effect(name) for name in dict.fromkeys((*self.own, *wanted)) if is_own(name)))
+        tried = (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name)))
         for number, effect in enumerate(tried, 1):
             if watch is not None:
                 watch(number, len(tried))
             if effect.name in self.without or (wanted and effect.name not in wanted):
+                continue
+            if effect.of_given_models and not self.fits.coordinates.told:
                 continue
             present = effect.name in step.model.effects
             if present and not (effect.parts > 1 and effect.free_part(step.preset)):
@@ -312,11 +298,13 @@ class Screening:
         found.sort(key=lambda item: -item[2])
         best = Trial({effect.mark: 0.0}, {amplitude: 0.0}, -1.0)
         lower = next(p.lower for p in effect.parameters if p.name == amplitude)
+        # What all recordings have is the base's, unless that is known.
+        whole_told = bool(self.fits.coordinates.told)
         for leader in found[:_LEADERS]:
             chosen = [item[0] for item in found if item[1] / leader[1] > _LIKE]
-            for group in ([leader[0]], chosen):
-                if len(group) == len(able) and not self.fits.coordinates.told:
-                    continue  # what all recordings have is the base's, unless that is known
+            for group in ([leader[0]], chosen, *([able] if whole_told else [])):
+                if len(group) == len(able) and not whole_told:
+                    continue
                 column = np.where(np.isin(owner, group), whole, 0.0)
                 column -= span @ (span.T @ column)
                 (value,), explained = regression.explained(column[:, None])

@@ -24,7 +24,7 @@ from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.shares import shares_of
-from linid.physics.effects.registry import find_effect
+from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
@@ -341,7 +341,7 @@ def contested(
     for part in parts:
         rows = judge.rows(full.model.effects, {**full.values, **full.preset})
         gain = part.without.level - full.level
-        simpler = find_effect(part.name).includes
+        simpler = simpler_than(part.name, bool(fits.coordinates.told))
         found = [
             s
             for s in screening.screen(part.without)
@@ -349,7 +349,8 @@ def contested(
             and (not caught or find_effect(s.name).force is not None)
             and (s.name in simpler or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD))
         ]
-        found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
+        count = CONTENDERS + sum(s.name in simpler for s in found)
+        found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[:count]
         left = []
         for item in found:
             instead = extended(fits, screening, (part.without, item), 1)
@@ -365,6 +366,14 @@ def contested(
         if left:
             rivals[part.name] = tuple(left)
     return full, rivals, False
+
+
+def simpler_than(name: str, given: bool) -> tuple[str, ...]:
+    """The effects that take the place of another where they do as well: those that it is with some parameters at zero,
+    and, beside a given model, other values of the parameters that this has already."""
+    effect = find_effect(name)
+    changes = tuple(one.name for one in EFFECTS if one.changes) if given and not effect.changes else ()
+    return (*effect.includes, *changes)
 
 
 def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[Part]) -> Fitted | None:

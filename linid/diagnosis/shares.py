@@ -157,8 +157,8 @@ class _Ledger:
         fits = self.judge.fits
         slopes, unknowns = fits.slopes(fitted), fits.unknowns(fitted)
         level = math.sqrt(float(np.mean(fits.reference[self.judge.balance.rows.bin])))
-        columns = np.array([slopes[c.name] * self.inverse for c in unknowns])
-        return unknowns, columns, np.array([level / c.scale if c.log else 0.0 for c in unknowns])
+        columns = np.array([slopes[c.name] * self.inverse for c in unknowns]).reshape(len(unknowns), self.inverse.size)
+        return unknowns, columns, np.array([level * c.stiffness for c in unknowns])
 
     def residual(self, subset: Sequence[str]) -> Array:
         """The residual (n,) with these effects alone, everything else as in the best model."""

@@ -41,6 +41,13 @@ class Coordinate:
     for_mass: float = 0.0
     deviation: float = 0.0
 
+    @property
+    def stiffness(self) -> float:
+        """Inverse of the deviation that it may take in a linear step, 0 where it is free."""
+        if self.deviation > 0.0:
+            return 1.0 / self.deviation
+        return 1.0 / self.scale if self.log else 0.0
+
 
 class Coordinates:
     """The unknowns of any model on some recordings, with bounds that scale with the axis.

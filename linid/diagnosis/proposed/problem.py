@@ -175,6 +175,8 @@ def _counted(unknown: Coordinate, values: Mapping[str, float]) -> float:
 
 def _plausible(unknown: Coordinate, values: Mapping[str, float], rows: Rows) -> float:
     """How far an unknown of the base may be wrong, in its own unit."""
+    if unknown.deviation > 0.0:
+        return unknown.deviation
     name, counted = unknown.name, WRONG * _counted(unknown, values)
     if name in ("force_constant", ACROSS):
         return counted * abs(values["force_constant"])

@@ -128,6 +128,8 @@ class Effect:
     names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
     depends_on: what the force that lacks without the effect depends on, names of `ARGUMENTS` with the main one
     first; of several honest answers the most usual first; (): not said.
+    changes: the base parameter of which it is another value where it acts in all recordings; effects that are nothing
+    else (`acts` all) are sought beside a given model only, since a base that is identified has them itself.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
     includes: effects that this one is with some parameters at zero; own: the term of a formula (own_terms/own_term.py),
     which takes the place of compiled ones.
@@ -142,6 +144,7 @@ class Effect:
     depends_on: tuple[tuple[str, ...], ...] = ()
     confused_with: tuple[str, ...] = ()
     includes: tuple[str, ...] = ()
+    changes: str = ""
     preset: tuple[str, ...] = ()
     phase_only: tuple[str, ...] = ()
     single_only: tuple[str, ...] = ()
@@ -203,6 +206,11 @@ class Effect:
     def per_recording(self) -> bool:
         """Whether it acts in single recordings only."""
         return self.acts != "all"
+
+    @property
+    def of_given_models(self) -> bool:
+        """Whether it is sought beside a given model only."""
+        return bool(self.changes) and not self.per_recording
 
     def acts_in(self, values: Values, number: int) -> bool:
         """Whether it acts in recording `number` (from 1) with these values; amplitudes that are not given count."""

@@ -43,6 +43,7 @@ EFFECT = Effect(
     mark="friction_change_recordings",
     grid=grid,
     level=level,
+    changes="coulomb_force",
     depends_on=(("recording", "direction"), ("campaign_time", "direction")),
     exposed_by="the same slow move or free wheel in every recording",
     confused_with=("friction_drift", "payload_change"),

@@ -43,6 +43,7 @@ EFFECT = Effect(
     mark="payload_recordings",
     grid=grid,
     mass=mass,
+    changes="mass",
     depends_on=(("acceleration", "recording"), ("acceleration", "campaign_time")),
     exposed_by="the same accelerations in every recording",
     confused_with=("external_disturbance", "force_saturation"),

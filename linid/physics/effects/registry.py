@@ -26,6 +26,7 @@ from linid.physics.effects import (
     end_effect,
     external_disturbance,
     flexible_load,
+    force_constant_change,
     force_ripple,
     force_saturation,
     friction_drift,
@@ -39,6 +40,7 @@ from linid.physics.effects import (
     position_dependent_friction,
     quadratic_drag,
     thermal_derating,
+    viscous_friction_change,
 )
 from linid.physics.effects.effect import Effect, check_effect
 from linid.physics.motors.registry import MOTORS
@@ -77,6 +79,8 @@ BUILT_IN: tuple[Effect, ...] = (
     friction_level_change.EFFECT,
     drive_train_backlash.EFFECT,
     load_dependent_friction.EFFECT,
+    force_constant_change.EFFECT,
+    viscous_friction_change.EFFECT,
 )
 
 

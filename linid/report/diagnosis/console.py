@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from linid.report.diagnosis.budget import budget_lines, closed_words, rest_words, where_words
+from linid.report.diagnosis.changes import change_words
 from linid.report.diagnosis.content import before_words, changed, findings, held_out, scale_words
 from linid.report.diagnosis.measures import measure_lines, measure_remarks
 from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
@@ -30,6 +31,8 @@ def diagnosis_console(diagnosis: Diagnosis) -> Group:
     verdict = diagnosis.verdict
     status = (headline(diagnosis), f"bold {_COLOURS[verdict.status]}")
     parts: list[Text | Table] = [Text.assemble((diagnosis.name, "bold"), ": ", status, ". ", verdict.sentence)]
+    if diagnosis.given:
+        parts.append(Text(change_words(diagnosis), style="bold"))
     parts += [Text(f"Warning: {warning}", style="yellow") for warning in diagnosis.warnings]
     parts += [Text(f"Warning: {text}", style="yellow") for text in _data_warnings(diagnosis)]
     parts += [Text(), Text.assemble(("Where: ", "bold"), where_words(diagnosis), ".")]

@@ -77,6 +77,8 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
         "base_effects": diagnosis.base_effects,
         "force_scale": diagnosis.force_scale,
         "verdict": asdict(diagnosis.verdict),
+        "given": diagnosis.given,
+        "changes": [{**asdict(one), "share": one.share} for one in diagnosis.changes],
         "budget": _budget(diagnosis.budget),
         "friction_law": None if diagnosis.friction_law is None else _law(diagnosis.friction_law),
         "proposal": None if diagnosis.proposal is None else _proposal(diagnosis.proposal),

@@ -16,6 +16,7 @@ from linid.report.diagnosis.budget import (
     where_words,
     which_words,
 )
+from linid.report.diagnosis.changes import change_words
 from linid.report.diagnosis.content import (
     TRIED_MEANING,
     by_share,
@@ -50,6 +51,8 @@ def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> s
         f"- **Where:** {_safe(where_words(diagnosis))}.\n- **Which:** {_safe(which_words(diagnosis))}.\n"
         f"- **How far:** {_safe(closed_words(diagnosis))}",
     ]
+    if diagnosis.given:
+        parts.append(_safe(change_words(diagnosis)))
     parts += [f"> **Warning:** {_safe(warning)}" for warning in diagnosis.warnings]
     if verdict.next_experiment:
         parts += ["## What to record next", _safe(verdict.next_experiment)]

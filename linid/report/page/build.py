@@ -16,6 +16,7 @@ from linid.report.diagnosis.budget import (
     where_words,
     which_words,
 )
+from linid.report.diagnosis.changes import change_words
 from linid.report.diagnosis.content import (
     TRIED_MEANING,
     after_words,
@@ -129,6 +130,7 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "findings": findings(diagnosis),
         "terms": [(m.label, meanings[m.measure]) for m in measures],
         "warnings": diagnosis.warnings,
+        "changes": change_words(diagnosis),
         "assumptions": (*diagnosis.assumptions, *diagnosis.combinations),
         "model": diagnosis.model,
         "axis": diagnosis.axis,

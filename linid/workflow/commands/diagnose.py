@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linid.errors import UsageError
+from linid.interface.reading import file_record
 from linid.interface.stages import base_kind
 from linid.report.result_files import MODEL_AFTER
 from linid.workflow.cluster.connection import Cluster, connected
@@ -22,30 +24,36 @@ if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis
     from linid.identification.result import ModelKind
     from linid.interface.campaign import Campaign
-    from linid.interface.results import Diagnosed
+    from linid.interface.results import Diagnosed, Fit
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "diagnose"
 BEFORE_FILE = "model_before.json"
 
 
-def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = None) -> Outcome:
-    """Diagnose the gap of a campaign; see the command's help. model: of the base (None: what the recordings allow).
+def diagnose(
+    request: Request, reporter: Reporter, *, model: ModelKind | None = None, since: Path | None = None
+) -> Outcome:
+    """Diagnose the gap of a campaign; see the command's help. model: of the base (None: what the recordings allow);
+    since: file of an earlier model that is the base.
 
-    Raises LinidError for what the user can mend.
+    Raises UsageError for options that do not go together, LinidError for what the user can mend.
     """
     from linid import api
+    from linid.identification.model_file import model_to_text
 
-    campaign = api.read(*request.files, **request.settings.given())
+    given = None if since is None else _given(since, request, model)
+    campaign = api.read(*request.files, axis_of=given, **request.settings.given())
     announce(campaign, reporter)
-    kind = model or base_kind(campaign.recordings)
+    kind = given.model if given is not None else model or base_kind(campaign.recordings)
     if request.dry_run:
         plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in campaign]}
         return Outcome(COMMAND, None, DONE, "", (), plan)
     known = request.settings.known_values(campaign.known)
-    identity = identity_of(COMMAND, kind, fingerprint(campaign.recordings), decisive(request.settings), known)
+    told = [] if given is None else [model_to_text(given.result)]
+    identity = identity_of(COMMAND, kind, fingerprint(campaign.recordings), decisive(request.settings), known, *told)
     with connected(request, reporter) as workers:
-        folder = begin(request, COMMAND, campaign, identity)
+        folder = begin(request, COMMAND, campaign, identity, [] if since is None else [file_record(since)])
         if folder.finished_before:
             reporter.say(f"{folder.path}: already finished, nothing to resume")
             return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
@@ -53,18 +61,35 @@ def diagnose(request: Request, reporter: Reporter, *, model: ModelKind | None = 
         if request.resume:
             memory.load()
         with recorded(folder), reporter:
-            found = _diagnosed(request, reporter, campaign, kind, memory, workers)
+            found = _diagnosed(request, reporter, campaign, (kind, given), memory, workers)
             return _complete(found.found, folder, request, reporter)
 
 
+def _given(since: Path, request: Request, model: ModelKind | None) -> Fit:
+    """The earlier model; raises UsageError for options that go without one only."""
+    from linid import api
+
+    given = api.load(since)
+    settings = request.settings
+    for option, value in (("--model", model), ("--effect", settings.effects), ("--known", settings.known)):
+        if value:
+            raise UsageError(option, "goes not with --since, whose model is the base as it stands", "Leave it out.")
+    return given
+
+
 def _diagnosed(
-    request: Request, reporter: Reporter, campaign: Campaign, kind: ModelKind, memory: Memory, workers: Cluster | None
+    request: Request,
+    reporter: Reporter,
+    campaign: Campaign,
+    base: tuple[ModelKind, Fit | None],
+    memory: Memory,
+    workers: Cluster | None,
 ) -> Diagnosed:
     from linid import api
     from linid.diagnosis.means import Means
 
     means = Means(jobs=request.jobs, workers=workers, seed=request.settings.seed, memory=memory, progress=reporter.step)
-    return api.diagnose(campaign, kind, means=means, **request.settings.given())
+    return api.diagnose(campaign, base[0], since=base[1], means=means, **request.settings.given())
 
 
 def _complete(found: Found, folder: RunFolder, request: Request, reporter: Reporter) -> Outcome:

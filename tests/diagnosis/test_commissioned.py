@@ -1,0 +1,84 @@
+"""A given model as the base: what has changed since is named with its size, and nothing where nothing has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from linid.diagnosis.commissioned import parameter_changes
+from linid.diagnosis.diagnose import Found, diagnose
+from linid.diagnosis.means import Means
+from linid.errors import UsageError
+from linid.identification.model_file import model_from_text, model_to_text
+from linid.identification.result import Estimate, FitResult
+from linid.physics.model import Model
+from linid.report.diagnosis.changes import change_words
+from linid.report.diagnosis.files import diagnosis_data
+from tests.diagnosis import machine
+from tests.diagnosis.test_diagnose import NAMES, recordings
+from tests.identification.stand import stand
+
+KNOWN_TO = 5e-3  # of each value: intervals of the given model
+
+
+def commissioned(**factors: float) -> FitResult:
+    """The stand's true motor with some parameters times a factor, as a fit would write it."""
+    truth = stand("stand_axis.yaml", only=NAMES).truth
+    estimates = []
+    for p in Model("theta").parameters:
+        value = truth.get(p.name, p.default) * factors.get(p.name, 1.0)
+        half = KNOWN_TO * abs(value)
+        estimates.append(Estimate(p.name, p.symbol, p.unit, value, half / 2.0, value - half, value + half))
+    made = replace(machine.result(), model="theta", estimates=tuple(estimates))
+    return model_from_text(model_to_text(made), "test")
+
+
+def run(since: FitResult) -> Found:
+    return diagnose("stand", recordings(), since.model, since=since, means=Means(2))
+
+
+def test_nothing_has_changed_since_the_machine_was_as_it_is() -> None:
+    since = commissioned()
+    found = run(since)
+    assert found.diagnosis.verdict.status == "none" and found.diagnosis.changes == ()
+    assert found.before is since and found.after is since
+    assert change_words(found.diagnosis).startswith("Nothing has changed")
+
+
+def test_two_changed_parameters_are_told_with_their_sizes() -> None:
+    """When it was commissioned the machine pushed 8 % harder and had a quarter less friction."""
+    since = commissioned(force_constant=1.08, coulomb_force=0.75, static_force=0.75)
+    found = run(since)
+    diagnosis = found.diagnosis
+    assert set(diagnosis.verdict.effects) == {"force_constant_change", "friction_level_change"}
+    assert diagnosis.budget.closed > 0.98
+    changes = {one.parameter: one for one in diagnosis.changes}
+    truth = stand("stand_axis.yaml", only=NAMES).truth
+    for name in ("force_constant", "coulomb_force"):
+        # As well as the given model knows itself.
+        assert changes[name].after == pytest.approx(truth[name], rel=2.0 * KNOWN_TO)
+        assert changes[name].before == since.value(name)
+        half = 0.5 * (changes[name].high - changes[name].low)
+        assert 0.9 * KNOWN_TO < half / truth[name] < 2.0 * KNOWN_TO
+    assert changes["force_constant"].share == pytest.approx(1.0 / 1.08 - 1.0, abs=2.0 * KNOWN_TO)
+    said = change_words(diagnosis)
+    assert "coulomb force 1.29 to 1.7" in said and "N (+3" in said
+    assert {one["parameter"] for one in diagnosis_data(diagnosis)["changes"]} == set(changes)
+
+
+def test_an_effect_that_acts_in_some_recordings_is_no_changed_parameter() -> None:
+    values = {"payload_mass": 0.2, "payload_recordings": 3.0}
+    own = tuple(Estimate(name, name, "kg", value, 0.01, value - 0.02, value + 0.02) for name, value in values.items())
+    since = machine.result()
+    after = replace(since, effects=("payload_change",), estimates=(*since.estimates, *own))
+    three = tuple(machine.recording(f"run_{k}", number=k) for k in (1, 2, 3))
+    (change,) = parameter_changes(since, after, three[:2])
+    assert (change.parameter, change.before, change.after) == ("mass", machine.MASS, machine.MASS + 0.2)
+    assert parameter_changes(since, after, three) == ()
+
+
+def test_a_model_of_another_kind_of_axis_is_refused() -> None:
+    rotary = tuple(replace(r, axis="rotary") for r in recordings())
+    with pytest.raises(UsageError, match="rotary axis, the model of a linear one"):
+        diagnose("stand", rotary, "theta", since=commissioned(), means=Means(2))
