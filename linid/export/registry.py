@@ -10,10 +10,19 @@ from linid.entry_points import loaded
 from linid.errors import ConfigError, UsageError
 from linid.export.target import Target, check_target
 from linid.export.targets import isaac, mujoco, python, ros2, twincat, urdf
+from linid.export.targets.c import target as c
 
 GROUP = "linid.exports"
 
-BUILT_IN: tuple[Target, ...] = (python.TARGET, mujoco.TARGET, urdf.TARGET, isaac.TARGET, ros2.TARGET, twincat.TARGET)
+BUILT_IN: tuple[Target, ...] = (
+    python.TARGET,
+    c.TARGET,
+    mujoco.TARGET,
+    urdf.TARGET,
+    isaac.TARGET,
+    ros2.TARGET,
+    twincat.TARGET,
+)
 
 
 def collect(built_in: Iterable[Target], others: Iterable[EntryPoint]) -> dict[str, Target]:

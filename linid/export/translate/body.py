@@ -26,9 +26,11 @@ from linid.export.translate.tree import (
     Statement,
     Variable,
     While,
+    assigned_in,
     expressions,
     statements,
     variables_in,
+    without_idle,
 )
 from linid.export.translate.values import Group, Known, Running, Value, View, expression_of, is_number, leaves, rebuilt
 
@@ -77,7 +79,7 @@ class Body(Calls):
         for number in running:
             column = [[leaf for _, leaf in leaves(one)][number] for one in self._results]
             kinds.append(joined([expression_of(leaf).kind for leaf in column]))
-        body = self._finished(tuple(self.out), running)
+        body = without_idle(self._finished(tuple(self.out), running))
         if isinstance(body[-1] if body else None, Return) and not running:
             body = body[:-1]
         used = {v for one in statements(body) for top in expressions(one) for v in variables_in(top)}
@@ -87,12 +89,13 @@ class Body(Calls):
         )
         arguments = tuple(one for one in self._arguments if one.name in used)
         mine = {a.name for a in arguments}
+        named = assigned_in(body)
         function = Function(
             name,
             arguments,
             tuple(kinds),
             body,
-            {n: k for n, k in self.kinds.items() if n not in mine},
+            {n: k for n, k in self.kinds.items() if n not in mine and n in named},
             frozenset(self.reads),
             frozenset(self.writes),
             self.source.words,

@@ -222,3 +222,34 @@ def called(function: Function) -> list[str]:
         if isinstance(one, Invoke):
             found.append(one.function)
     return found
+
+
+def without_idle(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
+    """Statements without values that nothing reads."""
+    read = {name for one in statements(body) for top in expressions(one) for name in variables_in(top)}
+    out = tuple(_without(body, read))
+    return out if out == body else without_idle(out)
+
+
+def _without(body: tuple[Statement, ...], read: set[str]) -> Iterator[Statement]:
+    for one in body:
+        if isinstance(one, Let) and one.name not in read:
+            continue
+        if isinstance(one, If):
+            one = replace(one, then=tuple(_without(one.then, read)), otherwise=tuple(_without(one.otherwise, read)))
+            if not one.then and not one.otherwise:
+                continue
+        elif isinstance(one, While | For):
+            one = replace(one, body=tuple(_without(one.body, read)))
+        yield one
+
+
+def assigned_in(body: tuple[Statement, ...]) -> set[str]:
+    """Names of the variables that statements assign."""
+    found: set[str] = set()
+    for one in statements(body):
+        if isinstance(one, Let | For):
+            found.add(one.name)
+        elif isinstance(one, Invoke):
+            found |= set(one.names)
+    return found

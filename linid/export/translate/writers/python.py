@@ -42,7 +42,7 @@ class PythonWriter(Writer):
     words = Words(
         functions=_FUNCTIONS,
         infix={"and": "and", "or": "or"},
-        negation="not ",
+        negation="not {0}",
         infinity="math.inf",
         nan="math.nan",
         true="True",

@@ -50,6 +50,7 @@ class Words:
     remainder: str
     shift_left: str = "{0} << {1}"
     shift_right: str = "{0} >> {1}"
+    loose_and: bool = False  # whether `and` within `or` wants brackets
 
 
 class Writer(ABC):
@@ -102,14 +103,16 @@ class Writer(ABC):
             "<<": words.shift_left,
             ">>": words.shift_right,
             "neg": "-{0}",
-            "not": words.negation + "{0}",
+            "not": words.negation,
         }
         if name == "select":
             return words.select.format(*(self._within(one, 2) for one in node.arguments)), _ATOM
         pattern = patterns.get(name, f"{{0}} {words.infix.get(name, name)} {{1}}")
-        if pattern.endswith(")") and "(" in pattern and not pattern.startswith("{"):  # a function's name and brackets
+        if pattern.endswith(")"):  # brackets of its own
             return pattern.format(*(self.expression(one) for one in node.arguments)), _ATOM
         order = _ORDER[name]
+        if name == "or" and words.loose_and:
+            return pattern.format(*(self._within(one, _ORDER["not"]) for one in node.arguments)), order
         parts = []
         for k, one in enumerate(node.arguments):
             tighter = (k > 0 and name in _ONCE) or (name == "**" and k == 0) or name == "neg"

@@ -1,0 +1,1 @@
+"""The target `c`, and the core of the FMU."""
