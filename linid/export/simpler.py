@@ -155,16 +155,17 @@ def thrust_per_current(exported: Exported) -> float:
 
 
 def number(x: float) -> str:
-    """A number in SI as every format reads it, exact: shortest text that gives the same double."""
-    return repr(float(x)) if math.isfinite(x) else "0.0"
+    """A number in SI as every format reads it, exact: the shortest text that gives the same double."""
+    return repr(float(x))
 
 
 def stroke_of(exported: Exported) -> tuple[float, float] | None:
-    """The lowest and the highest position in m that the recordings visit; None without recordings."""
+    """The lowest and the highest position in m that the recordings visit; None without recordings that move."""
     measured = [recording.y for recording in exported.recordings if recording.measured]
     if not measured:
         return None
-    return min(float(np.min(y)) for y in measured), max(float(np.max(y)) for y in measured)
+    low, high = min(float(np.min(y)) for y in measured), max(float(np.max(y)) for y in measured)
+    return (low, high) if high > low else None
 
 
 def stroke_or_usual(exported: Exported) -> tuple[float, float]:

@@ -109,13 +109,19 @@ def _missed(y: Array, row: Array) -> float:
 
 @dataclass(frozen=True)
 class FrictionTable:
-    """Friction over speed by few entries. v: (n,) m/s, rising; force: (n,) N; error: the largest miss of straight lines
-    between them over the speeds up to the last, N.
+    """Friction over speed by few entries. v: (n,) m/s, rising; force: (n,) N; speeds, curve: (m,) m/s and N, what the
+    entries stand for.
     """
 
     v: Array
     force: Array
-    error: float
+    speeds: Array
+    curve: Array
+
+    @property
+    def error(self) -> float:
+        """The largest miss of straight lines between the entries over all speeds, N."""
+        return float(np.max(np.abs(np.interp(self.speeds, self.v, self.force) - self.curve)))
 
 
 def friction_table(exported: Exported, entries: int = FRICTION_ENTRIES) -> FrictionTable:
@@ -177,4 +183,4 @@ def _best_values(v: Array, curve: Array, nodes: list[int]) -> FrictionTable:
         bounds=[(None, None)] * len(nodes) + [(0.0, None)],
     )
     force = found.x[:-1] if found.success else curve[nodes]
-    return FrictionTable(places, force, float(np.max(np.abs(hats @ force - curve))))
+    return FrictionTable(places, force, v, curve)

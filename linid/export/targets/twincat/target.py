@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import uuid
+from dataclasses import replace
 from xml.sax.saxutils import quoteattr
+
+import numpy as np
 
 from linid.export.simpler import thrust_per_current
 from linid.export.target import Exported, Target
@@ -42,14 +45,17 @@ def friction_list(exported: Exported) -> str:
     rotary = exported.result.axis == "rotary"
     scale, place = (_ROTARY_SPEED, "0.001 degrees/s") if rotary else (_LINEAR_SPEED, "um/s")
     out = f"1e-6 {exported.result.input_unit}" if thrust else f"1e-6 {unit.force}"
-    rows = [(round(v * scale), round(_OUT * f / (thrust or 1.0))) for v, f in zip(table.v, table.force, strict=True)]
+    per_out = _OUT / (thrust or 1.0)
+    rows = [(round(v * scale), round(f * per_out)) for v, f in zip(table.v, table.force, strict=True)]
     rows = [row for k, row in enumerate(rows) if row[0] > 0 and (k == 0 or row[0] > rows[k - 1][0])]
-    top = float(table.v[-1])
+    places, force = (np.array(column) for column in zip(*rows, strict=True))
+    rounded = replace(table, v=places / scale, force=force / per_out)
+    top = float(table.speeds[-1])
     return "\n".join(
         [
             f"# {exported.name}: friction over speed for TF5200, at most {FRICTION_ENTRIES} entries.",
             f"# .in: {place}; .out: {out}, to be scaled to the drive's unit by scaling_factor.",
-            f"# Straight lines between the entries miss the friction by at most {table.error:.3g} {unit.force}"
+            f"# Straight lines between the entries miss the friction by at most {rounded.error:.3g} {unit.force}"
             f" up to {top:.3g} {unit.place}/s.",
             "# The same both ways: what differs by direction or position is in the function block alone.",
             "frict_comp.mode 3",
