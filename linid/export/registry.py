@@ -11,12 +11,14 @@ from linid.errors import ConfigError, UsageError
 from linid.export.target import Target, check_target
 from linid.export.targets import isaac, mujoco, python, ros2, twincat, urdf
 from linid.export.targets.c import target as c
+from linid.export.targets.fmu import target as fmu
 
 GROUP = "linid.exports"
 
 BUILT_IN: tuple[Target, ...] = (
     python.TARGET,
     c.TARGET,
+    fmu.TARGET,
     mujoco.TARGET,
     urdf.TARGET,
     isaac.TARGET,

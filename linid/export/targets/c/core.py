@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from linid.export.program.build import GOING, MOTION, ModelProgram, program_of
 from linid.export.program.words import inputs_in_words, title_of, units_of
 from linid.export.target import Exported
@@ -22,17 +24,17 @@ def c_files(exported: Exported) -> dict[str, bytes]:
     """Header, source and test program by file name."""
     program = program_of(exported)
     texts = {
-        f"{exported.name}.h": _filled(HEADER, exported, program),
-        f"{exported.name}.c": _filled(SOURCE, exported, program),
-        f"{exported.name}_test.c": _filled(TEST, exported, program),
+        f"{exported.name}.h": filled(HEADER, exported, program),
+        f"{exported.name}.c": filled(SOURCE, exported, program),
+        f"{exported.name}_test.c": filled(TEST, exported, program),
     }
     return {name: text.encode("utf-8") for name, text in texts.items()}
 
 
-def _filled(text: str, exported: Exported, program: ModelProgram) -> str:
-    """A text with what the model is; marks are words between two @."""
+def filled(text: str, exported: Exported, program: ModelProgram, more: Mapping[str, str] | None = None) -> str:
+    """A text with what the model is, and with what else is given, in place of words between two @."""
     name = exported.name
-    for mark, value in _marks(exported, program).items():
+    for mark, value in (_marks(exported, program) | dict(more or {})).items():
         text = text.replace(f"@{mark}@", value)
     return text.replace("@name@", name).replace("@NAME@", name.upper())
 

@@ -18,7 +18,7 @@ HEADER = """/* @title@
 #define @NAME@_H
 
 #define @NAME@_INPUTS @count_inputs@
-#define @NAME@_STEP @step@ /* s, internal steps are at most as long */
+#define @NAME@_STEP @step@ /* s, that of the identification */
 #define @NAME@_SUBSTEPS @substeps@ /* internal steps per sample of the recordings that the model was identified on */
 #define @NAME@_TOLERANCE @tolerance@ /* share of friction by which a step may be off */
 #define @NAME@_HISTORY @history@ /* steps of which the inputs are remembered */
@@ -36,6 +36,7 @@ typedef struct {
 @fields@
     double t;                /* s */
     double u[3][3];          /* inputs now, one and two steps before */
+    double step;             /* s, internal steps are at most as long */
     long known;              /* steps since the start */
     int order;               /* of the inputs between steps: 0 held, 1 line, 2 parabola through what was given */
     double past[16 * @NAME@_HISTORY];
@@ -43,6 +44,8 @@ typedef struct {
 
 /* Parameters as identified; S_record, S_elapsed (s) and S_added_mass (kg) are 0. */
 void @name@_defaults(@name@_model *m);
+/* To be called where parameters have changed since the start. */
+void @name@_prepare(@name@_model *m);
 /* Start at t (s) with the axis at y (m) with v (m/s) under these inputs. */
 void @name@_begin(@name@_model *m, double t, double y, double v, const double *u);
 /* Go on for h seconds; u: the inputs at the step's begin. Where inputs act late, all steps must be equal. */
@@ -75,13 +78,19 @@ SOURCE = """/* @title@
 void @name@_defaults(@name@_model *m)
 {
     memset(m, 0, sizeof *m);
+    m->step = @NAME@_STEP;
 @defaults@
+}
+
+void @name@_prepare(@name@_model *m)
+{
+    @call_prepare@
 }
 
 static void start_at(@name@_model *m, double t, double dt, long substeps, double y, double v, double w)
 {
     (void)t; (void)dt; (void)substeps; (void)y; (void)v; (void)w;
-    @call_prepare@
+    @name@_prepare(m);
     @call_start@
     m->followed = 0;
     m->glide_1 = 1.0;
@@ -158,13 +167,13 @@ void @name@_begin(@name@_model *m, double t, double y, double v, const double *u
     m->c = m->past;
     m->s[S_intervals] = @NAME@_HISTORY;
     m->t = t;
-    start_at(m, t, @NAME@_STEP, 1, y, v, NAN);
+    start_at(m, t, m->step, 1, y, v, NAN);
     m->c = 0;
 }
 
 void @name@_step(@name@_model *m, const double *u, double h)
 {
-    long k, substeps = (long)ceil(h / @NAME@_STEP - 1e-9);
+    long k, substeps = (long)ceil(h / m->step - 1e-9);
     if (m->known > 0) {
         memcpy(m->u[2], m->u[1], sizeof m->u[2]);
         memcpy(m->u[1], m->u[0], sizeof m->u[1]);
