@@ -7,6 +7,7 @@ the interpreter's random generators stay as they are; equal arguments give equal
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -208,6 +209,7 @@ def diagnose(
     model: str | None = None,
     *,
     since: Fit | None = None,
+    simulated: bool = False,
     jobs: int = 1,
     progress: Progress | None = None,
     means: Means | None = None,
@@ -216,26 +218,35 @@ def diagnose(
     """Where the simulation differs from the machine, which effects are missing, how far the gap shrinks with them.
 
     model: of the base (None: what the recordings allow); since: an earlier fit that is the base as it stands, so that
-    what has changed since is named too; jobs: threads; progress(stage, done, total); means: in place
+    what has changed since is named too; simulated: whether the base is what stands for the simulation of your own that
+    the recordings have beside them; jobs: threads; progress(stage, done, total); means: in place
     of these two and the seed, with a memory of finished steps and workers elsewhere; settings: as in `--config`, of
     which count `effects` that the base has already, `without` (effects of the library that are left out of
     consideration), `known` and `mass` in SI besides what the campaign knows, and `seed`. Held-out recordings judge.
     Returns Diagnosed. Raises UsageError without held-out recordings, DataError for unfit ones.
     """
     from linid.diagnosis.diagnose import diagnose as find_effects
+    from linid.diagnosis.foreign import stand_in
     from linid.diagnosis.means import Means
 
     chosen = make_settings(settings)
     kind = since.model if since is not None else base_kind(campaign.recordings) if model is None else model
+    means = means or Means(jobs=jobs, seed=chosen.seed, progress=progress)
+    known = chosen.known_values(campaign.known)
+    words: tuple[str, ...] = ()
     with one_thread():
+        if simulated:
+            own = stand_in(campaign.name, campaign.recordings, kind, known, means)
+            since, words = Fit(own.model), own.words()
         found = find_effects(
             campaign.name,
             campaign.recordings,
             kind,
             effects=chosen.effects,
             without=chosen.without,
-            known=chosen.known_values(campaign.known),
+            known=known,
             since=None if since is None else since.result,
-            means=means or Means(jobs=jobs, seed=chosen.seed, progress=progress),
+            means=means,
         )
-    return Diagnosed(found)
+    told = replace(found.diagnosis, assumptions=(*words, *found.diagnosis.assumptions))
+    return Diagnosed(replace(found, diagnosis=told))

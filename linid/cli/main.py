@@ -257,23 +257,25 @@ def validate(
     "--model", type=MotorName("friction"), help="Base model [sine with phase currents, force with one input]."
 )
 @click.option(
+    "--simulator",
     "--since",
-    type=click.Path(path_type=Path),
-    metavar="MODEL.json",
-    help="Base: this model as it stands. Says what has changed since it was identified.",
+    "simulator",
+    metavar="MODEL.json|recorded",
+    help="Base: this model as it stands, or (recorded) the simulation that the recordings have beside them.",
 )
 @model_options
 @settings_options
 @run_options
 @scheduler_option
-def diagnose(files: tuple[Path, ...], model: Any, since: Path | None, json_output: bool, **options: Any) -> None:
+def diagnose(files: tuple[Path, ...], model: Any, simulator: str | None, json_output: bool, **options: Any) -> None:
     """Say where the simulation differs from the machine, which effect is missing, and how far the gap shrinks with it.
 
     The campaign's `fit` recordings identify base model and effects, its `held_out` ones judge. The verdict is a budget:
     every effect with evidence, its share of the gap, and what stays unexplained (`none`, `explained`, `partly
     explained`, `unknown`); report.html in the run folder shows it. Effects given by --effect belong to the base. With
     --since the base is an earlier model, which moves no further than its own intervals; changes of its mass, Coulomb
-    and viscous friction and force constant are candidates beside the effects.
+    and viscous friction and force constant are candidates beside the effects. --simulator recorded: the base is what
+    reproduces a simulation of your own, whose positions the campaign names (`simulated:`).
 
     \b
     Example:
@@ -282,7 +284,7 @@ def diagnose(files: tuple[Path, ...], model: Any, since: Path | None, json_outpu
     from linid.workflow.commands.diagnose import diagnose as run
 
     reporter = make_reporter(options)
-    print_outcome(run(make_request(files, options), reporter, model=model, since=since), json_output)
+    print_outcome(run(make_request(files, options), reporter, model=model, simulator=simulator), json_output)
 
 
 @cli.command(short_help="Run many jobs described in YAML.")

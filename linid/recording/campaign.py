@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from linid.config import YamlFile, validate_yaml
-from linid.errors import ConfigError
+from linid.errors import ConfigError, DataError
 from linid.former_names import with_present_keys
 from linid.recording.mapping import ChannelMapping
 from linid.recording.names import plain
@@ -24,7 +25,8 @@ Comment = str | list[str] | None
 class RecordingEntry(BaseModel):
     """One line of `recordings:`. added_mass_kg on linear, added_inertia_kg_m2 on rotary axes; window in s.
 
-    repeat_of: file of an earlier entry that was recorded under the same command.
+    repeat_of: file of an earlier entry that was recorded under the same command; simulated: file with time and
+    position of a simulation of the user's own by the same inputs.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -36,6 +38,7 @@ class RecordingEntry(BaseModel):
     added_inertia_kg_m2: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     window: tuple[float, float] | None = None
     repeat_of: str | None = None
+    simulated: str | None = None
     channels: ChannelMapping | None = None
     comments: Comment = None
 
@@ -106,7 +109,27 @@ def _read(
         added_mass=mass,
         window=entry.window,
     )
+    if entry.simulated is not None:
+        recording = with_simulation(recording, read_recording(folder / entry.simulated, axis=config.axis))
     return replace(recording, name=name)
+
+
+def with_simulation(recording: Recording, simulation: Recording) -> Recording:
+    """A recording beside the motion that a simulation has of it, at its samples.
+
+    simulation: with the same clock. Raises DataError where it begins later or ends sooner by more than a sample.
+    """
+    from scipy.interpolate import CubicSpline
+
+    t, own = recording.t, simulation.t
+    slack = max(recording.period, simulation.period)
+    if own[0] > t[0] + slack or own[-1] < t[-1] - slack:
+        raise DataError(
+            str(simulation.source or simulation.name),
+            f"simulates {own[0]:g} to {own[-1]:g} s, {recording.name} is of {t[0]:g} to {t[-1]:g} s",
+            "Simulate the whole recording, by its own clock.",
+        )
+    return replace(recording, simulated=CubicSpline(own, simulation.y)(np.clip(t, own[0], own[-1])))
 
 
 def _check_files(source: YamlFile, config: CampaignFile, folder: Path) -> None:

@@ -16,6 +16,7 @@ Role = Literal[
     "position",
     "velocity",
     "reference",
+    "simulated",
     "current_u",
     "current_v",
     "current_w",
@@ -80,7 +81,8 @@ class ChannelMapping(BaseModel):
 
     period: sampling period where no time column exists (number in s, `1 ms`, or {value, unit}).
     time_group: number (from 1) of the time-column group that holds the position.
-    reference: the commanded position, which is read only where the mapping names it.
+    reference: the commanded position, and simulated: that of a simulation by the same inputs; both are read only where
+    the mapping names them.
     unmeasured: whether a file of phase voltages may lack the position, which then is nan, for simulations alone.
     between_samples: whether the inputs run smoothly between the samples (`spline`), straight (`linear`) or are held
     (`hold`); detected, they run smoothly but for jumps. jump_at: the share of a sampling interval, 0 to 1, at which an
@@ -93,6 +95,7 @@ class ChannelMapping(BaseModel):
     position: Spec = None
     velocity: Spec = None
     reference: Spec = None
+    simulated: Spec = None
     current_u: Spec = None
     current_v: Spec = None
     current_w: Spec = None

@@ -99,6 +99,7 @@ def _recording(
         y=y,
         v=values.get("velocity"),
         reference=values.get("reference"),
+        simulated=values.get("simulated"),
         phase_currents=phases,
         phase_voltages=voltages,
         drive_input=drive,

@@ -61,6 +61,7 @@ class Recording:
 
     t: (n,) time in s, strictly increasing; y: (n,) position in m (rotary: rad);
     v: (n,) velocity as exported, m/s, only shown, never fitted; reference: (n,) commanded position, m;
+    simulated: (n,) position in m of a simulation of the user's own by the same inputs;
     phase_currents: (3, n) A; phase_voltages: (3, n) V, each phase to the neutral or across its winding;
     drive_input: (n,) q-current in A or command in `input_unit`.
     added_mass: known extra mass in kg (rotary: kg m^2); number: place in the campaign, from 1 (0: none);
@@ -97,10 +98,11 @@ class Recording:
     notes: tuple[str, ...] = field(default=())
     reading: Reading | None = None
     reference: Array | None = None
+    simulated: Array | None = None
     carried: MeasuredMotion | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("t", "y", "v", "reference", "phase_currents", "phase_voltages", "drive_input"):
+        for name in ("t", "y", "v", "reference", "simulated", "phase_currents", "phase_voltages", "drive_input"):
             array = getattr(self, name)
             if array is not None and array.flags.writeable:  # the caller's own: may change later
                 object.__setattr__(self, name, frozen(array.copy()))

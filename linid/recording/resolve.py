@@ -241,7 +241,7 @@ def _channel(table: Table, role: Role, column: Column, spec: ChannelSpec | None,
     declared = (spec.unit if spec else None) or column.unit
     if not declared:
         example = {"time": "ms", "position": "mm" if axis == "linear" else "rad", "velocity": "mm/s", "command": "V"}
-        example["reference"] = example["position"]
+        example["reference"] = example["simulated"] = example["position"]
         usual = example.get(role, "V" if role in VOLTAGES else "A")
         raise DataError(
             place,
@@ -276,6 +276,7 @@ def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:
         "time": ("time",),
         "position": (_SI_LENGTH[axis][0],),
         "reference": (_SI_LENGTH[axis][0],),
+        "simulated": (_SI_LENGTH[axis][0],),
         "velocity": (_SI_SPEED[axis][0],),
         "command": ("voltage", "current", "force", "torque", "ratio"),
     }
@@ -284,7 +285,8 @@ def _dimensions(role: Role, axis: Axis) -> tuple[str, ...]:
 
 def _si(role: Role, axis: Axis) -> str:
     length = _SI_LENGTH[axis][1]
-    fixed = {"time": "s", "position": length, "reference": length, "velocity": _SI_SPEED[axis][1], "command": "1"}
+    fixed = dict.fromkeys(("position", "reference", "simulated"), length)
+    fixed |= {"time": "s", "velocity": _SI_SPEED[axis][1], "command": "1"}
     return fixed.get(role, "V" if role in VOLTAGES else "A")
 
 

@@ -28,21 +28,23 @@ if TYPE_CHECKING:
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "diagnose"
+RECORDED = "recorded"  # the simulation beside the recordings
 BEFORE_FILE = "model_before.json"
 
 
 def diagnose(
-    request: Request, reporter: Reporter, *, model: ModelKind | None = None, since: Path | None = None
+    request: Request, reporter: Reporter, *, model: ModelKind | None = None, simulator: str | None = None
 ) -> Outcome:
     """Diagnose the gap of a campaign; see the command's help. model: of the base (None: what the recordings allow);
-    since: file of an earlier model that is the base.
+    simulator: file of an earlier model that is the base, or `recorded`, the simulation beside the recordings.
 
     Raises UsageError for options that do not go together, LinidError for what the user can mend.
     """
     from linid import api
     from linid.identification.model_file import model_to_text
 
-    given = None if since is None else _given(since, request, model)
+    _refuse_with(simulator, request, model)
+    given = None if simulator in (None, RECORDED) else api.load(simulator)
     campaign = api.read(*request.files, axis_of=given, **request.settings.given())
     announce(campaign, reporter)
     kind = given.model if given is not None else model or base_kind(campaign.recordings)
@@ -50,10 +52,12 @@ def diagnose(
         plan = {"command": COMMAND, "dry_run": True, "model": kind, "recordings": [r.name for r in campaign]}
         return Outcome(COMMAND, None, DONE, "", (), plan)
     known = request.settings.known_values(campaign.known)
-    told = [] if given is None else [model_to_text(given.result)]
+    told = [str(simulator) if given is None else model_to_text(given.result)] if simulator else []
     identity = identity_of(COMMAND, kind, fingerprint(campaign.recordings), decisive(request.settings), known, *told)
     with connected(request, reporter) as workers:
-        folder = begin(request, COMMAND, campaign, identity, [] if since is None else [file_record(since)])
+        folder = begin(
+            request, COMMAND, campaign, identity, [] if given is None else [file_record(Path(str(simulator)))]
+        )
         if folder.finished_before:
             reporter.say(f"{folder.path}: already finished, nothing to resume")
             return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
@@ -61,27 +65,23 @@ def diagnose(
         if request.resume:
             memory.load()
         with recorded(folder), reporter:
-            found = _diagnosed(request, reporter, campaign, (kind, given), memory, workers)
+            found = _diagnosed(request, reporter, campaign, (kind, given, simulator == RECORDED), memory, workers)
             return _complete(found.found, folder, request, reporter)
 
 
-def _given(since: Path, request: Request, model: ModelKind | None) -> Fit:
-    """The earlier model; raises UsageError for options that go without one only."""
-    from linid import api
-
-    given = api.load(since)
-    settings = request.settings
-    for option, value in (("--model", model), ("--effect", settings.effects), ("--known", settings.known)):
-        if value:
-            raise UsageError(option, "goes not with --since, whose model is the base as it stands", "Leave it out.")
-    return given
+def _refuse_with(simulator: str | None, request: Request, model: ModelKind | None) -> None:
+    """Raise UsageError for options that do not go with a given base."""
+    given = None if simulator == RECORDED else model
+    for option, value in (("--model", given), ("--effect", request.settings.effects)):
+        if simulator is not None and value:
+            raise UsageError(option, "does not go with a base that is given as it stands", "Leave it out.")
 
 
 def _diagnosed(
     request: Request,
     reporter: Reporter,
     campaign: Campaign,
-    base: tuple[ModelKind, Fit | None],
+    base: tuple[ModelKind, Fit | None, bool],
     memory: Memory,
     workers: Cluster | None,
 ) -> Diagnosed:
@@ -89,7 +89,7 @@ def _diagnosed(
     from linid.diagnosis.means import Means
 
     means = Means(jobs=request.jobs, workers=workers, seed=request.settings.seed, memory=memory, progress=reporter.step)
-    return api.diagnose(campaign, base[0], since=base[1], means=means, **request.settings.given())
+    return api.diagnose(campaign, base[0], since=base[1], simulated=base[2], means=means, **request.settings.given())
 
 
 def _complete(found: Found, folder: RunFolder, request: Request, reporter: Reporter) -> Outcome:

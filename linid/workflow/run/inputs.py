@@ -25,6 +25,8 @@ def fingerprint(recordings: Iterable[Recording]) -> list[list[str]]:
         for more in (r.reference, None if (r.between_samples, r.jump_at) == ("detected", None) else r.between_samples):
             if more is not None:
                 digest.update(f"{r.jump_at!r} {more}".encode() if isinstance(more, str) else more.tobytes())
+        if r.simulated is not None:
+            digest.update(b"simulated" + r.simulated.tobytes())
         if r.phase_voltages is not None:
             digest.update(b"voltages" + r.phase_voltages.tobytes())
         rows.append([r.name, digest.hexdigest()])
