@@ -214,6 +214,13 @@ def test_a_stiff_bristle_takes_shorter_steps() -> None:
     assert 1e4 * step_of(stiff) <= 0.25 < 2e4 * step_of(stiff)
 
 
+def test_a_load_heavier_than_the_axis_leaves_it_the_mass_that_the_simulation_does() -> None:
+    model = axis({"flexible_load": {"load_mass": 5.0, "load_frequency": 25.0, "load_damping": 0.05}})
+    (recording,) = made(model, 1.3)
+    found = run_in_mujoco(text_of(model), recording, 4)
+    assert np.max(np.abs(found - recording.y)) < NEAR * np.ptp(recording.y)
+
+
 def test_a_model_per_kilogram_is_refused() -> None:
     with pytest.raises(UsageError, match="mass"):
         TARGET.files(exported(replace(axis(), per_mass=True)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 from importlib.metadata import EntryPoint
 
@@ -42,6 +44,12 @@ def test_a_form_that_holds_nothing_keeps_nothing_and_the_model_itself_all() -> N
     assert [round(kept.share, 6) for kept in measure_loss(measured, None, recordings).kept] == [1.0, 1.0]
     assert [round(kept.share, 6) for kept in measure_loss(measured, axis(), recordings).kept] == [0.0, 0.0]
     assert "keeps 100 % of the closed gap" in measure_loss(measured, None, recordings).text
+
+
+def test_the_list_of_targets_compiles_nothing() -> None:
+    heavy = "import sys, linid.export.registry; print(*{'numba', 'scipy', 'mujoco'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
 
 
 def test_targets_of_others_are_found_by_their_entry_point() -> None:

@@ -177,6 +177,11 @@ def test_an_axis_that_never_moved_has_tables_of_the_usual_stroke() -> None:
     assert "TableLow : LREAL := -0.5;" in text
 
 
+def test_friction_far_beyond_the_thrust_is_written_all_the_same() -> None:
+    text = TARGET.files(exported(axis(force_constant=1e-3, viscous_friction=1e10)))["friction.lis"].decode()
+    assert len(re.findall("[.]out", text)) == 1 + len(entries(text)[0])
+
+
 def in_text(model: FitResult) -> str:
     return TARGET.files(exported(model))["FB_AxisFeedForward.st"].decode()
 

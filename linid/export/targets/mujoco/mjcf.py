@@ -116,8 +116,10 @@ def _thrust(model: Model, values: dict[str, float], step: float) -> Iterable[str
 
 def _moving(values: dict[str, float], effects: tuple[str, ...]) -> tuple[float, float]:
     """What moves with the axis itself, and what of that swings on a spring: kg (rotary: kg m^2)."""
+    from linid.simulation.forces import LEAST_MASS
+
     load = values["load_mass"] if "flexible_load" in effects else 0.0
-    return values["mass"] - load, load
+    return max(values["mass"] - load, LEAST_MASS * values["mass"]), load
 
 
 def _friction(values: dict[str, float], effects: tuple[str, ...], axis: str) -> str:

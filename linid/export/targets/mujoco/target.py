@@ -7,7 +7,6 @@ from importlib.resources import files as resources
 from linid.export.target import Exported, Target
 from linid.export.targets.mujoco.form import form, lacks, own_waves
 from linid.export.targets.mujoco.mjcf import Notes, mjcf
-from linid.physics.model import Model
 
 # What one winding cannot hold of three.
 BY_VOLTAGE = (
@@ -20,6 +19,8 @@ def files(exported: Exported) -> dict[str, bytes]:
     """axis.xml, the same with windings where they are known, and the script that runs them along a record; raises
     UsageError as `form` does.
     """
+    from linid.physics.model import Model
+
     simple = form(exported)
     values = {e.name: e.value for e in simple.estimates}
     script = resources("linid.export.targets.mujoco").joinpath("run_axis.py").read_bytes()

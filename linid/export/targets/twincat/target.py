@@ -48,7 +48,7 @@ def friction_list(exported: Exported) -> str:
     per_out = _OUT / (thrust or 1.0)
     rows = [(round(v * scale), round(f * per_out)) for v, f in zip(table.v, table.force, strict=True)]
     rows = [row for k, row in enumerate(rows) if row[0] > 0 and (k == 0 or row[0] > rows[k - 1][0])]
-    places, force = (np.array(column) for column in zip(*rows, strict=True))
+    places, force = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
     rounded = replace(table, v=places / scale, force=force / per_out)
     top = float(table.speeds[-1])
     return "\n".join(
