@@ -9,7 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 from linid.entry_points import loaded
 from linid.errors import ConfigError, UsageError
 from linid.export.target import Target, check_target
-from linid.export.targets import isaac, mujoco, python, ros2, twincat, urdf
+from linid.export.targets import isaac, matlab, mujoco, python, ros2, twincat, urdf
 from linid.export.targets.c import target as c
 from linid.export.targets.fmu import target as fmu
 
@@ -19,6 +19,7 @@ BUILT_IN: tuple[Target, ...] = (
     python.TARGET,
     c.TARGET,
     fmu.TARGET,
+    matlab.TARGET,
     mujoco.TARGET,
     urdf.TARGET,
     isaac.TARGET,

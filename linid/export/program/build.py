@@ -28,6 +28,7 @@ _MOTION = Group((_REAL, _REAL, _REAL, _REAL, _THREE, Group((_REAL, _REAL))), Axi
 _GOING = Group((_MOTION, _TRUTH, _THREE, _REAL, _WHOLE, _WHOLE), Going)
 _CLOCK = Group((_REAL, _REAL, _WHOLE, _REAL))
 MOTION = tuple(path for path, _ in leaves(_MOTION))
+HISTORY = 512  # steps of which the inputs are remembered where they act late
 GOING = tuple(path.removeprefix("motion_") for path, _ in leaves(_GOING))
 
 

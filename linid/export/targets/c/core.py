@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from linid.export.program.build import GOING, MOTION, ModelProgram, program_of
+from linid.export.program.build import GOING, HISTORY, MOTION, ModelProgram, program_of
 from linid.export.program.words import inputs_in_words, title_of, units_of
 from linid.export.target import Exported
 from linid.export.targets.c.texts import HEADER, SOURCE, TEST
 from linid.export.translate.tree import Function
 from linid.export.translate.writers.c import CWriter
 
-HISTORY = 512  # intervals of inputs that are kept where they act late
 _TYPES = {"followed": "int", "halvings": "long", "steps": "long"}
 
 
