@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from linid.api import Fit, simulate
-from linid.diagnosis.measures import model_of
 from linid.errors import UsageError
 from linid.export.loss import measure_loss, measure_model
 from linid.export.simpler import square_stribeck
@@ -22,12 +21,9 @@ from linid.export.target import reshaped
 from linid.export.targets.mujoco import TARGET
 from linid.export.targets.mujoco.mjcf import step_of
 from linid.identification.result import FitResult
-from linid.identification.signals.motion import measure_motion
 from linid.physics.laws.registry import LAWS
 from linid.recording.recording import Recording
-from linid.simulation.inputs import pack_inputs
-from linid.simulation.run import Segments, Simulator
-from tests.export.axes import FRICTION, HELD, LOST, axis, exported, free_run, made
+from tests.export.axes import FRICTION, HELD, LOST, ahead, axis, exported, free_run, made
 
 mujoco = pytest.importorskip("mujoco", minversion="3.7", reason="needs mujoco, of the extra mujoco")
 
@@ -132,30 +128,8 @@ def test_the_loss_that_linid_states_is_the_one_that_mujoco_shows(lost: str) -> N
     assert "all" not in lost or said < 0.99  # there is a loss to be told
 
 
-def ahead(model: FitResult, recording: Recording, text: str = "") -> np.ndarray:
-    """Errors (k,) in m of positions 0.1 s ahead of measured states every 0.05 s, by linid or, of a file, by MuJoCo."""
-    from linid.export.targets.mujoco.run_axis import run
-
-    kind, vector = model_of(model)
-    simulator = Simulator(kind, pack_inputs([recording]), model.substeps)
-    motion = measure_motion([recording])
-    along = simulator.along(vector, motion.y, motion.v, motion.standstill, np.zeros((1, 1)))
-    firsts = np.arange(50, recording.t.size - 101, 50)
-    if not text:
-        starts = np.column_stack([motion.y[firsts], motion.v[firsts], along.bristle[0, firsts]])[None]
-        windows = Segments(np.zeros_like(firsts), firsts, np.full_like(firsts, 101))
-        ends = simulator.run(vector, windows, starts)[0][0, 100::101]
-    else:
-        simple = mujoco.MjModel.from_xml_string(text)
-        ends = [
-            run(simple, recording.t[k : k + 101], [recording.drive_input[k : k + 101]], *at)[0, -1]
-            for k, *at in zip(firsts, motion.y[firsts], motion.v[firsts], along.bristle[0, firsts], strict=True)
-        ]
-    return np.asarray(ends) - recording.y[firsts + 100]
-
-
 def test_the_loss_0_1_s_ahead_that_the_export_states_is_the_one_that_mujoco_shows() -> None:
-    model = axis(some("cogging", "constant_force", "quadratic_drag"), LOST)
+    model = axis(some("cogging", "constant_force", "cable_force", "quadratic_drag"), LOST)
     recordings = made(model, 1.0, 1.5)
     text, form = text_of(model, *recordings), TARGET.simplified(exported(model, *recordings))
     stated = measure_loss(measure_model(model, None, recordings), form, recordings).kept[0]

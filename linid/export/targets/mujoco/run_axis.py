@@ -24,31 +24,47 @@ def control(model: Any, phases: Any, y: float) -> float:
     return float(scale * (field @ phases) / 1.5)
 
 
-def start(model: Any, data: Any, y: float, v: float, w: float | None = None) -> None:
-    """Put the axis at y in m with speed v in m/s; w: the bristle's deflection in m, None: the steady one."""
+def start(model: Any, data: Any, y: float, v: float, w: float | None = None, cable: float | None = None) -> None:
+    """Put the axis at y in m with speed v in m/s; w: the bristle's deflection in m, cable: the state of the cable's
+    hysteresis, -1 to 1; None: the steady ones of that speed.
+    """
     data.joint("axis").qpos[0], data.joint("axis").qvel[0] = y, v
-    stiffness, coulomb, static, speed, cable = model.numeric("bristles").data
+    stiffness, coulomb, static, speed, length = model.numeric("bristles").data
     if w is None:
         w = np.sign(v) * (coulomb + (static - coulomb) * np.exp(-((v / speed) ** 2))) / stiffness
-    for name, deflection in (("friction", w), ("cable_hysteresis", np.sign(v) * cable)):
-        if name == "friction" or cable > 0.0:
-            data.act[model.actuator_actadr[model.actuator(name).id]] = deflection
+    bent = length * (np.sign(v) if cable is None else cable)
+    for name, deflection in (("friction", w), *((("cable_hysteresis", bent),) if length > 0.0 else ())):
+        data.act[model.actuator_actadr[model.actuator(name).id]] = deflection
 
 
-def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0, w: float | None = None) -> Any:
-    """Positions and speeds (2, n) at times t (n,) in s under inputs (1 or 3, n), straight between the samples; from y
-    in m, v in m/s and w in m as in `start`.
+def between(t: Any, row: Any, at: Any) -> Any:
+    """An input (n,) at other times (m,) in s, by the cubics whose slopes at the samples are those to both neighbours
+    (Catmull and Rom 1974); straight lines would take a part of what turns with the field.
+    """
+    share = np.interp(at, t, np.arange(t.size))
+    left = np.minimum(share.astype(int), t.size - 2)
+    x = share - left
+    before, low, high, after = (row[np.clip(left + k, 0, t.size - 1)] for k in (-1, 0, 1, 2))
+    bend = x * (
+        high - before + x * (2.0 * before - 5.0 * low + 4.0 * high - after + x * (3.0 * (low - high) + after - before))
+    )
+    return low + 0.5 * bend
+
+
+def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0, *bent: float | None) -> Any:
+    """Positions and speeds (2, n) at times t (n,) in s under inputs (1 or 3, n), smooth between the samples; from y in
+    m, v in m/s and bent bristles as in `start`.
     """
     import mujoco
 
     data = mujoco.MjData(model)
-    start(model, data, y, v, w)
+    start(model, data, y, v, *bent)
     joint, h = data.joint("axis"), model.opt.timestep
     ends = np.rint((t - t[0]) / h).astype(int)
     middles = t[0] + h * (np.arange(ends[-1]) + 0.5)
     # Late phase currents meet the field where it is now: no delay of the q-current says that.
     late = model.numeric("commutation").data[3] if len(inputs) > 1 else 0.0
-    courses = np.array([np.interp(middles - late, t, row) for row in inputs]) if model.nu else None
+    courses = np.array([between(t, np.asarray(row), middles - late) for row in inputs]) if model.nu else None
     out = np.empty((2, t.size))
     out[:, 0] = y, v
     for k in range(1, t.size):
