@@ -10,6 +10,8 @@ from linid.export.simpler import (
     coulomb_and_viscous,
     fundamental_phases,
     held_values,
+    left_out,
+    mean_friction,
     need_mass,
     number,
     smooth_drag,
@@ -48,9 +50,10 @@ def joint_of(exported: Exported, target: str, *, breakaway: bool) -> Joint:
     """
     need_mass(exported, target)
     values, v = held_values(exported), speeds_of(exported)
-    friction = stribeck_curve(values, v) + values["viscous_friction"] * v
+    factor, more = mean_friction(exported)
+    friction = factor * (stribeck_curve(values, v) + more) + values["viscous_friction"] * v
     dynamic, viscous = coulomb_and_viscous(friction + smooth_drag(values, exported.model.effects, v), v)
-    static = max(values["static_force"], dynamic) if breakaway else dynamic
+    static = max(factor * (values["static_force"] + more), dynamic) if breakaway else dynamic
     return Joint(values["mass"], static, dynamic, viscous, thrust_per_current(exported))
 
 
@@ -71,18 +74,15 @@ def model_of_joint(exported: Exported, joint: Joint) -> FitResult:
 
 def lacks_of_joint(exported: Exported, *, breakaway: bool) -> tuple[str, ...]:
     """What a joint cannot hold of a model, a sentence each."""
-    from linid.physics.effects.registry import find_effect
-
     friction = "breakaway, Coulomb" if breakaway else "Coulomb"
     found = [f"Friction is {friction} and viscous: no presliding, no Stribeck curve; fitted over the speeds."]
     if exported.model.driven_by.inputs:
         found.append("The joint takes a force: multiply the q-current (or the one input) by the thrust per current.")
     for name in exported.model.effects:
-        effect = find_effect(name)
         if name in ("quadratic_drag", "eddy_current_drag"):
-            found.append(f"{effect.short} is held as far as viscous friction can.")
+            found.append(f"{name} is held as far as viscous friction can.")
         else:
-            found.append(f"{effect.short} is left out: {effect.physics}")
+            found.append(left_out(exported, name))
     return tuple(found)
 
 

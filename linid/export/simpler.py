@@ -12,6 +12,7 @@ from linid.errors import UsageError
 if TYPE_CHECKING:
     from linid.arrays import Array
     from linid.export.target import Exported
+    from linid.recording.recording import Recording
 
 # Without recordings: speeds up to so many Stribeck velocities, where the curve has all its shape.
 _STRIBECK_REACH = 10.0
@@ -54,6 +55,51 @@ def held_values(exported: Exported) -> dict[str, float]:
     model, vector = exported.model, exported.vector
     tied = {p.name: float(vector[k]) for k, p in enumerate(friction.PARAMETERS)}
     return tied | {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
+
+
+# Effects of which simpler forms hold the mean over the recordings.
+IN_MEAN = ("position_dependent_friction", "load_dependent_friction")
+
+
+def left_out(exported: Exported, name: str) -> str:
+    """What becomes of an effect that a form with Coulomb friction has no place for, in a sentence."""
+    from linid.physics.effects.registry import find_effect
+
+    if name in IN_MEAN and exported.recordings:
+        return f"{name} is held in its mean over the recordings."
+    effect = find_effect(name)
+    return f"{effect.short} is left out: {effect.physics}"
+
+
+def mean_friction(exported: Exported) -> tuple[float, float]:
+    """Factor on friction and what is added to its level in N before, on average over the recordings: of friction along
+    the way and of friction under load; 1 and 0 without recordings.
+    """
+    from linid.physics.effects.registry import find_effect
+
+    values, effects = held_values(exported), exported.model.effects
+    factor, more = 1.0, 0.0
+    if "position_dependent_friction" in effects:
+        effect = find_effect("position_dependent_friction")
+        numbers = [values[p.name] for p in effect.parameters]
+        places = [y for r in exported.recordings if r.measured for y in r.y[:: max(r.y.size // _GRID, 1)]]
+        factors = [effect.friction(0.0, float(y), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *numbers) for y in places]
+        factor = float(np.mean(factors)) if factors else 1.0
+    if "load_dependent_friction" in effects:
+        pushes = [np.abs(thrust_along(exported, r)) for r in exported.recordings if r.kind != "free_wheel"]
+        more = values["load_friction"] * float(np.mean(np.concatenate(pushes))) if pushes else 0.0
+    return factor, more
+
+
+def thrust_along(exported: Exported, recording: Recording) -> Array:
+    """The motor's force (n,) in N along a recording, of the field's first harmonic (44) and without effects."""
+    if recording.phase_currents is None or not exported.model.phases:
+        given = np.zeros_like(recording.t) if recording.drive_input is None else recording.drive_input
+        return thrust_per_current(exported) * given
+    values = fundamental_phases(exported)
+    turns = values["winding_displacement"] * np.array([[-1.0], [0.0], [1.0]])
+    angles = values["electrical_wavenumber"] * recording.y + values["commutation_offset"] + turns
+    return np.asarray(values["force_constant"] * np.sum(np.sin(angles) * recording.phase_currents, axis=0))
 
 
 def stribeck_curve(values: dict[str, float], v: Array) -> Array:

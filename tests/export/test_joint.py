@@ -22,6 +22,8 @@ from tests.export.axes import FRICTION, HELD, LOST, axis, exported, free_run, ma
 STEP = 2.5e-5  # s, of the independent integration
 # Share of the gap between a model without effects and the whole one, by which two ways to run a form may differ.
 SAME_LOSS = 0.05
+# Of the error without it, that may be left where an effect is held in its mean.
+LEFT_IN_MEAN = 0.6
 LATE_FREE = {name: values for name, values in HELD.items() if name not in ("thermal_derating", "gravity")}
 TARGETS = (urdf.TARGET, isaac.TARGET, ros2.TARGET)
 
@@ -133,6 +135,23 @@ def test_friction_is_fitted_where_the_axis_moves() -> None:
     model = axis({"quadratic_drag": HELD["quadratic_drag"]})
     slow, fast = (joint_of(exported(model, *made(model, size)), "urdf", breakaway=False) for size in (0.6, 2.0))
     assert fast.viscous > slow.viscous + 1.0  # 4 N s^2/m^2 of drag, at least half a metre per second faster
+
+
+TIGHT = {f"friction_at_{k}": 0.6 for k in range(1, 12) if k != 6}
+PLACES = {f"friction_place_{k}": 0.03 * (k - 6) for k in range(1, 12)}
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [{"position_dependent_friction": TIGHT | PLACES}, {"load_dependent_friction": {"load_friction": 0.1}}],
+    ids=lambda effect: next(iter(effect)),
+)
+def test_friction_of_place_and_load_is_held_in_its_mean(effect: dict[str, dict[str, float]]) -> None:
+    model = axis(effect)
+    recordings = made(model, 1.0, 1.3)
+    form, bare = (urdf.TARGET.simplified(exported(one, *recordings)) for one in (model, axis()))
+    errors = [np.std([free_run(one, recording) - recording.y for recording in recordings]) for one in (form, bare)]
+    assert errors[0] < LEFT_IN_MEAN * errors[1]
 
 
 def test_isaac_breaks_away_where_the_model_does() -> None:

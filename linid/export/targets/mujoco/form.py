@@ -11,6 +11,8 @@ import numpy as np
 from linid.export.simpler import (
     fundamental_phases,
     held_values,
+    left_out,
+    mean_friction,
     need_mass,
     own_force,
     own_over_position,
@@ -73,6 +75,9 @@ def form(exported: Exported) -> FitResult:
     changed = dict(values)
     changed["static_force"], changed["stribeck_velocity"] = square_stribeck(values)
     changed["stribeck_exponent"] = 2.0
+    factor, more = mean_friction(exported)
+    for name in ("coulomb_force", "static_force"):
+        changed[name] = factor * (changed[name] + more)
     changed["bristle_damping"] = max(values["bristle_damping"], 0.0)
     if "cable_force" in effects:
         changed["cable_hysteresis"] = max(values["cable_hysteresis"], 0.0)
@@ -125,8 +130,6 @@ def constant_push(exported: Exported, values: dict[str, float]) -> float:
 
 def lacks(exported: Exported) -> tuple[str, ...]:
     """What the MuJoCo form cannot hold of a model, a sentence each."""
-    from linid.physics.effects.registry import find_effect
-
     values, model = held_values(exported), exported.model
     found = []
     if model.law not in ("lugre", "coulomb"):
@@ -150,6 +153,5 @@ def lacks(exported: Exported) -> tuple[str, ...]:
         if name in words:
             found.append(words[name])
         elif name not in held:
-            effect = find_effect(name)
-            found.append(f"{effect.short} is left out: {effect.physics}")
+            found.append(left_out(exported, name))
     return tuple(found)
