@@ -93,6 +93,12 @@ def comment_lines(exported: Exported, lacking: tuple[str, ...]) -> list[str]:
     return [*lines, "What that costs on held-out recordings: README.txt and loss.json beside this file."]
 
 
+def thrust_unit(result: FitResult) -> str:
+    """The unit of the thrust per q-current or other input."""
+    force = "N m" if result.axis == "rotary" else "N"
+    return f"{force}/A" if result.input_unit == "A" else f"{force} per {result.input_unit}"
+
+
 def urdf(exported: Exported, joint: Joint, lacking: tuple[str, ...], more: tuple[str, ...] = ()) -> str:
     """URDF of a base and a mover on one joint without limits. more: lines inside the robot, after the joint."""
     rotary = exported.result.axis == "rotary"
@@ -101,9 +107,13 @@ def urdf(exported: Exported, joint: Joint, lacking: tuple[str, ...], more: tuple
     moments = " ".join(f'i{one}="{number(inertia)}"' for one in ("xx", "yy", "zz"))
     stroke = "" if rotary else 'lower="-1e3" upper="1e3" '  # the format wants limits; these are none
     limit = f'<limit {stroke}effort="1e6" velocity="1e3"/>'
+    comment = comment_lines(exported, lacking)
+    if joint.thrust:
+        thrust = f"{number(joint.thrust)} {thrust_unit(exported.result)}"
+        comment.append(f"Force of the motor per q-current (amplitude) or other input: {thrust}.")
     lines = [
         '<?xml version="1.0"?>',
-        *(f"<!-- {line.replace('--', '-')} -->" for line in comment_lines(exported, lacking)),
+        *(f"<!-- {line.replace('--', '-')} -->" for line in comment),
         f"<robot name={quoteattr(exported.name)}>",
         '  <link name="base"/>',
         '  <link name="mover">',

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
 from types import ModuleType, SimpleNamespace
@@ -167,6 +168,13 @@ def test_every_effect_is_named_and_a_model_per_kilogram_refused(target: Target) 
     assert all(any(line in content.decode() for content in comment.values()) for line in target.lacks(exported(model)))
     with pytest.raises(UsageError, match="mass"):
         target.files(exported(replace(model, per_mass=True)))
+
+
+def test_the_thrust_per_current_is_in_every_target() -> None:
+    values = {"electrical_wavenumber": 200.0, "winding_displacement": 2.0944, "commutation_offset": 0.3}
+    for target in TARGETS:
+        texts = "".join(content.decode() for content in target.files(exported(axis(kind="sine", **values))).values())
+        assert re.search(r"\b45\.0\b[^\n]*N/A", texts)  # 3/2 of a phase's 30 N/A (44)
 
 
 def test_a_rotary_axis_turns() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from linid.export.joint import Joint, comment_lines, joint_of, lacks_of_joint, model_of_joint, urdf
+from linid.export.joint import Joint, comment_lines, joint_of, lacks_of_joint, model_of_joint, thrust_unit, urdf
 from linid.export.simpler import number
 from linid.export.target import Exported, Target
 from linid.identification.result import FitResult
@@ -14,7 +14,6 @@ def configuration(exported: Exported, joint: Joint) -> str:
     """The Python text of an actuator configuration with which Isaac Lab overrides what the URDF says."""
     rotary = exported.result.axis == "rotary"
     force, per_speed = ("N m", "N m s/rad") if rotary else ("N", "N s/m")
-    thrust = f"{force}/A" if exported.result.input_unit == "A" else f"{force} per {exported.result.input_unit}"
     notes = "\n".join(comment_lines(exported, lacks(exported)))
     return "\n".join(
         [
@@ -25,7 +24,8 @@ def configuration(exported: Exported, joint: Joint) -> str:
             "",
             "from isaaclab.actuators import ImplicitActuatorCfg",
             "",
-            f"THRUST_PER_INPUT = {number(joint.thrust)}  # {thrust}: the joint's effort per q-current or input",
+            "# The joint's effort per q-current (amplitude) or other input.",
+            f"THRUST_PER_INPUT = {number(joint.thrust)}  # {thrust_unit(exported.result)}",
             "",
             "AXIS_CFG = ImplicitActuatorCfg(",
             '    joint_names_expr=["axis"],',

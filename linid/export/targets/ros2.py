@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from linid.export.joint import Joint, comment_lines, joint_of, lacks_of_joint, model_of_joint, urdf
+from linid.export.joint import Joint, comment_lines, joint_of, lacks_of_joint, model_of_joint, thrust_unit, urdf
 from linid.export.simpler import number
 from linid.export.target import Exported, Target
 from linid.identification.result import FitResult
@@ -28,12 +28,12 @@ def parameters(exported: Exported, joint: Joint) -> str:
     """Node parameters in YAML: what a feed-forward or a friction observer of one's own reads."""
     lines = [f"# {line}" for line in comment_lines(exported, lacks(exported))]
     rotary = exported.result.axis == "rotary"
-    units = ("kg m^2", "N m", "N m s/rad", "N m") if rotary else ("kg", "N", "N s/m", "N")
+    units = ("kg m^2", "N m", "N m s/rad") if rotary else ("kg", "N", "N s/m")
     rows = (
         ("mass" if not rotary else "inertia", joint.mass, units[0]),
         ("coulomb_friction", joint.dynamic, units[1]),
         ("viscous_friction", joint.viscous, units[2]),
-        ("effort_per_input", joint.thrust, f"{units[3]} per {exported.result.input_unit}"),
+        ("effort_per_input", joint.thrust, thrust_unit(exported.result)),
     )
     lines += ["/**:", "  ros__parameters:", "    axis:", "      joint: axis"]
     return "\n".join([*lines, *(f"      {name}: {number(x)}  # {unit}" for name, x, unit in rows)]) + "\n"
