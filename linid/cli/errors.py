@@ -1,5 +1,5 @@
 """From exceptions to messages and exit codes: 0 done, 1 internal, 2 usage, 3 configuration, 4 bad data,
-5 finished but not converged, 130 interrupted (Ctrl-C), 143 terminated (SIGTERM)."""
+5 finished but not converged, 6 something has changed, 130 interrupted (Ctrl-C), 143 terminated (SIGTERM)."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from linid.cli.errors import Group
 from linid.cli.export import export
 from linid.cli.field import field
 from linid.cli.files import FILES
+from linid.cli.monitor import monitor
 from linid.cli.options import (
     CONTROLLER,
     MotorName,
@@ -49,7 +50,7 @@ def cli() -> None:
     a fit has written. Results go to files and stdout, progress to stderr.
 
     Exit codes: 0 done, 1 internal error, 2 usage, 3 configuration, 4 bad data, 5 finished but not converged,
-    130 interrupted by Ctrl-C and 143 terminated by SIGTERM (state saved).
+    6 `monitor`: something has changed, 130 interrupted by Ctrl-C, 143 terminated by SIGTERM (state saved).
     """
     gc.set_threshold(COLLECT_AFTER)
     load_with_one_thread()
@@ -382,6 +383,7 @@ def effects(name: str | None, json_output: bool) -> None:
 cli.add_command(challenge)
 cli.add_command(field)
 cli.add_command(export)
+cli.add_command(monitor)
 cli.add_command(completion)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import difflib
 import os
 from dataclasses import replace
@@ -47,11 +48,12 @@ Known = Annotated[dict[str, Annotated[float, Field(allow_inf_nan=False)]], Befor
 
 
 class CampaignFile(BaseModel):
-    """The campaign file as written."""
+    """The campaign file as written. recorded: day or moment of its recordings, by which `monitor` orders campaigns."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str | None = None
+    recorded: datetime.datetime | datetime.date | None = None
     axis: Axis = "linear"
     known: Known = Field(default_factory=dict)
     channels: ChannelMapping | None = None

@@ -102,6 +102,12 @@ def interval_text(rounded: Rounded) -> str:
     return f"[{plain(rounded.low)}, {plain(rounded.high)}]"
 
 
+def with_interval(value: float, low: float, high: float) -> str:
+    """A value with its 95 % interval, both with as many digits as it supports."""
+    rounded = round_estimate(value, (high - low) / (2.0 * NORMAL_97_5), low, high)
+    return f"{plain(rounded.value)} {interval_text(rounded)}"
+
+
 def common_exponent(value: Decimal, std: Decimal) -> tuple[str, str, int | None]:
     """Texts of value and std over one power of ten; the exponent is None when plain decimals show them honestly."""
     if _last_place(value) != _last_place(std):

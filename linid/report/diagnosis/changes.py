@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from linid.physics.wording import fitting_words, scaled_unit
 from linid.report.diagnosis.content import number
+from linid.report.numbers import with_interval
 from linid.report.symbols import unit_label
 
 if TYPE_CHECKING:
@@ -30,6 +31,6 @@ def change_words(diagnosis: Diagnosis) -> str:
 def _one(change: ParameterChange, diagnosis: Diagnosis) -> str:
     name = fitting_words(change.parameter.replace("_", " "), diagnosis.axis, diagnosis.model)
     unit = unit_label(scaled_unit(change.unit, diagnosis.axis, diagnosis.force_scale))
-    before, after, low, high = map(number, (change.before, change.after, change.low, change.high))
+    after = with_interval(change.after, change.low, change.high)
     share = "" if not math.isfinite(change.share) else f" ({100.0 * change.share:+.3g} %)"
-    return f"{name} {before} to {after} [{low}, {high}] {unit}{share}"
+    return f"{name} {number(change.before)} to {after} {unit}{share}"

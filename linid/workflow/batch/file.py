@@ -90,8 +90,11 @@ class ValidateJob(Job):
 class DiagnoseJob(Job):
     """linid diagnose."""
 
+    MODELS = ("since",)
+
     command: Literal["diagnose"]
     files: Files
+    since: str | None = Field(default=None, description=f"base as it stands: {MODEL}")
     model: BaseModelKind | None = Field(default=None, description="base model; default: what the recordings allow")
     settings: Settings = Field(default_factory=lambda: Settings())
 

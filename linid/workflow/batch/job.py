@@ -136,7 +136,9 @@ def _validate(call: _Call) -> Outcome:
 def _diagnose(call: _Call) -> Outcome:
     from linid.workflow.commands.diagnose import diagnose
 
-    return diagnose(call.request, call.reporter, model=call.options["model"])
+    since = call.models.get("since")
+    simulator = None if since is None else str(since)
+    return diagnose(call.request, call.reporter, model=call.options["model"], simulator=simulator)
 
 
 def _generate(call: _Call) -> Outcome:

@@ -50,12 +50,13 @@ def run_batch(request: Request, reporter: Reporter, *, overrides: dict[str, Any]
         ]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "jobs": jobs})
     with connected(request, reporter) as cluster:
-        return _run(specs, request, reporter, overrides, cluster)
+        return run_jobs(specs, request, reporter, overrides, cluster)
 
 
-def _run(
+def run_jobs(
     specs: Sequence[JobSpec], request: Request, reporter: Reporter, overrides: dict[str, Any], cluster: Cluster | None
 ) -> Outcome:
+    """Run jobs in a run folder of their own, here or on a cluster; raises Interrupted, with the state saved."""
     folder = open_run_folder(COMMAND, request.out, overwrite=request.overwrite, resume=request.resume)
     folder.previous = None if folder.previous is None else {**folder.previous, "status": "resumed", "identity": None}
     config = "".join(f"# {path}\n{path.read_text(encoding='utf-8')}\n" for path in request.files)

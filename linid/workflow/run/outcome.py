@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from linid.diagnosis.gap import RecordingGap
 
-DONE, NOT_CONVERGED = 0, 5
+DONE, NOT_CONVERGED, CHANGED = 0, 5, 6
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """exit_code: 0 done, 5 results written but not converged; tables: for the console (rich); summary: for --json."""
+    """exit_code: 0 done, 5 results written but not converged, 6 something has changed; tables: for the console (rich);
+    summary: for --json."""
 
     command: str
     folder: Path | None
@@ -27,7 +28,7 @@ class Outcome:
     @property
     def status(self) -> str:
         """`done` or `not_converged`."""
-        return "done" if self.exit_code == DONE else "not_converged"
+        return "done" if self.exit_code in (DONE, CHANGED) else "not_converged"
 
 
 def gap_figure_text(gaps: Sequence[RecordingGap], axis: str = "linear") -> str:
