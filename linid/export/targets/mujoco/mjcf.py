@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 # MuJoCo steps bristles explicitly: this step, halved until the bristle turns and decays slowly within one.
 _STEP, _LEAST_STEP = 1e-4, 1e-6  # s
 _TURN, _DECAY = 0.25, 0.5
-# A passive dcmotor: no input and no electrical branch, whose resistance the format wants all the same.
-_PASSIVE = 'joint="axis" input="none" motorconst="0" resistance="1"'
+# Every dcmotor has an electrical branch, and before MuJoCo 4.0 a control. With a motor constant this small nothing
+# comes of either, whatever the control; with a resistance as small, the force is the control itself.
+_SMALL = 1e-9
+_PASSIVE = f'joint="axis" motorconst="{_SMALL}" resistance="1"'
 _HALF_TURN = "1.5707963267948966"  # cogging with no wave and this phase is a constant
 _ORDERS = range(1, 9)
 _LINK = 1e-6  # of a rotor's inertia, in the link that MuJoCo wants to have some
@@ -91,7 +93,7 @@ def _voltage_driven(values: dict[str, float]) -> str:
         "inductance": inductance,
     }
     motor = " ".join(f'{name}="{number(x)}"' for name, x in constants.items())
-    return f'    <dcmotor name="thrust" joint="axis" input="voltage" {motor}/>'
+    return f'    <dcmotor name="thrust" joint="axis" {motor}/>'
 
 
 def _thrust(model: Model, values: dict[str, float], step: float) -> Iterable[str]:
@@ -104,13 +106,14 @@ def _thrust(model: Model, values: dict[str, float], step: float) -> Iterable[str
     gear = values["force_constant"] * (1.5 if model.phases else 1.0)
     more = ""
     if "thermal_derating" in model.effects:
-        resistance = 1.5 if model.phases else 1.0  # K/W, so that the temperature is the steady sum of squares, A^2
+        # So that the temperature is the steady sum of squares, A^2: of a loss of control^2 / resistance.
+        resistance = _SMALL * (1.5 if model.phases else 1.0)
         capacity = values["thermal_time"] / resistance
         more += f' thermal="{number(resistance)} {number(capacity)} 0 {number(values["derating"])} 0 0"'
     delay = 0.0 if model.phases else _delay(model, values)  # of phase currents, see run_axis.py
     if delay > 0.0:
         more += f' delay="{number(delay)}" nsample="{math.ceil(delay / step) + 2}" interp="linear"'
-    motor = f'input="ff" motorconst="1" resistance="1" gear="{number(gear)}"'
+    motor = f'motorconst="{_SMALL}" resistance="{_SMALL}" gear="{number(gear)}"'
     yield f'    <dcmotor name="thrust" joint="axis" {motor}{more}/>'
 
 

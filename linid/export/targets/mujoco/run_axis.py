@@ -64,12 +64,12 @@ def run(model: Any, t: Any, inputs: Any, y: float = 0.0, v: float = 0.0, *bent: 
     middles = t[0] + h * (np.arange(ends[-1]) + 0.5)
     # Late phase currents meet the field where it is now: no delay of the q-current says that.
     late = model.numeric("commutation").data[3] if len(inputs) > 1 else 0.0
-    courses = np.array([between(t, np.asarray(row), middles - late) for row in inputs]) if model.nu else None
+    courses = np.array([between(t, np.asarray(row), middles - late) for row in inputs])
     out = np.empty((2, t.size))
     out[:, 0] = y, v
     for k in range(1, t.size):
         for now in range(ends[k - 1], ends[k]):
-            if courses is not None:
+            if courses.size:
                 data.ctrl[0] = control(model, courses[:, now], joint.qpos[0])
             mujoco.mj_step(model, data)
         rest = t[k] - t[0] - ends[k] * h
