@@ -195,6 +195,13 @@ def test_a_load_heavier_than_the_axis_leaves_it_the_mass_that_the_simulation_doe
     assert np.max(np.abs(found - recording.y)) < NEAR * np.ptp(recording.y)
 
 
+def test_no_motor_needs_what_mujoco_3_7_has_not() -> None:
+    model = replace(reshaped(axis(HELD, kind="sine", **SINE), values={"phase_resistance": 5.0}), winding="star")
+    for text in (text_of(axis(HELD)), TARGET.files(exported(model))["axis_by_voltage.xml"].decode()):
+        motors = ElementTree.fromstring(text).findall("actuator/dcmotor")
+        assert motors and all("input" not in one.attrib and float(one.attrib["motorconst"]) > 0.0 for one in motors)
+
+
 def test_a_model_per_kilogram_is_refused() -> None:
     with pytest.raises(UsageError, match="mass"):
         TARGET.files(exported(replace(axis(), per_mass=True)))

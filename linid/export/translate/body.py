@@ -71,10 +71,10 @@ class Body(Calls):
         self._taken.add(path)
         return path
 
-    def made(self, name: str) -> Made:
-        """The function under a name."""
+    def made(self, name: str, whole: bool = False) -> Made:
+        """The function under a name; whole: it returns all numbers, whether they are known or not."""
         self._block(self.source.tree.body)
-        result, running = united(self._results) if self._results else (Group(()), [])
+        result, running = united(self._results, whole) if self._results else (Group(()), [])
         kinds: list[Kind] = []
         for number in running:
             column = [[leaf for _, leaf in leaves(one)][number] for one in self._results]

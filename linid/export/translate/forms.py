@@ -92,8 +92,9 @@ def same(one: Value, other: Value) -> bool:
     return one == other
 
 
-def united(results: list[Value]) -> tuple[Value, list[int]]:
-    """The form that holds several results, and which of its leaves are known at run time only.
+def united(results: list[Value], whole: bool = False) -> tuple[Value, list[int]]:
+    """The form that holds several results, and which of its leaves are known at run time only; whole: numbers that are
+    known are taken for such, for callers that know nothing.
 
     Raises TypeError for results of different forms.
     """
@@ -103,7 +104,9 @@ def united(results: list[Value]) -> tuple[Value, list[int]]:
     parts: list[Value] = []
     running: list[int] = []
     for number, column in enumerate(zip(*rows, strict=True)):
-        if not any(isinstance(one, Running) for one in column) and all(same(one, column[0]) for one in column):
+        wanted = whole and isinstance(column[0], Known) and is_number(column[0].value)
+        fixed = not any(isinstance(one, Running) for one in column) and all(same(one, column[0]) for one in column)
+        if fixed and not wanted:
             parts.append(column[0])
             continue
         running.append(number)

@@ -22,22 +22,25 @@ class Program:
         self._alive: list[Any] = []
         self._names: dict[str, int] = {}
 
-    def make(self, function: Any, arguments: list[Value], name: str = "") -> Made:
-        """A function for arguments of this form; raises ConfigError for what cannot be translated."""
+    def make(self, function: Any, arguments: list[Value], name: str = "", whole: bool = False) -> Made:
+        """A function for arguments of this form; whole: it returns all numbers, those too that are known.
+
+        Raises ConfigError for what cannot be translated.
+        """
         plain = plain_function(function)
         arguments = [generalised(one) for one in arguments]
         key = (id(plain), *map(form_of, arguments))
         if key not in self._made:
             self._alive.append((plain, arguments))
             body = Body(self, plain, arguments)
-            self._made[key] = body.made(self._name(name or plain.__name__))
+            self._made[key] = body.made(self._name(name or plain.__name__), whole)
             one = self._made[key].function
             self.functions[one.name] = one
         return self._made[key]
 
     def entry(self, function: Any, arguments: list[Value], name: str) -> Made:
-        """A function that is called from outside, under its name."""
-        return self.make(function, arguments, name)
+        """A function that is called from outside, under its name, and returns what it does of every model."""
+        return self.make(function, arguments, name, whole=True)
 
     def needed(self, entries: list[str]) -> list[Function]:
         """The entries and what they call, each after what it calls."""
