@@ -38,8 +38,30 @@ from linid.export.translate.values import (
 _INLINED = 40  # operations of a function that is one expression, at most, to be written where it is called
 
 
+def whole_power(base, exponent):  # type: ignore[no-untyped-def]  # translated, as all that it stands for
+    """A whole power, by the squares of the base, as the compiler of the simulation takes it."""
+    size = abs(exponent)
+    result = 1.0
+    while size != 0:
+        if size % 2 == 1:
+            result *= base
+        size //= 2
+        base *= base
+    return 1.0 / result if exponent < 0 else result
+
+
 class Calls(Expressions):
     """What evaluates calls."""
+
+    def _of_BinOp(self, node: ast.BinOp) -> Value:  # noqa: N802 - as the tree's node
+        if not isinstance(node.op, ast.Pow):
+            return super()._of_BinOp(node)
+        base, exponent = self.evaluate(node.left), self.evaluate(node.right)
+        if isinstance(base, Known) and isinstance(exponent, Known):
+            return fold.binary("**", base, exponent)
+        if expression_of(exponent).kind != "int":
+            return fold.binary("**", base, exponent)
+        return self._called(whole_power, [fold.library(float, [base]), exponent], "power")
 
     def _of_Call(self, node: ast.Call) -> Value:  # noqa: N802
         target = self.evaluate(node.func)

@@ -67,6 +67,7 @@ SOURCE = """/* @title@
 #include "@name@.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #ifndef NAN
