@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         load,
         read,
         simulate,
+        simulated_by,
         validate,
     )
 
@@ -52,6 +53,7 @@ __all__ = [
     "plot",
     "read",
     "simulate",
+    "simulated_by",
     "validate",
 ]
 

@@ -31,6 +31,7 @@ from linid.recording.recording import Recording
 from linid.threads import one_thread
 
 if TYPE_CHECKING:
+    from linid.arrays import Array
     from linid.diagnosis.gap import Trace
     from linid.diagnosis.means import Means
     from linid.identification.result import FitResult, ModelKind
@@ -202,6 +203,25 @@ def follow(
     loops = controller if isinstance(controller, Controller) else load_controller(controller)
     with one_thread():
         return in_closed_loop(fit.result, recording, loops, position=position, speed=speed)
+
+
+def simulated_by(
+    campaign: Campaign, unit: str | Path, done: Callable[[Recording, Array], None] | None = None
+) -> Campaign:
+    """The campaign with the motions that an FMU has of its recordings beside them, for `diagnose(simulated=True)`.
+
+    unit: an FMU (co-simulation, FMI 2.0 or 3.0) with the variables of linid's exports, or a YAML file that names them;
+    done: called with each recording and its simulated position (n,) in m (rotary: rad), as they come. It runs in a
+    process of its own. Raises UsageError or ConfigError for the unit, DataError where it fails, crashes or diverges.
+    """
+    from linid.simulation.functional_unit import load_unit, simulate_by_unit
+
+    out = []
+    for recording, y in simulate_by_unit(load_unit(unit), campaign.recordings):
+        out.append(replace(recording, simulated=y))
+        if done is not None:
+            done(recording, y)
+    return replace(campaign, recordings=tuple(out))
 
 
 def diagnose(

@@ -261,8 +261,8 @@ def validate(
     "--simulator",
     "--since",
     "simulator",
-    metavar="MODEL.json|recorded",
-    help="Base: this model as it stands, or (recorded) the simulation that the recordings have beside them.",
+    metavar="MODEL.json|recorded|UNIT.fmu",
+    help="Base: this model as it stands, an FMU, or (recorded) the simulation that the recordings have beside them.",
 )
 @model_options
 @settings_options

@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     from linid.identification.result import ModelKind
     from linid.interface.campaign import Campaign
     from linid.interface.results import Diagnosed, Fit
+    from linid.recording import Recording
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "diagnose"
 RECORDED = "recorded"  # the simulation beside the recordings
+UNITS = (".fmu", ".yaml", ".yml")  # files of functional units, or of the names of their variables
 BEFORE_FILE = "model_before.json"
 
 
@@ -44,7 +46,8 @@ def diagnose(
     from linid.identification.model_file import model_to_text
 
     _refuse_with(simulator, request, model)
-    given = None if simulator in (None, RECORDED) else api.load(simulator)
+    foreign = _is_foreign(simulator)
+    given = None if simulator is None or foreign else api.load(simulator)
     campaign = api.read(*request.files, axis_of=given, **request.settings.given())
     announce(campaign, reporter)
     kind = given.model if given is not None else model or base_kind(campaign.recordings)
@@ -55,9 +58,8 @@ def diagnose(
     told = [str(simulator) if given is None else model_to_text(given.result)] if simulator else []
     identity = identity_of(COMMAND, kind, fingerprint(campaign.recordings), decisive(request.settings), known, *told)
     with connected(request, reporter) as workers:
-        folder = begin(
-            request, COMMAND, campaign, identity, [] if given is None else [file_record(Path(str(simulator)))]
-        )
+        more = [] if simulator in (None, RECORDED) else [file_record(Path(str(simulator)))]
+        folder = begin(request, COMMAND, campaign, identity, more)
         if folder.finished_before:
             reporter.say(f"{folder.path}: already finished, nothing to resume")
             return Outcome(COMMAND, folder.path, DONE, str((folder.previous or {}).get("key_figure", "")), (), {})
@@ -65,13 +67,40 @@ def diagnose(
         if request.resume:
             memory.load()
         with recorded(folder), reporter:
-            found = _diagnosed(request, reporter, campaign, (kind, given, simulator == RECORDED), memory, workers)
+            if foreign and simulator != RECORDED:
+                campaign = _simulated(campaign, Path(str(simulator)), folder.path, reporter)
+            found = _diagnosed(request, reporter, campaign, (kind, given, foreign), memory, workers)
             return _complete(found.found, folder, request, reporter)
+
+
+def _simulated(campaign: Campaign, unit: Path, folder: Path, reporter: Reporter) -> Campaign:
+    """The campaign beside what a functional unit makes of it, each motion written as soon as it is there."""
+    import numpy as np
+
+    from linid import api
+    from linid.report.files import csv_text, file_stems
+
+    stems = dict(zip((r.name for r in campaign), file_stems(r.name for r in campaign), strict=True))
+    names: list[str] = []
+
+    def done(recording: Recording, y: Any) -> None:
+        rows = np.column_stack([recording.t, recording.y, y]).tolist()
+        text = csv_text(["t", "measured", "simulated"], rows, 9)
+        write_text(folder / "simulated" / f"{stems[recording.name]}.csv", text)
+        names.append(recording.name)
+        reporter.step("simulate by unit", len(names), len(campaign.recordings))
+
+    return api.simulated_by(campaign, unit, done)
+
+
+def _is_foreign(simulator: str | None) -> bool:
+    """Whether the base is a simulation of the user's own, into which nobody can see."""
+    return simulator is not None and (simulator == RECORDED or Path(simulator).suffix.lower() in UNITS)
 
 
 def _refuse_with(simulator: str | None, request: Request, model: ModelKind | None) -> None:
     """Raise UsageError for options that do not go with a given base."""
-    given = None if simulator == RECORDED else model
+    given = None if _is_foreign(simulator) else model  # of the model that stands in for a foreign simulation
     for option, value in (("--model", given), ("--effect", request.settings.effects)):
         if simulator is not None and value:
             raise UsageError(option, "does not go with a base that is given as it stands", "Leave it out.")

@@ -1,0 +1,177 @@
+"""A functional mock-up unit (FMI 2.0 or 3.0, co-simulation) that simulates recordings, in a process of its own.
+
+Whatever the unit does, it does to that process: a crash is an error that names the recording.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from linid.arrays import Array
+from linid.errors import DataError, UsageError
+from linid.physics.described import Description, Positive
+from linid.recording.recording import Recording
+
+Channel = Literal["current_u", "current_v", "current_w", "drive"]
+_EXTRA = "fmpy is not installed"
+_REMEDY = 'pip install "linid[fmu]"'
+
+
+class FunctionalUnit(Description):
+    """A unit and the names of its variables; the defaults are those of `linid export --to fmu`.
+
+    file: of the unit; inputs: its variable for each channel of a recording (`drive`: the one input, in its unit);
+    position: its output, of which one is so many m (rotary: rad) as `position_scale` says; start_position, start_speed:
+    its parameters for the start, in the same scale ("": it starts where it likes); parameters: further start values;
+    step_s: of the communication (None: the sampling period).
+    """
+
+    file: str = Field(min_length=1)
+    inputs: dict[Channel, str] = Field(
+        default_factory=lambda: {name: name for name in ("current_u", "current_v", "current_w", "drive")}
+    )
+    position: str = "position"
+    position_scale: Positive = 1.0
+    start_position: str = "start_position"
+    start_speed: str = "start_speed"
+    parameters: dict[str, float] = Field(default_factory=dict)
+    step_s: Positive | None = None
+
+
+def load_unit(path: str | Path) -> FunctionalUnit:
+    """A unit by its own file (.fmu), with the variables of linid's exports, or by a YAML file that describes one.
+
+    Raises ConfigError for the YAML, with the line, and UsageError for a file that is not there.
+    """
+    from linid.config import load_yaml_model
+
+    path = Path(path)
+    if not path.exists():
+        raise UsageError(str(path), "file not found", "Check the path.")
+    if path.suffix.lower() == ".fmu":
+        return FunctionalUnit(file=str(path))
+    unit = load_yaml_model(path, FunctionalUnit)
+    return unit.model_copy(update={"file": str(path.parent / unit.file)})
+
+
+def simulate_by_unit(unit: FunctionalUnit, recordings: Sequence[Recording]) -> Iterator[tuple[Recording, Array]]:
+    """Each recording with its position (n,) in m (rotary: rad) as a unit has it, as they come.
+
+    It starts where the recording does, and as fast. Raises UsageError where FMPy or a declared variable is missing or a
+    recording has no input for it, DataError where the unit fails, crashes, or gives what is no number.
+    """
+    try:
+        import fmpy
+    except ImportError:
+        raise UsageError(unit.file, f"is an FMU, and {_EXTRA}", f"Install it: {_REMEDY}.") from None
+    if not Path(unit.file).exists():
+        raise UsageError(unit.file, "file not found", "Paths are relative to the file that names the unit.")
+    known = {one.name for one in fmpy.read_model_description(unit.file).modelVariables}
+    _check_names(unit, known, recordings)
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for recording in recordings:
+            yield recording, unit.position_scale * _simulated(unit, recording, pool)
+
+
+def _simulated(unit: FunctionalUnit, recording: Recording, pool: ProcessPoolExecutor) -> Array:
+    """The position (n,) that a unit gives for a recording, in its own scale."""
+    step = unit.step_s or recording.duration / (recording.t.size - 1)
+    job = pool.submit(
+        _run, unit.file, recording.t, _columns(unit, recording), _start(unit, recording), unit.position, step
+    )
+    try:
+        y = job.result()
+    except BrokenProcessPool:
+        raise DataError(
+            recording.name,
+            f"crashed the process of the unit {unit.file}",
+            "Try the unit alone in its own program, by the same input.",
+        ) from None
+    except RuntimeError as error:
+        raise DataError(recording.name, f"the unit {unit.file} failed: {error}", "See its log.") from None
+    if not np.all(np.isfinite(y)):
+        first = float(recording.t[np.argmin(np.isfinite(y))])
+        raise DataError(
+            recording.name, f"is simulated to no number from {first:g} s on", "Look why the unit diverges there."
+        )
+    return y
+
+
+def _check_names(unit: FunctionalUnit, known: set[str], recordings: Sequence[Recording]) -> None:
+    """Raise UsageError for variables that the unit lacks and are asked of it."""
+    inputs = [unit.inputs[channel] for channel in _channels(unit, recordings)]
+    starts = [name for name in (unit.start_position, unit.start_speed) if name]
+    missing = [name for name in (*inputs, unit.position, *starts, *unit.parameters) if name not in known]
+    if missing:
+        listed = ", ".join(sorted(known)[:30])
+        raise UsageError(
+            unit.file,
+            f"has no variable {', '.join(dict.fromkeys(missing))}",
+            f"Name those that it has (inputs, position, start_position, start_speed, parameters): {listed}.",
+        )
+
+
+def _channels(unit: FunctionalUnit, recordings: Sequence[Recording]) -> tuple[Channel, ...]:
+    """The channels that drive the unit: of phases where there are some, else the one input."""
+    phases: tuple[Channel, ...] = ("current_u", "current_v", "current_w")
+    driven = [r for r in recordings if r.phase_currents is not None or r.drive_input is not None]
+    wanted = phases if any(r.phase_currents is not None for r in driven) else ("drive",) if driven else ()
+    unnamed = [name for name in wanted if name not in unit.inputs]
+    if unnamed:
+        raise UsageError(unit.file, f"names no variable for {', '.join(unnamed)}", "Name them under `inputs`.")
+    return tuple(wanted)  # type: ignore[arg-type]
+
+
+def _columns(unit: FunctionalUnit, recording: Recording) -> dict[str, Array]:
+    """The recording's inputs (n,) by the unit's names."""
+    if recording.phase_currents is not None:
+        names = [unit.inputs[name] for name in ("current_u", "current_v", "current_w")]  # type: ignore[index]
+        return dict(zip(names, recording.phase_currents, strict=True))
+    return {} if recording.drive_input is None else {unit.inputs["drive"]: recording.drive_input}
+
+
+def _start(unit: FunctionalUnit, recording: Recording) -> dict[str, float]:
+    """Start values: the unit's own parameters, and where and how fast the recording starts."""
+    motion = recording.motion
+    out = dict(unit.parameters)
+    for name, value in ((unit.start_position, motion.y[0]), (unit.start_speed, motion.v[0])):
+        if name:
+            out[name] = float(value) / unit.position_scale
+    return out
+
+
+def _run(
+    file: str, t: Array, columns: Mapping[str, Array], start: Mapping[str, float], position: str, step: float
+) -> Array:
+    """The position (n,) at times t (n,) in s, in the unit's own scale. At the top of the module: it runs elsewhere."""
+    import fmpy
+
+    clock = t - t[0]
+    table: Any = None
+    if columns:
+        table = np.zeros(clock.size, dtype=[(name, float) for name in ("time", *columns)])
+        table["time"] = clock
+        for name, values in columns.items():
+            table[name] = values
+    try:
+        found = fmpy.simulate_fmu(
+            file,
+            stop_time=float(clock[-1]),
+            step_size=step,
+            output_interval=step,
+            input=table,
+            start_values=dict(start),
+            output=[position],
+            fmi_type="CoSimulation",
+        )
+    except Exception as error:  # of classes that another process may not know, or cannot build again
+        raise RuntimeError(str(error)) from None
+    return np.asarray(np.interp(clock, found["time"], found[position]), dtype=np.float64)
