@@ -55,6 +55,7 @@ __all__ = [
     "load",
     "read",
     "simulate",
+    "simulated_by",
     "validate",
 ]
 

@@ -30,7 +30,8 @@ class FunctionalUnit(Description):
 
     file: of the unit; inputs: its variable for each channel of a recording (`drive`: the one input, in its unit);
     position: its output, of which one is so many m (rotary: rad) as `position_scale` says; start_position, start_speed:
-    its parameters for the start, in the same scale ("": it starts where it likes); parameters: further start values;
+    its parameters for the start, in the same scale ("": it starts where it likes); parameters: further start
+    values, each in the unit that it has there;
     step_s: of the communication (None: the sampling period).
     """
 
