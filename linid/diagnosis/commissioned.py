@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import THOROUGH
-from linid.diagnosis.judge import judge_of
+from linid.diagnosis.judge import Judge, judge_of
 from linid.diagnosis.means import Means
 from linid.diagnosis.report_data import ParameterChange
+from linid.diagnosis.select import Selection
+from linid.diagnosis.shares import LEAST_GAP, judged_rows
 from linid.diagnosis.unknowns import RATIOS
 from linid.errors import UsageError
 from linid.identification.result import Estimate, FitResult
@@ -89,6 +92,16 @@ def _as_ratio(name: str, values: dict[str, float], low: float, high: float) -> t
         return coulomb / high, coulomb / max(low, 1e-3 * stiffness)
     critical = 2.0 * math.sqrt(stiffness * mass)
     return max(low / critical, 1e-4), high / critical
+
+
+def has_a_gap(judge: Judge, found: Selection) -> bool:
+    """Whether a given model leaves a gap of which shares can be told: what is named of less is its own fit's noise."""
+    return judge.excess(found.base.residual, judged_rows(judge, found.best)) >= LEAST_GAP
+
+
+def nothing_of(found: Selection) -> Selection:
+    """The selection without any of its effects."""
+    return replace(found, best=found.base, parts=(), dropped=(*found.dropped, *found.parts), rivals={})
 
 
 def parameter_changes(

@@ -10,7 +10,13 @@ import numpy as np
 
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.combinations import base_combinations
-from linid.diagnosis.commissioned import commissioned_base, comparable_recordings, parameter_changes
+from linid.diagnosis.commissioned import (
+    commissioned_base,
+    comparable_recordings,
+    has_a_gap,
+    nothing_of,
+    parameter_changes,
+)
 from linid.diagnosis.entries import entries_of, tried_effects
 from linid.diagnosis.experiments import experiments, range_of
 from linid.diagnosis.forecast import together
@@ -184,7 +190,8 @@ def _changed(
     """A given model as the base, and the effects and changed parameters beside it."""
     base = commissioned_base(since, recordings, means, assumptions)
     screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
-    return base, select(base, screening, means.watch)
+    found = select(base, screening, means.watch)
+    return base, found if has_a_gap(base.judge, found) else nothing_of(found)
 
 
 def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence[str]) -> Base:

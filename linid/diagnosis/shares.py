@@ -35,7 +35,7 @@ _FORM = 1.0
 # is one of a power, and nothing tells which noise and band that is counted in. Set so that 93 % of the true shares,
 # which the challenge counts by its own weights, lie inside (107 of seeds 601 and 1611, `tests.benchmarks.selection`).
 _WEIGHING = 0.45
-_LEAST_GAP = 0.1  # of the floor, below which a gap has no shares to speak of
+LEAST_GAP = 0.1  # of the floor, below which a gap has no shares to speak of
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def shares_of(judge: Judge, base: Fitted, best: Fitted, seed: int) -> Shares:
     blocks = floor.size
     draws = np.vstack([np.ones(blocks), generator.multinomial(blocks, np.full(blocks, 1.0 / blocks), _RESAMPLES)])
     # A gap that is hardly one has no shares to speak of: the floor itself is known to some per cent only.
-    gap = np.maximum(draws @ (nothing - floor), _LEAST_GAP * (draws @ floor))
+    gap = np.maximum(draws @ (nothing - floor), LEAST_GAP * (draws @ floor))
 
     def interval(part: Array, extra: float) -> tuple[float, float, float]:
         ratio = (draws @ part) / gap

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from linid.diagnosis.commissioned import parameter_changes
+from linid.diagnosis.commissioned import has_a_gap, nothing_of, parameter_changes
 from linid.diagnosis.diagnose import Found, diagnose
+from linid.diagnosis.held_out_tests import Part
 from linid.diagnosis.means import Means
+from linid.diagnosis.select import Selection
 from linid.errors import UsageError
 from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.result import Estimate, FitResult
@@ -16,7 +18,10 @@ from linid.physics.model import Model
 from linid.report.diagnosis.changes import change_words
 from linid.report.diagnosis.files import diagnosis_data
 from tests.diagnosis import machine
+from tests.diagnosis.machine import Noise
 from tests.diagnosis.test_diagnose import NAMES, recordings
+from tests.diagnosis.test_joint import TRUE, fitted, judged
+from tests.diagnosis.test_lacking import EVIDENCE
 from tests.identification.stand import stand
 
 KNOWN_TO = 5e-3  # of each value: intervals of the given model
@@ -82,3 +87,16 @@ def test_a_model_of_another_kind_of_axis_is_refused() -> None:
     rotary = tuple(replace(r, axis="rotary") for r in recordings())
     with pytest.raises(UsageError, match="rotary axis, the model of a linear one"):
         diagnose("stand", rotary, "theta", since=commissioned(), means=Means(2))
+
+
+def test_what_is_named_of_next_to_no_gap_is_taken_back() -> None:
+    """The base of a made balance, and the same with a residual that is a third larger, or hardly larger."""
+    made = judged(Noise(encoder=1e-7), TRUE)
+    at_floor = fitted(made, TRUE)
+    teeth = Part("cogging", EVIDENCE, at_floor)
+    found = Selection(at_floor, at_floor, (teeth,), (), (), {"cogging": ()})
+    assert abs(made.excess(at_floor.residual)) < 0.1 and not has_a_gap(made, found)
+    far = replace(found, base=replace(at_floor, residual=1.3 * at_floor.residual))
+    assert has_a_gap(made, far)
+    nothing = nothing_of(found)
+    assert nothing.best is at_floor and nothing.parts == () and nothing.dropped == (teeth,) and nothing.rivals == {}
