@@ -30,6 +30,7 @@ def test_the_commands() -> None:
         "fit-motor",
         "generate",
         "inspect",
+        "monitor",
         "simulate",
         "validate",
     ]

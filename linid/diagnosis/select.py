@@ -349,8 +349,7 @@ def contested(
             and (not caught or find_effect(s.name).force is not None)
             and (s.name in simpler or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD))
         ]
-        count = CONTENDERS + sum(s.name in simpler for s in found)
-        found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[:count]
+        found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
         left = []
         for item in found:
             instead = extended(fits, screening, (part.without, item), 1)

@@ -380,6 +380,6 @@ FITS = {
             "diffrax Kvaerno5",
             limits=(("theta", _SLOW_FIELD),),
         ),
-        Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco",)),
+        Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco", "absl", "imageio", "tabulate")),
     )
 }
