@@ -89,11 +89,10 @@ def does_without_effects(by_term: float, by_effects: float, beside: float, count
 
     Shares of the excess that are left: by_term: by the term alone; by_effects: by the effects; beside: of what the
     effects leave, by the best term beside them (1: none). count: of the effects. One cause that leaves no more than
-    several with a term beside them is the likelier one, unless a single effect closes most: a term may be its shape.
+    two and more with a term beside them is the likelier one; of a single effect a term may be the shape.
     """
     with_both = by_effects * beside
-    several = beside < 1.0 and (count > 1 or by_effects > INSTEAD)
-    return by_term < INSTEAD * with_both or (several and by_term <= with_both)
+    return by_term < INSTEAD * with_both or (count > 1 and beside < 1.0 and by_term <= with_both)
 
 
 def _passing(found: Selection) -> list[Part]:
