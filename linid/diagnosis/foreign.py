@@ -55,7 +55,7 @@ def stand_in(
             "Map its column (`simulated: {column: ..., unit: ...}`), or name its file (`simulated: FILE`).",
         )
     generator = np.random.default_rng(means.seed)
-    own = [replace(retaken(r, _simulated(r), generator), steps_seen_in=None, repeat_of="") for r in recordings]
+    own = [replace(retaken(r, _simulated(r), generator), repeat_of="") for r in recordings]
     found = diagnose(name, own, kind, known=known, means=replace(means, memory=None))
     force = found.diagnosis.measures["force"]
     return StandIn(found.after, _free_run(recordings), force.after, force.floor)

@@ -74,25 +74,14 @@ def lead_of(judge: Judge, found: Selection, unexplained: float, means: Means) ->
     beside_left = 1.0 if beside is None else 1.0 - beside.proposal.closed
     alone = _lead(judge, found.base, means.seed)
     if alone is not None:
-        by_term, by_effects = 1.0 - alone.proposal.closed, _left(alone.problem, found.best)
-        if does_without_effects(by_term, by_effects, beside_left, len(found.parts)):
+        left = _left(alone.problem, found.best) * beside_left
+        if 1.0 - alone.proposal.closed < INSTEAD * left:
             return alone
     for part in _passing(found):
         lasting = _lead(judge, part.without, means.seed)
         if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:
             return lasting
     return beside
-
-
-def does_without_effects(by_term: float, by_effects: float, beside: float, count: int) -> bool:
-    """Whether a term alone says that the named effects only lent themselves to something else.
-
-    Shares of the excess that are left: by_term: by the term alone; by_effects: by the effects; beside: of what the
-    effects leave, by the best term beside them (1: none). count: of the effects. One cause that leaves no more than
-    two and more with a term beside them is the likelier one; of a single effect a term may be the shape.
-    """
-    with_both = by_effects * beside
-    return by_term < INSTEAD * with_both or (count > 1 and beside < 1.0 and by_term <= with_both)
 
 
 def _passing(found: Selection) -> list[Part]:

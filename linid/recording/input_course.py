@@ -201,8 +201,7 @@ def jump_instants(recording: Recording, jumps: Sequence[Jump]) -> Array:
     """
     if recording.jump_at is not None:
         return np.full(len(jumps), recording.jump_at)
-    seen = recording.y if recording.steps_seen_in is None else recording.steps_seen_in
-    x, variance = np.array(_bends(np.asarray(seen, dtype=np.float64).tobytes(), tuple(jumps))).T
+    x, variance = np.array(_bends(np.asarray(recording.y, dtype=np.float64).tobytes(), tuple(jumps))).T
     if variance.min() >= _UNTOLD:
         return np.asarray(x)
     weights = 1.0 / (variance + _UNTOLD / 100.0)  # none so sure that it outweighs all others

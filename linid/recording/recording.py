@@ -70,7 +70,6 @@ class Recording:
     between_samples: what the inputs do there; jump_at: at which share of its interval one steps (None: as the motion
     shows it); see `input_course`.
     notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file);
-    steps_seen_in: (n,) positions in m whose motion shows when inputs step; None: y.
     carried: see `motion`.
     Two recordings are equal only if they are the same object.
     """
@@ -92,7 +91,6 @@ class Recording:
     elapsed: float = 0.0
     between_samples: BetweenSamples = "detected"
     jump_at: float | None = None
-    steps_seen_in: Array | None = field(default=None, repr=False)
     source: Path | None = None
     sha256: str = ""
     notes: tuple[str, ...] = field(default=())

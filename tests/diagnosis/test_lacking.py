@@ -7,7 +7,7 @@ from dataclasses import replace
 from linid.diagnosis.held_out_tests import Part, is_likely, is_trifle
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence
-from linid.diagnosis.lacking import does_without_effects, with_effects_of
+from linid.diagnosis.lacking import with_effects_of
 from linid.diagnosis.select import Selection
 from linid.physics.model import Model
 from tests.diagnosis.machine import Noise
@@ -38,12 +38,3 @@ def test_what_takes_next_to_nothing_is_a_trifle_unless_it_brings_the_model_to_th
     assert is_trifle(part, 0.005) and is_trifle(part, -0.05) and not is_trifle(part, 0.02)
     assert not is_trifle(replace(part, evidence=replace(EVIDENCE, closed=0.95)), 0.005)
     assert is_likely(part) and not is_likely(replace(part, evidence=replace(EVIDENCE, closed=0.3)))
-
-
-def test_one_cause_takes_the_place_of_several_where_it_leaves_no_more() -> None:
-    # Two effects that close most: with a term beside them three causes for one; without it they stand.
-    assert does_without_effects(by_term=0.14, by_effects=0.22, beside=0.78, count=2)
-    assert not does_without_effects(by_term=0.14, by_effects=0.22, beside=1.0, count=2)
-    # One effect: a term may be its shape, and must leave less than half of what both leave.
-    assert not does_without_effects(by_term=0.02, by_effects=0.22, beside=0.10, count=1)
-    assert does_without_effects(by_term=0.01, by_effects=0.22, beside=0.10, count=1)

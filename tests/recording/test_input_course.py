@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from linid.identification.signals.motion import measure_motion, retaken
 from linid.physics.model import Model
 from linid.recording import Recording, cubic_spline_coefficients, read_campaign
 from linid.recording.input_course import find_jumps, input_coefficients, input_course, jump_instants
@@ -106,9 +105,6 @@ def test_the_motion_tells_when_the_current_stepped(square: GeneratedCampaign) ->
     begun = np.array([one.t[jump.first] for jump in jumps])
     found = begun + DT * jump_instants(one, jumps)
     np.testing.assert_allclose(found[found > 0.01], edges + lag, atol=INSTANT * DT)
-    again = retaken(one, measure_motion([one]).y, np.random.default_rng(1))
-    assert not np.array_equal(again.y, one.y)
-    np.testing.assert_array_equal(jump_instants(again, jumps), jump_instants(one, jumps))
     stated = replace(one, jump_at=0.25)
     assert np.all(jump_instants(stated, jumps) == 0.25)
 

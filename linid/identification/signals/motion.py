@@ -17,16 +17,14 @@ from linid.statistics import MEDIAN_ABSOLUTE
 def retaken(recording: Recording, smooth: Array, generator: np.random.Generator) -> Recording:
     """Another measurement of the same motion: its position noise and its encoder's steps fall anew.
 
-    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white, as strong as it is there. When
-    inputs step is what the measured motion shows: the smooth one bends less sharply.
+    smooth: (n,) the motion freed of noise, m. Noise beyond that of the steps is white, as strong as it is there.
     """
     step, level = recording.motion.encoder
     shift = step * generator.uniform(-0.5, 0.5)
     y = smooth + level * generator.standard_normal(smooth.size)
     if step > 0.0:
         y = np.round((y + shift) / step) * step - shift
-    seen = recording.y if recording.steps_seen_in is None else recording.steps_seen_in
-    return replace(recording, y=y, steps_seen_in=seen)
+    return replace(recording, y=y)
 
 
 @dataclass(frozen=True)
