@@ -10,10 +10,11 @@ import numpy as np
 from linid.arrays import Array
 from linid.diagnosis.diagnose import diagnose
 from linid.diagnosis.means import Means
-from linid.errors import DataError, UsageError
+from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.signals.motion import retaken
 from linid.recording.recording import Recording
+from linid.simulation.functional_unit import checked_motion
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,7 @@ def stand_in(
 
 def _simulated(recording: Recording) -> Array:
     assert recording.simulated is not None
-    if not np.all(np.isfinite(recording.simulated)):
-        first = float(recording.t[np.argmin(np.isfinite(recording.simulated))])
-        raise DataError(
-            recording.name, f"is simulated to no number from {first:g} s on", "Look why the simulation diverges there."
-        )
-    return recording.simulated
+    return checked_motion(recording, recording.simulated)
 
 
 def _free_run(recordings: Sequence[Recording]) -> float:

@@ -21,8 +21,7 @@ from linid.physics.described import Description, Positive
 from linid.recording.recording import Recording
 
 Channel = Literal["current_u", "current_v", "current_w", "drive"]
-_EXTRA = "fmpy is not installed"
-_REMEDY = 'pip install "linid[fmu]"'
+_PHASES: tuple[Channel, ...] = ("current_u", "current_v", "current_w")
 
 
 class FunctionalUnit(Description):
@@ -36,9 +35,7 @@ class FunctionalUnit(Description):
     """
 
     file: str = Field(min_length=1)
-    inputs: dict[Channel, str] = Field(
-        default_factory=lambda: {name: name for name in ("current_u", "current_v", "current_w", "drive")}
-    )
+    inputs: dict[Channel, str] = Field(default_factory=lambda: {name: str(name) for name in (*_PHASES, "drive")})
     position: str = "position"
     position_scale: Positive = 1.0
     start_position: str = "start_position"
@@ -72,7 +69,8 @@ def simulate_by_unit(unit: FunctionalUnit, recordings: Sequence[Recording]) -> I
     try:
         import fmpy
     except ImportError:
-        raise UsageError(unit.file, f"is an FMU, and {_EXTRA}", f"Install it: {_REMEDY}.") from None
+        remedy = 'Install it: pip install "linid[fmu]".'
+        raise UsageError(unit.file, "is an FMU, and fmpy is not installed", remedy) from None
     if not Path(unit.file).exists():
         raise UsageError(unit.file, "file not found", "Paths are relative to the file that names the unit.")
     known = {one.name for one in fmpy.read_model_description(unit.file).modelVariables}
@@ -98,10 +96,18 @@ def _simulated(unit: FunctionalUnit, recording: Recording, pool: ProcessPoolExec
         ) from None
     except RuntimeError as error:
         raise DataError(recording.name, f"the unit {unit.file} failed: {error}", "See its log.") from None
+    return checked_motion(recording, y)
+
+
+def checked_motion(recording: Recording, y: Array) -> Array:
+    """The simulated position (n,) of a recording itself, where it is a number throughout.
+
+    y: (n,) in the unit of whoever simulates, m where nothing else is said. Raises DataError where it is none.
+    """
     if not np.all(np.isfinite(y)):
         first = float(recording.t[np.argmin(np.isfinite(y))])
         raise DataError(
-            recording.name, f"is simulated to no number from {first:g} s on", "Look why the unit diverges there."
+            recording.name, f"is simulated to no number from {first:g} s on", "Look why the simulation diverges there."
         )
     return y
 
@@ -122,19 +128,19 @@ def _check_names(unit: FunctionalUnit, known: set[str], recordings: Sequence[Rec
 
 def _channels(unit: FunctionalUnit, recordings: Sequence[Recording]) -> tuple[Channel, ...]:
     """The channels that drive the unit: of phases where there are some, else the one input."""
-    phases: tuple[Channel, ...] = ("current_u", "current_v", "current_w")
     driven = [r for r in recordings if r.phase_currents is not None or r.drive_input is not None]
-    wanted = phases if any(r.phase_currents is not None for r in driven) else ("drive",) if driven else ()
+    phased = any(r.phase_currents is not None for r in driven)
+    wanted: tuple[Channel, ...] = _PHASES if phased else ("drive",) if driven else ()
     unnamed = [name for name in wanted if name not in unit.inputs]
     if unnamed:
         raise UsageError(unit.file, f"names no variable for {', '.join(unnamed)}", "Name them under `inputs`.")
-    return tuple(wanted)  # type: ignore[arg-type]
+    return wanted
 
 
 def _columns(unit: FunctionalUnit, recording: Recording) -> dict[str, Array]:
     """The recording's inputs (n,) by the unit's names."""
     if recording.phase_currents is not None:
-        names = [unit.inputs[name] for name in ("current_u", "current_v", "current_w")]  # type: ignore[index]
+        names = [unit.inputs[name] for name in _PHASES]
         return dict(zip(names, recording.phase_currents, strict=True))
     return {} if recording.drive_input is None else {unit.inputs["drive"]: recording.drive_input}
 

@@ -33,6 +33,12 @@ class Variable:
     start: float | None
     words: str
 
+    @property
+    def initial(self) -> str:
+        """Its attribute `initial`, after a blank, where it needs one."""
+        kinds = {"output": "calculated", "parameter": "exact"}
+        return f' initial="{kinds[self.causality]}"' if self.causality in kinds else ""
+
 
 def variables_of(exported: Exported, program: ModelProgram) -> tuple[Variable, ...]:
     """All variables, in the order of their value references."""
@@ -71,11 +77,9 @@ def fmi2_description(exported: Exported, program: ModelProgram, token: str, sour
     lines = []
     for number, one in enumerate(variables):
         real = f"<Real unit={quoteattr(one.unit)}" + ("" if one.start is None else f' start="{one.start!r}"') + "/>"
-        initial = ' initial="calculated"' if one.causality == "output" else ""
-        initial = ' initial="exact"' if one.causality == "parameter" else initial
         lines.append(
             f'<ScalarVariable name="{one.name}" valueReference="{number}" causality="{one.causality}" '
-            f'variability="{one.variability}"{initial} description={quoteattr(one.words)}>{real}</ScalarVariable>'
+            f'variability="{one.variability}"{one.initial} description={quoteattr(one.words)}>{real}</ScalarVariable>'
         )
     outputs = [k + 1 for k, one in enumerate(variables) if one.causality == "output"]
     unknowns = "".join(f'<Unknown index="{k}"/>' for k in outputs)
@@ -105,12 +109,10 @@ def fmi3_description(exported: Exported, program: ModelProgram, token: str) -> s
     variables = variables_of(exported, program)
     lines = []
     for number, one in enumerate(variables):
-        initial = ' initial="calculated"' if one.causality == "output" else ""
-        initial = ' initial="exact"' if one.causality == "parameter" else initial
         start = "" if one.start is None else f' start="{one.start!r}"'
         lines.append(
             f'<Float64 name="{one.name}" valueReference="{number}" causality="{one.causality}" '
-            f'variability="{one.variability}"{initial} description={quoteattr(one.words)} '
+            f'variability="{one.variability}"{one.initial} description={quoteattr(one.words)} '
             f"unit={quoteattr(one.unit)}{start}/>"
         )
     outputs = [k for k, one in enumerate(variables) if one.causality == "output"]
