@@ -126,8 +126,8 @@ SAMPLES: dict[str, dict[str, float]] = {
         "backlash_load_damping": 0.3,
     },
     "load_dependent_friction": {"load_friction": 0.15},
-    "force_constant_change": {"constant_change": -0.2},
-    "viscous_friction_change": {"viscous_change": 5.0},
+    "force_constant_change": {"constant_change": 0.15},
+    "viscous_friction_change": {"viscous_change": 2.0},
     "pole_pitch_error": {"pitch_error_2": 4e-4, "pitch_error_3": -3e-4, "pitch_low": -0.06, "pitch_high": 0.09},
 }
 NAMES = tuple(effect.name for effect in EFFECTS)
