@@ -12,6 +12,7 @@ from linid.export.target import Target, check_target
 from linid.export.targets import isaac, matlab, mujoco, python, ros2, twincat, urdf
 from linid.export.targets.c import target as c
 from linid.export.targets.fmu import target as fmu
+from linid.export.targets.modelica import target as modelica
 
 GROUP = "linid.exports"
 
@@ -20,6 +21,7 @@ BUILT_IN: tuple[Target, ...] = (
     c.TARGET,
     fmu.TARGET,
     matlab.TARGET,
+    modelica.TARGET,
     mujoco.TARGET,
     urdf.TARGET,
     isaac.TARGET,

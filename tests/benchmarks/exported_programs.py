@@ -1,8 +1,9 @@
 """How far exported programs are from linid, and how fast: python -m tests.benchmarks.exported_programs [--emps]
 
 The stand's four modes (4 s each at 1 kHz; a square wave 3 s) with nine effects, and with --emps the EMPS recordings
-(needs LINID_SHARED). Python, C and Octave take whole recordings; the FMU goes at communication points, with inputs held
-and along the line or the parabola through the last ones, at 1 kHz and at 8 kHz. Written are tables in Markdown.
+(needs LINID_SHARED). Python, C, Octave and Modelica take whole recordings; the FMU goes at communication points, with
+inputs held and along the line or the parabola through the last ones, at 1 kHz and at 8 kHz. Written are tables in
+Markdown.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from tests.export.axis import EIGHT, result_of
 from tests.export.compiler import CC
+from tests.export.modelica_package import Package, SampledBlock
 from tests.simulation.axis_with_effects import SAMPLES
 
 MODES = ("slow_ramp_1", "sine_current_1", "square_current_1", "sine_position_1")
@@ -145,6 +147,18 @@ def by_octave(model: Exported, recording: Recording, folder: Path, c: np.ndarray
     return np.loadtxt(folder / "out.txt")
 
 
+def by_modelica(model: Exported, recording: Recording, folder: Path, c: np.ndarray, stepping: bool) -> np.ndarray:
+    """Position (n,) in m by the exported Modelica package, run from its tree."""
+    written(model, "modelica", folder)
+    package = Package((folder / f"{model.name}.mo").read_text(encoding="utf-8"))
+    dt = recording.duration / (recording.t.size - 1)
+    start = [float(recording.y[0]), 0.0, package.constants["unknown"]]
+    run = [float(recording.number), recording.elapsed, recording.added_mass]
+    given = (c.ravel().tolist(), float(recording.t[0]), dt, 2, start, run, stepping)
+    (out,) = package["simulate"](SampledBlock(package).now["parameters"], *given)
+    return np.array(out)[:, 0]
+
+
 def by_fmu(model: Exported, recording: Recording, folder: Path, order: int, rate: int) -> tuple[np.ndarray, float]:
     """Position (n,) in m at the samples by the FMU that communicates at a rate in kHz, and seconds that it took."""
     import fmpy
@@ -190,7 +204,7 @@ def row(model: Exported, recording: Recording) -> list[str]:
     factors = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for way in (by_python, by_c, by_octave):
+        for way in (by_python, by_c, by_octave, by_modelica):
             if way is by_octave and shutil.which("octave-cli") is None:
                 cells.append("-")
                 continue
@@ -204,7 +218,7 @@ def row(model: Exported, recording: Recording) -> list[str]:
 
 def main() -> None:
     """Print the table: largest distances in um, for as long as the model itself tells where the axis is."""
-    names = ["recording", "told for, s", "stroke, mm", "Python", "C", "Octave"]
+    names = ["recording", "told for, s", "stroke, mm", "Python", "C", "Octave", "Modelica"]
     names += [f"FMU at {rate} kHz: held, line, parabola" for rate in RATES]
     names += [f"times real time at {rate} kHz" for rate in RATES]
     print("| " + " | ".join(names) + " |")

@@ -253,3 +253,37 @@ def assigned_in(body: tuple[Statement, ...]) -> set[str]:
         elif isinstance(one, Invoke):
             found |= set(one.names)
     return found
+
+
+def without_continue(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
+    """Statements of the same meaning without `Continue`, for languages that have none."""
+    return tuple(
+        replace(one, body=_turn(one.body))
+        if isinstance(one, While | For)
+        else replace(one, then=without_continue(one.then), otherwise=without_continue(one.otherwise))
+        if isinstance(one, If)
+        else one
+        for one in body
+    )
+
+
+def _turn(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
+    """A loop's turn: what follows a condition with `Continue` in it moves into the ways that go on."""
+    for k, one in enumerate(body):
+        if isinstance(one, Continue):
+            return without_continue(body[:k])
+        if isinstance(one, If) and _goes_on_early((one,)):
+            rest = body[k + 1 :]
+            then, otherwise = (
+                _turn(way if way and isinstance(way[-1], Continue | Break | Return) else (*way, *rest))
+                for way in (one.then, one.otherwise)
+            )
+            return (*without_continue(body[:k]), If(one.condition, then, otherwise))
+    return without_continue(body)
+
+
+def _goes_on_early(body: tuple[Statement, ...]) -> bool:
+    """Whether a `Continue` of the loop around stands in statements."""
+    inside = [one for one in body if isinstance(one, If)]
+    direct = any(isinstance(one, Continue) for one in body)
+    return direct or any(_goes_on_early(one.then) or _goes_on_early(one.otherwise) for one in inside)
