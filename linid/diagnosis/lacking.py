@@ -74,14 +74,33 @@ def lead_of(judge: Judge, found: Selection, unexplained: float, means: Means) ->
     beside_left = 1.0 if beside is None else 1.0 - beside.proposal.closed
     alone = _lead(judge, found.base, means.seed)
     if alone is not None:
-        left = _left(alone.problem, found.best) * beside_left
-        if 1.0 - alone.proposal.closed < INSTEAD * left:
+        by_term, by_effects = 1.0 - alone.proposal.closed, _left(alone.problem, found.best)
+        its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
+        if does_without_effects(by_term, by_effects, beside_left, its_shape):
             return alone
     for part in _passing(found):
         lasting = _lead(judge, part.without, means.seed)
         if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:
             return lasting
     return beside
+
+
+def does_without_effects(by_term: float, by_effects: float, beside: float, its_shape: bool) -> bool:
+    """Whether a term alone says that the named effects only lent themselves to something else.
+
+    Shares of the excess that are left: by_term: by the term alone; by_effects: by the effects; beside: of what the
+    effects leave, by the best term beside them (1: none). its_shape: whether an effect depends on just the term's
+    arguments. Effects that leave most of the excess to a term, and no less with it than another term does alone, are
+    two causes for one; effects that close most of it are not given up for a shape.
+    """
+    with_both = by_effects * beside
+    two_for_one = not its_shape and beside < 1.0 and by_effects > INSTEAD
+    return by_term < INSTEAD * with_both or (two_for_one and by_term <= with_both)
+
+
+def _of_the_arguments(effects: Sequence[str], arguments: Sequence[str]) -> bool:
+    """Whether one of some effects depends on just these arguments: a term of them is its shape, not another cause."""
+    return any(set(answer) == set(arguments) for name in effects for answer in find_effect(name).depends_on)
 
 
 def _passing(found: Selection) -> list[Part]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from linid.diagnosis.held_out_tests import Part, is_likely, is_trifle
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence
-from linid.diagnosis.lacking import with_effects_of
+from linid.diagnosis.lacking import does_without_effects, with_effects_of
 from linid.diagnosis.select import Selection
 from linid.physics.model import Model
 from tests.diagnosis.machine import Noise
@@ -38,3 +38,14 @@ def test_what_takes_next_to_nothing_is_a_trifle_unless_it_brings_the_model_to_th
     assert is_trifle(part, 0.005) and is_trifle(part, -0.05) and not is_trifle(part, 0.02)
     assert not is_trifle(replace(part, evidence=replace(EVIDENCE, closed=0.95)), 0.005)
     assert is_likely(part) and not is_likely(replace(part, evidence=replace(EVIDENCE, closed=0.3)))
+
+
+def test_a_term_takes_the_place_of_effects_that_leave_most_to_a_term_beside_them() -> None:
+    # An effect that closes a fifth, and a term beside it that does the rest: two causes for one.
+    assert does_without_effects(by_term=0.06, by_effects=0.78, beside=0.1, its_shape=False)
+    assert not does_without_effects(by_term=0.06, by_effects=0.78, beside=0.1, its_shape=True)
+    # Without a term beside it there is nothing that counts twice; effects that close most stand.
+    assert not does_without_effects(by_term=0.7, by_effects=0.78, beside=1.0, its_shape=False)
+    assert not does_without_effects(by_term=0.32, by_effects=0.42, beside=0.84, its_shape=False)
+    # Half of what effects and term leave together is told by anything.
+    assert does_without_effects(by_term=0.01, by_effects=0.22, beside=0.1, its_shape=True)
