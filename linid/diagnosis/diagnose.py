@@ -28,7 +28,7 @@ from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.refined_models import changes_of, refined_models
-from linid.diagnosis.report_data import Budget, Diagnosis, LawFinding, Verdict
+from linid.diagnosis.report_data import Budget, Diagnosis, LawFinding, ProposedTerm, Verdict
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
@@ -94,7 +94,7 @@ def diagnose(
         axis=recordings[0].axis,
         base_effects=effects,
         assumptions=tuple(assumptions),
-        verdict=_with_law(_verdict(budget, seen, found, base, checks), law),
+        verdict=_with_law(_verdict(budget, seen, found, base, checks, term), law),
         budget=budget,
         tried=tried_effects(found),
         where=seen.where,
@@ -219,11 +219,18 @@ def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares,
     return found, shares, lead
 
 
-def _verdict(budget: Budget, seen: Seen, found: Selection, base: Base, checks: Sequence[RecordingChecks]) -> Verdict:
+def _verdict(
+    budget: Budget,
+    seen: Seen,
+    found: Selection,
+    base: Base,
+    checks: Sequence[RecordingChecks],
+    term: ProposedTerm | None,
+) -> Verdict:
     """The verdict, with the waves of a periodic effect and the recording to make next."""
     screened = [(s.name, s.trial.explained) for s in found.screened]
     axis = base.judge.balance.recordings[0].axis
-    verdict = decide(budget, seen.where, screened, seen.motion, checks, axis)
+    verdict = decide(budget, seen.where, screened, seen.motion, checks, axis, term)
     words = _waves(found.best, axis, seen.field)
     following = _next_experiment(verdict.next_experiment, budget, found, base.judge, base, seen.field)
     return replace(verdict, sentence=verdict.sentence + words, next_experiment=following)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from linid.diagnosis.next_experiment import Prospect
-from linid.diagnosis.report_data import Budget, Entry, Share, Status, Verdict
+from linid.diagnosis.report_data import Budget, Entry, ProposedTerm, Share, Status, Verdict
+from linid.physics.effects.effect import ARGUMENTS
 from linid.physics.effects.registry import find_effect
 from linid.recording.check_findings import RecordingChecks
 from linid.recording.checks import joined_findings
@@ -42,12 +43,13 @@ def decide(
     motion: float,
     checks: Sequence[RecordingChecks],
     axis: str,
+    term: ProposedTerm | None = None,
 ) -> Verdict:
     """The verdict of a diagnosis.
 
     where: shares of the base's residual by coordinate; screened: effect and explained share, best first; motion: share
     of the held-out acceleration's power that the best model explains; checks: of the data; axis: linear
-    or rotary.
+    or rotary; term: proposed for what the effects leave.
     """
     word = "torque" if axis == "rotary" else "force"
     status = status_of(budget)
@@ -57,11 +59,13 @@ def decide(
         sentence = f"The residual {word} of the held-out recordings is at the noise floor: no effect is missing."
         return Verdict(status, (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more.")
     if status == "unknown":
-        sentence = _unknown(budget, where, screened, motion, checks)
+        sentence = _unknown(where, screened, motion, checks, _term_in_words(term, word))
         near = screened[0][0] if screened else ""
         step = "Repeat a recording to see what of it repeats."
         if near:
             step = f"To see whether {near.replace('_', ' ')} is behind it, record {find_effect(near).exposed_by}."
+        if term is not None and term.next_experiment:
+            step = term.next_experiment
         return Verdict(status, (), (), sentence, step)
     parts = [_in_words(entry) for entry in budget.entries]
     if len(parts) == 1:
@@ -73,6 +77,8 @@ def decide(
     else:
         rest = _percent(max(budget.unexplained, 0.0))
         depends = f", which depends on {_list(budget.depends_on)}" if budget.depends_on else ""
+        if term is not None:  # it says it better: its arguments were tested together
+            depends = f", of which {_term_in_words(term, word)}"
         sentence = f"{causes[0].upper()}{causes[1:]}; {rest} stay unexplained{depends}."
     worse = {name for entry in budget.entries for name in entry.worsens}
     if worse:
@@ -83,6 +89,14 @@ def decide(
     return Verdict(status, names, rivals, sentence, step)
 
 
+def _term_in_words(term: ProposedTerm | None, word: str) -> str:
+    """What a proposed term does, as a clause; empty without one. word: force or torque."""
+    if term is None:
+        return ""
+    labels = [ARGUMENTS[name].replace("force", word) for name in term.arguments]
+    return f"a term of {_list(labels)} closes {_percent(term.closed)}"
+
+
 def _in_words(entry: Entry) -> str:
     """An entry with its share and, where there are any, its rivals."""
     name = " or ".join(n.replace("_", " ") for n in (entry.effect, *entry.rivals))
@@ -90,15 +104,16 @@ def _in_words(entry: Entry) -> str:
 
 
 def _unknown(
-    budget: Budget,
     where: Sequence[Share],
     screened: Sequence[tuple[str, float]],
     motion: float,
     checks: Sequence[RecordingChecks],
+    term: str,
 ) -> str:
-    """What was tried and what it saw, where no effect has evidence."""
+    """What was tried and what it saw, where no effect has evidence. term: what a proposed one does."""
     found = [s.label for s in where if s.share > TELLING and s.p_value < SURE][:3]
     depends = f"depends on {_list(found)}" if found else "depends on none of the usual coordinates"
+    gap = f"; {term} of it." if term else f": the residual {depends}."
     tried = ""
     if screened:
         tried = (
@@ -111,7 +126,7 @@ def _unknown(
         moved = f" The model explains {_percent(max(motion, 0.0))} of the held-out accelerations."
     warned = [text for level, _, text in joined_findings(checks) if level == "warning"]
     seen = f" The data themselves: {warned[0]}" if warned else ""
-    return f"No effect of the library explains the gap: the residual {depends}.{tried}{moved}{seen}"
+    return f"No effect of the library explains the gap{gap}{tried}{moved}{seen}"
 
 
 def advice(budget: Budget, best: Prospect, noise: float, axis: str) -> str:

@@ -9,6 +9,7 @@ import pytest
 
 from linid.diagnosis.report_data import Budget, Change, Entry, Share
 from linid.diagnosis.verdict import decide, status_of
+from tests.report.proposal_samples import term as proposed
 
 NONE = np.zeros(0)
 WHERE = (Share("position", "position", "m", 0.6, 0.01, NONE, NONE, NONE),)
@@ -106,3 +107,12 @@ def test_the_next_recording_is_a_sentence_that_says_what_for() -> None:
     )
     one = decide(budget((entry("payload_change"),), 20.0, 2.0), WHERE, (), 0.99, (), "linear")
     assert one.next_experiment == "To measure payload change better, record the same accelerations in every recording."
+
+
+def test_a_proposed_term_stands_in_the_verdict_in_place_of_single_coordinates() -> None:
+    term = proposed(None, ("velocity", "motor_force"))
+    unknown = decide(budget((), 20.0, 20.0), WHERE, (("payload_change", 0.4),), 0.99, (), "linear", term)
+    assert "library explains the gap; a term of velocity and motor force closes 83 % of it." in unknown.sentence
+    assert unknown.next_experiment == term.next_experiment
+    partly = decide(budget((entry(share=0.6),), 20.0, 2.0), WHERE, (), 0.99, (), "rotary", term).sentence
+    assert "40 % stay unexplained, of which a term of velocity and motor torque closes 83 %." in partly
