@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from linid.export.target import Exported
-from linid.export.targets.modelica.target import TARGET, modelica_unit
+from linid.export.targets.modelica.target import TARGET, _name, modelica_unit
 from linid.export.translate.tree import (
     Break,
     Continue,
     For,
+    Function,
     If,
     Let,
     Number,
@@ -239,6 +240,16 @@ def test_loops_mean_the_same_without_continue() -> None:
     assert nested.otherwise == (Return((X,)),)
     inner = For("k", Number(0, "int"), Number(2, "int"), (when(1.0, Continue()), last))
     assert without_continue((inner,)) == (replace(inner, body=(If(when(1.0).condition, (), (last,)),)),)
+
+
+def test_functions_and_parameters_take_no_name_that_is_taken() -> None:
+    writer = ModelicaWriter()
+    function = Function("sample", (X,), ("float",), (Return((X,)),), {}, frozenset(), frozenset())
+    text = writer.program([function])
+    assert "function sample_of\n" in text
+    assert text.endswith("\n".join(("algorithm", "  result_1 := x;", "end sample_of;")))
+    assert writer.call(function, ["1.0"]) == "sample_of(1.0)"
+    assert [_name(writer, one) for one in ("mass", "record", "period")] == ["mass", "record_", "period_"]
 
 
 def test_texts_are_strings_of_modelica() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+import re
 from typing import TYPE_CHECKING
 
 from linid.export.target import Exported, Target
@@ -84,6 +85,14 @@ def _numbers(exported: Exported, program: ModelProgram) -> dict[str, str]:
     }
 
 
+def _name(writer: ModelicaWriter, parameter: str) -> str:
+    """A model's parameter as the block calls it: neither as a word of the language nor as one of its variables."""
+    from linid.export.targets.modelica.texts import BLOCK
+
+    taken = parameter in re.findall(r"(?:Real|Integer) (\w+)", BLOCK)
+    return f"{parameter}_" if taken else writer.variable(parameter)
+
+
 def _remembered(exported: Exported, period: float) -> int:
     """Samples of inputs that act late: four times as many as the identified delays take."""
     from linid.physics.effects.registry import find_effect
@@ -109,12 +118,12 @@ def _declarations(exported: Exported, program: ModelProgram, writer: ModelicaWri
     constants += [f"  constant Integer T = {len(GOING) + 1};", f"  constant Integer KNOWN = {len(GOING) + 2};"]
     unit = modelica_unit(unit_of_inputs(exported))
     angle = "6.283185307179586 * (frequency * time - {}.0 / 3.0)"
-    drives = [f"axis.{name} = size * sin({angle.format(k)});" for k, name in enumerate(program.inputs)]
+    drives = [f"axis.{name} = amplitude * sin({angle.format(k)});" for k, name in enumerate(program.inputs)]
     return {
         "places": "\n".join(constants),
         "inputs": "\n".join(f'    input Real {one}(unit = "{unit}") "Drives the axis";' for one in program.inputs),
         "parameters": "\n".join(
-            f'    parameter Real {writer.variable(one.name)}(unit = "{modelica_unit(one.unit)}") = {one.value!r} '
+            f'    parameter Real {_name(writer, one.name)}(unit = "{modelica_unit(one.unit)}") = {one.value!r} '
             f"{quoted(one.meaning or one.name)};"
             for one in slots
         ),
@@ -122,7 +131,7 @@ def _declarations(exported: Exported, program: ModelProgram, writer: ModelicaWri
         "force": ("m/s2" if not rotary else "rad/s2") if per_mass else force,
         "mass": "1" if per_mass else mass,
         "list_inputs": ", ".join(program.inputs) or "0.0",
-        "list_p": ", ".join(writer.variable(one.name) for one in program.parameters),
+        "list_p": ", ".join(_name(writer, one.name) for one in program.parameters),
         "drives": "\n".join(f"    {one}" for one in drives),
     }
 
@@ -132,7 +141,7 @@ def _calls(program: ModelProgram, writer: ModelicaWriter) -> dict[str, str]:
     own, field = bool(program.own), _with_field(writer, program)
     given = ["parameters", *(["own_parameters"] if own else [])]
     take = [f"    input Real {name}[:];" for name in given]
-    table, names = program.table, [writer.variable(one.name) for one in program.own]
+    table, names = program.table, [_name(writer, one.name) for one in program.own]
     return {
         "take": "\n".join(take),
         "take_field": "\n".join([*take, *(["    input Real field[:];"] if field else [])]),

@@ -35,8 +35,8 @@ BLOCK = """  block Axis "The axis between sampled inputs and sampled outputs"
     output Real thrust(unit = "@force@") "Force of the motor";
     parameter Real period(unit = "s") = @period@ "Time between two samples";
     parameter Real internal_step(unit = "s") = @step@ "Longest internal step";
-    parameter Integer input_order = @order@ "Inputs between samples: 0 held, 1 line, 2 parabola through the last ones";
-    parameter Integer remembered = @remembered@ "Samples of which the inputs are remembered, for those that act late";
+    parameter Integer input_order(min = 0, max = 2) = @order@ "Inputs after a sample: 0 held, 1 line, 2 parabola";
+    parameter Integer remembered(min = 1) = @remembered@ "Samples of inputs that are kept, as some act late";
     parameter Real start_time(unit = "s") = 0.0 "Time of the first sample";
     parameter Real start_position(unit = "@way@") = 0.0 "Position then";
     parameter Real start_speed(unit = "@way@/s") = 0.0 "Speed then";
@@ -231,7 +231,7 @@ FIELD_OF = """
 """
 
 EXAMPLE = """  model Example "The axis under sines"
-    parameter Real size = 1.0 "Of the inputs";
+    parameter Real amplitude = 1.0 "Of the inputs";
     parameter Real frequency(unit = "Hz") = 1.0;
     Axis axis;
   equation

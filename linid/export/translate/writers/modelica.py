@@ -187,34 +187,37 @@ class ModelicaWriter(Writer):
 
     def call(self, function: Function, arguments: list[str]) -> str:
         """A call."""
-        return f"{function.name}({', '.join([*self.needed(function), *arguments])})"
+        return f"{self.function_name(function)}({', '.join([*self.needed(function), *arguments])})"
+
+    def function_name(self, function: Function) -> str:
+        """A function's name, which no word of the language has."""
+        return f"{function.name}_of" if function.name in self.reserved else function.name
 
     def function(self, function: Function) -> str:
         """The definition of a function."""
+        name, words = self.function_name(function), quoted(f"{function.words}.") if function.words else ""
         changed, kinds = self.changed(function), function.results
-        inputs = [f"Real {name}{'_before' if name in changed else ''}[:]" for name in self.needed(function)]
+        inputs = [f"Real {one}{'_before' if one in changed else ''}[:]" for one in self.needed(function)]
         inputs += [f"{_TYPES[one.kind]} {self.variable(one.name)}" for one in function.arguments]
-        outputs = [f"Real {name}[size({name}_before, 1)]" for name in changed]
+        outputs = [f"Real {one}[size({one}_before, 1)]" for one in changed]
         outputs += [f"{_TYPES[kind]} result_{k}" for k, kind in enumerate(kinds, 1)]
         body = without_continue(function.body)
         counters = {one.name for one in statements(body) if isinstance(one, For)}
         counters -= {one.name for one in statements(body) if isinstance(one, Let)}
         local = [(n, kind) for n, kind in sorted(function.variables.items()) if n not in counters]
-        lines = [f"{name} := {name}_before;" for name in changed] + self.block(body, 0)
+        lines = [f"{one} := {one}_before;" for one in changed] + self.block(body, 0)
         if lines and lines[-1] == "return;":
             lines.pop()
         return "\n".join(
             [
-                f"function {function.name} {quoted(f'{function.words}.')}"
-                if function.words
-                else f"function {function.name}",
+                f"function {name} {words}".rstrip(),
                 *(f"  input {one};" for one in inputs),
                 *(f"  output {one};" for one in outputs),
                 *(["protected"] if local else []),
-                *(f"  {_TYPES[kind]} {self.variable(name)};" for name, kind in local),
+                *(f"  {_TYPES[kind]} {self.variable(one)};" for one, kind in local),
                 "algorithm",
                 *(f"  {line}" for line in lines),
-                f"end {function.name};",
+                f"end {name};",
             ]
         )
 
