@@ -40,6 +40,32 @@ class ClosedLoop:
         return self.reference - self.y
 
 
+@dataclass(frozen=True)
+class Command:
+    """What a drive commands in each of n cycles of dt s, (n,) arrays at their beginnings: y in m, v in m/s, a in m/s^2;
+    cycles: per sample of the reference."""
+
+    y: Array
+    v: Array
+    a: Array
+    dt: float
+    cycles: int
+
+
+def command_of(reference: Recording, controller: Controller) -> Command:
+    """The command of every cycle: cycles are made to divide the sampling period of the reference, which is a cubic
+    spline between its samples. reference: recording whose `y` is the commanded position.
+    """
+    cycles = max(1, round(reference.duration / (reference.t.size - 1) / controller.cycle_time_s))
+    dt = reference.duration / (cycles * (reference.t.size - 1))
+    spline = cubic_spline_coefficients(cycles * dt, reference.y)[0]
+    share = (np.arange(cycles) * dt)[:, None] ** np.arange(4)
+    y = (spline @ share.T).ravel()
+    v = ((spline[:, 1:] * np.arange(1, 4)) @ share[:, :3].T).ravel()
+    a = ((spline[:, 2:] * (2.0, 6.0)) @ share[:, :2].T).ravel()
+    return Command(y, v, a, dt, cycles)
+
+
 def follow(
     model: Model,
     values: dict[str, float],
@@ -47,25 +73,23 @@ def follow(
     reference: Recording,
     start: tuple[float | None, float] = (None, 0.0),
     substeps: int = 2,
+    *,
+    ahead: Array | None = None,
 ) -> ClosedLoop:
     """Run a motor in a drive's cascade: position P, velocity PI, current limit (the paper's modes of operation).
 
     values: SI by canonical name; reference: recording whose `y` is the commanded position; start: position in m (None:
-    that commanded first) and speed in m/s; substeps: internal steps per cycle at least.
-    Cycles are made to divide the sampling period. Between its samples the reference is a cubic spline.
+    that commanded first) and speed in m/s; substeps: internal steps per cycle at least; ahead: (cycles,) A, what the
+    motor is given besides in every cycle of `command_of`, with the sign of its force constant, before the current
+    limit (None: nothing).
     """
-    cycles = max(1, round(reference.duration / (reference.t.size - 1) / controller.cycle_time_s))
-    steps = cycles * (reference.t.size - 1)
-    t = reference.t[0] + np.linspace(0.0, reference.duration, steps + 1)
-    dt = reference.duration / steps
-    spline = cubic_spline_coefficients(cycles * dt, reference.y)[0]
-    share = (np.arange(cycles) * dt)[:, None] ** np.arange(4)
-    y = (spline @ share.T).ravel()
-    v = ((spline[:, 1:] * np.arange(1, 4)) @ share[:, :3].T).ravel()
+    command = command_of(reference, controller)
+    y, v, dt, cycles = command.y, command.v, command.dt, command.cycles
+    t = reference.t[0] + np.linspace(0.0, reference.duration, y.size + 1)
     empty = Recording("reference", t, np.append(y, reference.y[-1]), kind="motor", number=reference.number)
     empty = replace(empty, added_mass=reference.added_mass, elapsed=reference.elapsed)
     inputs = pack_inputs([empty])._replace(powered=np.array([True]))
-    steering = _steering(model, values, controller, (y, v), dt)
+    steering = _steering(model, values, controller, command, np.zeros(y.size) if ahead is None else ahead)
     simulator = Simulator(model, inputs, substeps, steering=steering)
     state = np.array([[[y[0] if start[0] is None else start[0], start[1], math.nan]]])
     out_y, out_v, _ = simulator.run(model.vector(values)[None, :], whole_recordings(inputs), state, velocity=True)
@@ -97,22 +121,23 @@ def measured_q_current(model: Model, values: dict[str, float], recording: Record
 
 
 def _steering(
-    model: Model, values: dict[str, float], controller: Controller, reference: tuple[Array, Array], dt: float
+    model: Model, values: dict[str, float], controller: Controller, command: Command, ahead: Array
 ) -> Steering:
-    """The drive's cascade in cycles of dt s, with the commutation that fits the motor's first harmonic."""
+    """The drive's cascade along a command, with the commutation that fits the motor's first harmonic."""
     lag = controller.current_time_constant_s
     wavenumber, offset, polarity = _commutation(model, values)
     return Steering(
-        y=reference[0],
-        v=reference[1],
-        current=np.zeros(reference[0].size),
+        y=command.y,
+        v=command.v,
+        ahead=polarity * ahead,
+        current=np.zeros(command.y.size),
         integral=np.zeros(1),
         position_gain=controller.position_gain_per_s,
         velocity_gain=controller.velocity_gain_a_s_per_m,
         integral_gain=controller.integral_gain,
         feedforward=controller.velocity_feedforward,
         limit=controller.current_limit_a,
-        share=1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0,
+        share=1.0 - math.exp(-command.dt / lag) if lag > 0.0 else 1.0,
         wavenumber=wavenumber,
         offset=offset,
         polarity=polarity,

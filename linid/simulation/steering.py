@@ -15,14 +15,15 @@ from linid.simulation.steps import after_sample
 class Steering(NamedTuple):
     """What a drive does in every cycle, one of which lasts from sample to sample.
 
-    y, v: (n,) reference in m and m/s, empty where no drive acts; current: (n,) A, its currents land there; integral:
-    (1,) A, of the velocity loop; position_gain in 1/s, velocity_gain in A s/m, integral_gain in A/m, feedforward of
+    y, v: (n,) reference in m and m/s, empty where no drive acts; ahead: (n,) A, feed-forward that is added to the
+    command; current: (n,) A, its currents land there; integral: (1,) A, of the velocity loop; position_gain in 1/s, velocity_gain in A s/m, integral_gain in A/m, feedforward of
     the reference's speed, limit in A; share: of the way to its command that the current goes in a cycle; wavenumber in
     rad/m, offset in rad, polarity: of the commutation; phases: 3, or 1 where the one input is that current.
     """
 
     y: Any
     v: Any
+    ahead: Any
     current: Any
     integral: Any
     position_gain: Any
@@ -38,7 +39,7 @@ class Steering(NamedTuple):
 
 
 _NOTHING = np.empty(0)
-UNSTEERED = Steering(_NOTHING, _NOTHING, _NOTHING, _NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+UNSTEERED = Steering(_NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
 
 
 @allocating
@@ -52,7 +53,7 @@ def steered(terms, axis, course, steering, n, motion):
     if axis.on & terms.acts.sensor:
         y += reading_error(terms, axis.on, course.t_start + n * course.dt, y, v, motion.currents, axis.p)
     error = steering.position_gain * (steering.y[n] - y) + steering.feedforward * steering.v[n] - v
-    wanted = steering.velocity_gain * error + steering.integral[0]
+    wanted = steering.velocity_gain * error + steering.integral[0] + steering.ahead[n]
     if abs(wanted) <= steering.limit or wanted * error < 0.0:
         steering.integral[0] += steering.integral_gain * error * course.dt
     command = min(max(wanted, -steering.limit), steering.limit)

@@ -12,6 +12,7 @@ import pytest
 from linid.diagnosis.measures import measure_gaps, model_of
 from linid.export.target import Exported, reshaped
 from linid.export.targets.twincat import TARGET
+from linid.export.targets.twincat.along import feed_forward_along
 from linid.export.targets.twincat.tables import FRICTION_ENTRIES, friction_table
 from linid.identification.result import FitResult
 from linid.recording.recording import Recording
@@ -82,6 +83,17 @@ def test_the_model_moves_as_commanded_under_what_the_function_block_asks_for(cas
     moving = (np.abs(v) > 0.05) & (t > 0.02) & (t < t[-1])
     assert np.max(np.abs(found - a)[moving]) < NEAR * np.max(np.abs(a))
     assert TARGET.simplified(one).effects == model.effects
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_whole_motion_is_asked_for_what_the_text_says(case: str) -> None:
+    """The tables of the text have nine digits."""
+    model = CASES[case]
+    t = np.arange(601) * 3e-3
+    y, v, a = course(t)
+    one = exported(model, Recording("command", t, 0.9 * y, drive_input=np.zeros_like(t), axis=model.axis))
+    for told, asked in zip(feed_forward_along(one, y, v, a), run_block(one, y, v, a), strict=True):
+        np.testing.assert_allclose(told, asked, rtol=1e-7, atol=1e-7 * np.max(np.abs(asked)))
 
 
 def test_phase_currents_follow_from_the_q_current() -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from linid.identification.result import FitResult
 
 NAME = "FB_AxisFeedForward"
-_RAMP = 0.1  # Stribeck velocities within which the direction turns round
+RAMP = 0.1  # Stribeck velocities within which the direction turns round
 _PER_LINE = 8
 
 
@@ -67,8 +67,8 @@ def _parameters(block: _Block) -> Iterator[str]:
     yield _declared("StribeckSpeed", values["stribeck_velocity"], f"{unit.place}/s")
     yield _declared("StribeckExponent", values["stribeck_exponent"], "1")
     yield _declared("Viscous", values["viscous_friction"], unit.per_speed)
-    yield _declared("RampSpeed", _RAMP * values["stribeck_velocity"], f"{unit.place}/s, full friction from here on")
-    yield _declared("ConstantForce", _constant(block), f"{unit.force}, that pushes forwards everywhere")
+    yield _declared("RampSpeed", RAMP * values["stribeck_velocity"], f"{unit.place}/s, full friction from here on")
+    yield _declared("ConstantForce", constant_push(block.values, block.effects), f"{unit.force}, that pushes forwards everywhere")
     if block.thrust:
         yield _declared("ForcePerInput", block.thrust, f"{unit.force} per {block.input_unit}")
     if block.has("quadratic_drag"):
@@ -92,10 +92,10 @@ def _parameters(block: _Block) -> Iterator[str]:
         yield _declared("InputOffset", values["current_offset_1"], f"{block.input_unit}, that the motor gets besides")
 
 
-def _constant(block: _Block) -> float:
-    values = block.values
-    push = values["constant_force"] if block.has("constant_force") else 0.0
-    return push + (values["cable_preload"] if block.has("cable_force") else 0.0)
+def constant_push(values: dict[str, float], effects: tuple[str, ...]) -> float:
+    """The force in N that pushes forwards everywhere. values: SI by name, of a model with these effects."""
+    push = values["constant_force"] if "constant_force" in effects else 0.0
+    return push + (values["cable_preload"] if "cable_force" in effects else 0.0)
 
 
 def _table(name: str, row: tuple[float, ...], comment: str) -> Iterator[str]:
