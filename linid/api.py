@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError, DataError, LinidError, UsageError
 from linid.interface.campaign import Campaign
+from linid.interface.compensation import compensated
 from linid.interface.measuring import (
     Progress,
     Watch,
@@ -49,6 +50,7 @@ __all__ = [
     "LinidError",
     "Recording",
     "UsageError",
+    "compensate",
     "diagnose",
     "fit",
     "follow",
@@ -271,3 +273,20 @@ def diagnose(
         )
     told = replace(found.diagnosis, assumptions=(*words, *found.diagnosis.assumptions))
     return Diagnosed(replace(found, diagnosis=told))
+
+
+def compensate(
+    diagnosed: Diagnosed, campaign: Campaign, controller: Controller | str | Path | None = None, *, jobs: int = 1
+) -> Diagnosed:
+    """A diagnosis with what its effects cost in following error, and what a feed-forward would save.
+
+    campaign: that was diagnosed, whose logged references, or travel and speeds, are commanded; controller: the drive's
+    loops, or the path of their YAML (None: linid's default, its velocity gain suited to the axis); jobs: threads, which
+    never change a result. The feed-forward is that of `linid export --to twincat`. Returns Diagnosed with
+    `found.diagnosis.compensation`, which says why where there is no figure. Raises ConfigError for the controller.
+    """
+    from linid.simulation.controller import Controller, load_controller
+
+    loops = controller if controller is None or isinstance(controller, Controller) else load_controller(controller)
+    with one_thread():
+        return Diagnosed(compensated(diagnosed.found, campaign.recordings, loops, jobs))

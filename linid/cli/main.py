@@ -10,6 +10,7 @@ import click
 
 from linid.cli.challenge import challenge
 from linid.cli.completion import completion
+from linid.cli.diagnosis import diagnosis_options
 from linid.cli.errors import Group
 from linid.cli.export import export
 from linid.cli.field import field
@@ -23,7 +24,6 @@ from linid.cli.options import (
     json_option,
     make_reporter,
     make_request,
-    model_options,
     print_outcome,
     run_options,
     scheduler_option,
@@ -254,21 +254,18 @@ def validate(
 
 @cli.command(short_help="Find the effect that a simulation lacks.")
 @FILES
-@click.option(
-    "--model", type=MotorName("friction"), help="Base model [sine with phase currents, force with one input]."
-)
-@click.option(
-    "--simulator",
-    "--since",
-    "simulator",
-    metavar="MODEL.json|recorded|UNIT.fmu",
-    help="Base: this model as it stands, an FMU, or (recorded) the simulation that the recordings have beside them.",
-)
-@model_options
+@diagnosis_options
 @settings_options
 @run_options
 @scheduler_option
-def diagnose(files: tuple[Path, ...], model: Any, simulator: str | None, json_output: bool, **options: Any) -> None:
+def diagnose(
+    files: tuple[Path, ...],
+    model: Any,
+    simulator: str | None,
+    controller: Path | None,
+    json_output: bool,
+    **options: Any,
+) -> None:
     """Say where the simulation differs from the machine, which effect is missing, and how far the gap shrinks with it.
 
     The campaign's `fit` recordings identify base model and effects, its `held_out` ones judge. The verdict is a budget:
@@ -278,6 +275,9 @@ def diagnose(files: tuple[Path, ...], model: Any, simulator: str | None, json_ou
     and viscous friction and force constant are candidates beside the effects. --simulator recorded: the base is what
     reproduces a simulation of your own, whose positions the campaign names (`simulated:`).
 
+    What the effects cost in following error, and what the feed-forward of `linid export --to twincat` would save, is
+    simulated in the loops of --controller.
+
     \b
     Example:
       linid diagnose campaign.yaml
@@ -285,7 +285,9 @@ def diagnose(files: tuple[Path, ...], model: Any, simulator: str | None, json_ou
     from linid.workflow.commands.diagnose import diagnose as run
 
     reporter = make_reporter(options)
-    print_outcome(run(make_request(files, options), reporter, model=model, simulator=simulator), json_output)
+    request = make_request(files, options)
+    found = run(request, reporter, model=model, simulator=simulator, controller=controller)
+    print_outcome(found, json_output)
 
 
 @cli.command(short_help="Run many jobs described in YAML.")

@@ -60,7 +60,9 @@ def _remember(ctx: click.Context, parameter: click.Parameter, value: Any) -> Any
     return value
 
 
-def _apply(options: list[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+def apply_options(options: list[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+    """Options as one decorator, in the order in which help shows them."""
+
     def decorate(command: Command) -> Command:
         for option in reversed(options):
             command = option(command)
@@ -75,7 +77,7 @@ debug_option = click.option(
 json_option = click.option(
     "--json", "json_output", is_flag=True, callback=_remember, help="Print a machine-readable summary on stdout."
 )
-verbosity_options = _apply(
+verbosity_options = apply_options(
     [
         click.option("-q", "--quiet", is_flag=True, help="No progress on stderr, warnings only."),
         click.option("-v", "--verbose", is_flag=True, help="Also notes of the reader and the fit on stderr."),
@@ -102,7 +104,7 @@ def jobs_option(text: str) -> Callable[[Command], Command]:
     )
 
 
-run_options = _apply(
+run_options = apply_options(
     [
         click.option(
             "--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder for the results [a fresh dated one]."
@@ -126,7 +128,7 @@ scheduler_option = click.option(
     help="Work on the dask cluster at this address, such as tcp://host:8786; `local`: with --jobs worker processes "
     'here. Needs the extra: pip install "linid[cluster]".',
 )
-settings_options = _apply(
+settings_options = apply_options(
     [
         click.option(
             "--config",
@@ -205,7 +207,7 @@ def start_option(otherwise: str) -> Callable[[Command], Command]:
     )
 
 
-model_options = _apply(
+model_options = apply_options(
     [
         *_MODEL,
         click.option(
@@ -216,7 +218,7 @@ model_options = _apply(
         ),
     ]
 )
-fit_options = _apply(
+fit_options = apply_options(
     [
         *_MODEL,
         click.option(

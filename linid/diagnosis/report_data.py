@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from linid.arrays import Array, Integers
+from linid.diagnosis.compensation_data import Compensation
 from linid.identification.result import Estimate
 from linid.recording.check_findings import RecordingChecks
 
@@ -341,7 +342,7 @@ class Diagnosis:
     not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None
     where the data ask for none; given: whether the base is a model as it was given; changes: parameters that are others
     than in it; checks: what the data themselves show;
-    field_wavenumber: rad/m or None.
+    field_wavenumber: rad/m or None; compensation: following errors under the drive, None where not asked for.
     """
 
     name: str
@@ -367,3 +368,4 @@ class Diagnosis:
     proposal: ProposedTerm | None = None
     given: bool = False
     changes: tuple[ParameterChange, ...] = ()
+    compensation: Compensation | None = None

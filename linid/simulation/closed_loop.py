@@ -84,7 +84,7 @@ def follow(
     limit (None: nothing).
     """
     command = command_of(reference, controller)
-    y, v, dt, cycles = command.y, command.v, command.dt, command.cycles
+    y, cycles = command.y, command.cycles
     t = reference.t[0] + np.linspace(0.0, reference.duration, y.size + 1)
     empty = Recording("reference", t, np.append(y, reference.y[-1]), kind="motor", number=reference.number)
     empty = replace(empty, added_mass=reference.added_mass, elapsed=reference.elapsed)

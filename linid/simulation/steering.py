@@ -16,9 +16,10 @@ class Steering(NamedTuple):
     """What a drive does in every cycle, one of which lasts from sample to sample.
 
     y, v: (n,) reference in m and m/s, empty where no drive acts; ahead: (n,) A, feed-forward that is added to the
-    command; current: (n,) A, its currents land there; integral: (1,) A, of the velocity loop; position_gain in 1/s, velocity_gain in A s/m, integral_gain in A/m, feedforward of
-    the reference's speed, limit in A; share: of the way to its command that the current goes in a cycle; wavenumber in
-    rad/m, offset in rad, polarity: of the commutation; phases: 3, or 1 where the one input is that current.
+    command; current: (n,) A, its currents land there; integral: (1,) A, of the velocity loop; position_gain in 1/s,
+    velocity_gain in A s/m, integral_gain in A/m, feedforward of the reference's speed, limit in A; share: of the way to
+    its command that the current goes in a cycle; wavenumber in rad/m, offset in rad, polarity: of the commutation;
+    phases: 3, or 1 where the one input is that current.
     """
 
     y: Any

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from linid.report.diagnosis.budget import budget_lines, closed_words, rest_words, where_words
 from linid.report.diagnosis.changes import change_words
+from linid.report.diagnosis.compensation import compensation_words
 from linid.report.diagnosis.content import before_words, changed, findings, held_out, scale_words
 from linid.report.diagnosis.measures import measure_lines, measure_remarks
 from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
@@ -48,6 +49,8 @@ def diagnosis_console(diagnosis: Diagnosis) -> Group:
     if diagnosis.measures:
         parts += [Text(), _measures(diagnosis)]
         parts += [Text(one) for one in measure_remarks(diagnosis, diagnosis.measures)]
+    if compensation_words(diagnosis):
+        parts += [Text(), Text.assemble(("What it costs: ", "bold"), compensation_words(diagnosis))]
     if verdict.next_experiment:
         parts += [Text(), Text.assemble(("What to record next: ", "bold"), verdict.next_experiment)]
     return Group(*parts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from linid.report.diagnosis.words import in_axis_words
 from linid.report.files import finite, write_atomic
 
 if TYPE_CHECKING:
+    from linid.diagnosis.compensation_data import Compensation
     from linid.diagnosis.report_data import (
         Budget,
         Change,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from linid.report.figures.write import Progress
 
 SCHEMA = 2
+_COURSE = ("recording", "t", "reference", "without", "base", "full")
 
 
 def write_diagnosis(
@@ -109,6 +111,7 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
             {"recording": one.recording, "kind": one.kind, "split": one.split, "measures": _changes(one.changes)}
             for one in diagnosis.recordings
         ],
+        "compensation": None if diagnosis.compensation is None else _compensation(diagnosis.compensation),
         "checks": checks_data(diagnosis.checks),
         "assumptions": diagnosis.assumptions,
         "warnings": diagnosis.warnings,
@@ -119,6 +122,15 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
     cleaned = finite(data)
     assert isinstance(cleaned, dict)
     return cleaned
+
+
+def _compensation(told: Compensation) -> dict[str, Any]:
+    data = asdict(replace(told, courses=()))
+    data["courses"] = [
+        {key: getattr(course, key) if key == "recording" else getattr(course, key).tolist() for key in _COURSE}
+        for course in told.courses
+    ]
+    return {**data, "saved": told.saved}
 
 
 def _law(law: LawFinding) -> dict[str, Any]:

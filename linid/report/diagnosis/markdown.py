@@ -17,6 +17,15 @@ from linid.report.diagnosis.budget import (
     which_words,
 )
 from linid.report.diagnosis.changes import change_words
+from linid.report.diagnosis.compensation import (
+    COMPENSATION_TITLE,
+    COST_HEADER,
+    FOLLOWING_HEADER,
+    compensation_setting,
+    compensation_words,
+    cost_rows,
+    following_rows,
+)
 from linid.report.diagnosis.content import (
     TRIED_MEANING,
     by_share,
@@ -56,7 +65,8 @@ def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> s
     parts += [f"> **Warning:** {_safe(warning)}" for warning in diagnosis.warnings]
     if verdict.next_experiment:
         parts += ["## What to record next", _safe(verdict.next_experiment)]
-    parts += _budget(diagnosis) + _law(diagnosis) + _term(diagnosis) + _how_far(diagnosis) + _checks(diagnosis)
+    parts += _budget(diagnosis) + _law(diagnosis) + _term(diagnosis) + _how_far(diagnosis)
+    parts += _compensation(diagnosis) + _checks(diagnosis)
     parts += _where(diagnosis) + _which(diagnosis) + _per_recording(diagnosis) + _setting(diagnosis)
     if pictures:
         parts += [
@@ -144,6 +154,15 @@ def _how_far(diagnosis: Diagnosis) -> list[str]:
         )
     remarks = [f"- {one}" for one in measure_remarks(diagnosis, diagnosis.measures)]
     return ["## The three measures", table, state_meaning() if changed(diagnosis) else "", "\n".join(remarks)]
+
+
+def _compensation(diagnosis: Diagnosis) -> list[str]:
+    if not compensation_words(diagnosis):
+        return []
+    tables = ((FOLLOWING_HEADER, following_rows(diagnosis)), (COST_HEADER, cost_rows(diagnosis)))
+    parts = [f"## {COMPENSATION_TITLE}", _safe(compensation_words(diagnosis))]
+    parts += [_table(header, rows) for header, rows in tables if rows]
+    return [*parts, _safe(compensation_setting(diagnosis))]
 
 
 def _checks(diagnosis: Diagnosis) -> list[str]:

@@ -17,6 +17,15 @@ from linid.report.diagnosis.budget import (
     which_words,
 )
 from linid.report.diagnosis.changes import change_words
+from linid.report.diagnosis.compensation import (
+    COMPENSATION_TITLE,
+    COST_HEADER,
+    FOLLOWING_HEADER,
+    compensation_setting,
+    compensation_words,
+    cost_rows,
+    following_rows,
+)
 from linid.report.diagnosis.content import (
     TRIED_MEANING,
     after_words,
@@ -40,6 +49,7 @@ from linid.report.figures.diagnosis_where import map_words
 from linid.report.page.pieces import Plot
 from linid.report.page.plots import curve_plots, map_plots, pole_pair_plot, shares_plot, spectrum_plot, trace_plot
 from linid.report.page.plots_budget import measure_plots, pair_plots, waterfall_plot
+from linid.report.page.plots_compensation import compensation_plots
 from linid.report.page.plots_term import term_plots
 from linid.report.residual_views import worst_first
 
@@ -84,6 +94,7 @@ def _plots(diagnosis: Diagnosis) -> dict[str, list[Plot]]:
         "waterfall": [waterfall_plot(diagnosis)] if waterfall(diagnosis) else [],
         "term": term_plots(diagnosis),
         "measures": measure_plots(diagnosis),
+        "compensation": compensation_plots(diagnosis),
         "shares": [shares_plot(diagnosis)] if diagnosis.where else [],
         "curves": curve_plots(diagnosis),
         "pairs": pair_plots(diagnosis),
@@ -105,6 +116,7 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         **_law_words(diagnosis),
         **_term_words(diagnosis),
+        **_compensation_words(diagnosis),
         "where_words": where_words(diagnosis),
         "which_words": which_words(diagnosis),
         "closed_words": closed_words(diagnosis),
@@ -162,6 +174,17 @@ def _term_words(diagnosis: Diagnosis) -> dict[str, Any]:
         "term_lines": term_lines(diagnosis),
         "term_measures": term_measures(diagnosis),
         "term_words": view_words(view) if view is not None else "",
+    }
+
+
+def _compensation_words(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What the page says of a feed-forward."""
+    tables = ((FOLLOWING_HEADER, following_rows(diagnosis)), (COST_HEADER, cost_rows(diagnosis)))
+    return {
+        "compensation_title": COMPENSATION_TITLE,
+        "compensation_words": compensation_words(diagnosis),
+        "compensation_tables": [table for table in tables if table[1]],
+        "compensation_setting": compensation_setting(diagnosis),
     }
 
 

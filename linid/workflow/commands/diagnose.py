@@ -35,18 +35,25 @@ BEFORE_FILE = "model_before.json"
 
 
 def diagnose(
-    request: Request, reporter: Reporter, *, model: ModelKind | None = None, simulator: str | None = None
+    request: Request,
+    reporter: Reporter,
+    *,
+    model: ModelKind | None = None,
+    simulator: str | None = None,
+    controller: Path | None = None,
 ) -> Outcome:
     """Diagnose the gap of a campaign; see the command's help. model: of the base (None: what the recordings allow);
-    simulator: file of an earlier model that is the base, or `recorded`, the simulation beside the recordings.
+    simulator: file of an earlier model that is the base, or `recorded`, the simulation beside the recordings;
+    controller: file of the drive's loops (None: linid's own, suited to the axis).
 
     Raises UsageError for options that do not go together, LinidError for what the user can mend.
     """
     from linid import api
     from linid.identification.model_file import model_to_text
+    from linid.simulation.controller import load_controller
 
     _refuse_with(simulator, request, model)
-    foreign = _is_foreign(simulator)
+    foreign, loops = _is_foreign(simulator), None if controller is None else load_controller(controller)
     given = None if simulator is None or foreign else api.load(simulator)
     campaign = api.read(*request.files, axis_of=given, **request.settings.given())
     announce(campaign, reporter)
@@ -56,9 +63,11 @@ def diagnose(
         return Outcome(COMMAND, None, DONE, "", (), plan)
     known = request.settings.known_values(campaign.known)
     told = [str(simulator) if given is None else model_to_text(given.result)] if simulator else []
+    told += [] if loops is None else [loops.model_dump_json()]
     identity = identity_of(COMMAND, kind, fingerprint(campaign.recordings), decisive(request.settings), known, *told)
     with connected(request, reporter) as workers:
-        more = [] if simulator in (None, RECORDED) else [file_record(Path(str(simulator)))]
+        read = (None if simulator == RECORDED else simulator, controller)
+        more = [file_record(Path(file)) for file in read if file is not None]
         folder = begin(request, COMMAND, campaign, identity, more)
         if folder.finished_before:
             reporter.say(f"{folder.path}: already finished, nothing to resume")
@@ -70,6 +79,8 @@ def diagnose(
             if foreign and simulator != RECORDED:
                 campaign = _simulated(campaign, Path(str(simulator)), folder.path, reporter)
             found = _diagnosed(request, reporter, campaign, (kind, given, foreign), memory, workers)
+            reporter.step("feed-forward", 0, 1)
+            found = api.compensate(found, campaign, loops, jobs=request.jobs)
             return _complete(found.found, folder, request, reporter)
 
 

@@ -68,7 +68,9 @@ def _parameters(block: _Block) -> Iterator[str]:
     yield _declared("StribeckExponent", values["stribeck_exponent"], "1")
     yield _declared("Viscous", values["viscous_friction"], unit.per_speed)
     yield _declared("RampSpeed", RAMP * values["stribeck_velocity"], f"{unit.place}/s, full friction from here on")
-    yield _declared("ConstantForce", constant_push(block.values, block.effects), f"{unit.force}, that pushes forwards everywhere")
+    yield _declared(
+        "ConstantForce", constant_push(block.values, block.effects), f"{unit.force}, that pushes forwards everywhere"
+    )
     if block.thrust:
         yield _declared("ForcePerInput", block.thrust, f"{unit.force} per {block.input_unit}")
     if block.has("quadratic_drag"):
