@@ -11,20 +11,17 @@ from linid.arrays import Array
 from linid.diagnosis.compensation_data import Compensation, EffectCost, Following, FollowingCourse, Ranged
 from linid.diagnosis.drive_courses import courses_of, drive_words, usual_drive
 from linid.diagnosis.parallel_tasks import in_parallel
+from linid.diagnosis.parameter_draws import draws_of
 from linid.errors import LinidError
 from linid.identification.result import FitResult
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.physics.parameter import Parameter
 from linid.recording.recording import Recording
 from linid.simulation.closed_loop import command_of, follow
 from linid.simulation.controller import Controller
 
-# Of so many draws the least and the largest hold one more with 95 %: 1 - 2 / (n + 1).
-DRAWS = 39
 _SETTLED = 0.25  # s after which the loops have forgotten how the axis began
 _LONG = 1.0  # s, of references from which that may be cut
-_LARGEST_EXPONENT = 10.0  # of what an unknown positive parameter is multiplied by; its bounds are nearer
 _LOST = "in the loops of this drive the axis does not follow (--controller: other gains, or a larger current limit)"
 _MOST_POINTS = 4000  # of a course that is kept
 
@@ -104,7 +101,8 @@ def compensation(
         return Compensation(refused=str(error))
     cycles = command_of(courses[0], drive).cycles
     axis = _Axis(model, drive, courses, inputs, effects, max(1, round(after.substeps / cycles)))
-    drawn = draws_of(after, model, seed) or [values]
+    middle = float(np.mean([np.mean(r.y) for r in recordings if r.measured]))
+    drawn = draws_of(after, model, middle, seed) or [values]
     figures = [found for _, found in in_parallel(lambda one, threads: axis.figures(one), drawn, jobs)]
     reach = max(float(np.ptp(course.y)) for course in courses)
     if not all(largest < reach for row in figures for _, largest in row.values()):  # nan too
@@ -120,8 +118,8 @@ def compensation(
         draws=len(drawn) if len(drawn) > 1 else 0,
         seed=seed,
     )
-    middle = int(np.argsort([row["full"][0] for row in figures])[len(figures) // 2])
-    return replace(told, courses=_kept_courses(axis, drawn[middle]))
+    usual = int(np.argsort([row["full"][0] for row in figures])[len(figures) // 2])
+    return replace(told, courses=_kept_courses(axis, drawn[usual]))
 
 
 def _refusal(model: Model, after: FitResult, controller: Controller | None) -> str:
@@ -154,43 +152,6 @@ def _feed_forwards(
             others = tuple(e for e in after.effects if e != effect)
             inputs[f"without {effect}"] = along(replace(after, effects=others))
     return inputs, held
-
-
-def draws_of(result: FitResult, model: Model, seed: int) -> list[dict[str, float]]:
-    """SI values by name of as many axes as `DRAWS`, drawn from the covariance of a fit, each within its search bounds.
-
-    Parameters that are searched by their logarithm are drawn so. Empty where the fit tells no covariance. seed: of the
-    draws.
-    """
-    values = {e.name: e.value for e in result.estimates}
-    known = {p.name: p for p in model.parameters}
-    names = [name for name in result.fitted if name in known]
-    covariance = result.covariance
-    if not names or covariance.shape != (len(result.fitted),) * 2 or not np.all(np.isfinite(covariance)):
-        return []
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(deviation > 0.0, deviation, 1.0)
-    sizes, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    root = vectors * np.sqrt(np.maximum(sizes, 0.0))
-    moved = np.random.default_rng(seed).standard_normal((DRAWS, scale.size)) @ root.T * scale
-    out = []
-    for row in moved:
-        one = dict(values)
-        for name, shift in zip(result.fitted, row, strict=True):
-            if name in known:
-                one[name] = _moved(values[name], float(shift), known[name])
-        if "static_force" in one:
-            one["static_force"] = max(one["static_force"], one["coulomb_force"])
-        out.append(one)
-    return out
-
-
-def _moved(value: float, shift: float, parameter: Parameter) -> float:
-    """A value moved within its bounds, which hold the value itself."""
-    moved = value + shift
-    if parameter.log and value > 0.0:
-        moved = value * float(np.exp(np.clip(shift / value, -_LARGEST_EXPONENT, _LARGEST_EXPONENT)))
-    return min(max(moved, min(parameter.lower, value)), max(parameter.upper, value))
 
 
 def _figures(courses: Iterable[Recording], errors: Iterable[Array]) -> tuple[float, float]:

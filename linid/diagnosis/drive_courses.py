@@ -50,7 +50,7 @@ def drive_words(controller: Controller, given: bool, axis: str, unit: str) -> st
         f"position gain {controller.position_gain_per_s:g} 1/s, velocity gain "
         f"{controller.velocity_gain_a_s_per_m:.3g} {unit} s/{length}, "
         f"{'no integral part' if time is None else f'integral time {1e3 * time:g} ms'}, "
-        f"cycle {1e6 * controller.cycle_time_s:g} us"
+        f"cycle {1e3 * controller.cycle_time_s:g} ms"
     )
     if given:
         return f"the given drive ({loops}, current limit {controller.current_limit_a:g} A)"

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linid.diagnosis.compensation import DRAWS, compensation, draws_of
+from linid.diagnosis.compensation import compensation
 from linid.diagnosis.compensation_data import Compensation
 from linid.diagnosis.drive_courses import moves, usual_drive
+from linid.diagnosis.parameter_draws import DRAWS, draws_of
 from linid.export.target import reshaped
 from linid.identification.result import FitResult
 from linid.interface.compensation import exported_feed_forward
@@ -86,7 +87,7 @@ def test_with_the_drive_cycle_a_perfect_feed_forward_leaves_nothing() -> None:
 
 def test_cogging_is_saved_and_what_no_force_mends_is_said() -> None:
     effects = ("cogging", "input_delay", "encoder_periodic_error")
-    unmended = {"input_delay": 1e-3, "encoder_wavenumber": 900.0, "encoder_sine_1": 1e-6}
+    unmended = {"input_delay": 1e-3, "encoder_period": 7e-3, "encoder_sine_1": 1e-6}
     told = compensated(axis(**FRICTION), axis(effects, **FRICTION, **COGGING, **unmended), TO_AND_FRO, None)
     by_name = {one.effect: one for one in told.effects}
     cogging = by_name["cogging"]
@@ -130,12 +131,44 @@ def test_draws_have_the_covariance_and_stay_within_bounds() -> None:
     model = Model("force", ("cogging",))
     rows = []
     for seed in range(40):
-        drawn = draws_of(replace(truth, fitted=names, covariance=covariance), model, seed)
+        drawn = draws_of(replace(truth, fitted=names, covariance=covariance), model, 0.0, seed)
         rows += [[one[name] for name in names] for one in drawn]
     np.testing.assert_allclose(np.cov(np.array(rows).T), covariance, rtol=0.12)
-    wide = draws_of(replace(truth, fitted=("mass",), covariance=np.array([[1e4]])), model, 1)
+    wide = draws_of(replace(truth, fitted=("mass",), covariance=np.array([[1e4]])), model, 0.0, 1)
     (mass,) = [p for p in model.parameters if p.name == "mass"]
     assert all(mass.lower <= one["mass"] <= mass.upper for one in wide)
+
+
+def test_waves_of_unknown_length_keep_their_size_where_the_recordings_are() -> None:
+    """Known to a twentieth about y = 0.5 m, but turned by a radian there, counted from zero: lines do not follow."""
+    order, wavenumber, middle, size = 2.0, 200.0, 0.5, 2.0
+    model = Model("force", ("cogging",))
+    phase = order * wavenumber * middle + 0.3
+    values = {"cogging_wavenumber": wavenumber, "cogging_order_1": order}
+    values |= {"cogging_sine_1": size * np.cos(phase), "cogging_cosine_1": size * np.sin(phase)}
+    names = ("cogging_wavenumber", "cogging_sine_1", "cogging_cosine_1")
+    # By hand: S = A cos p, C = A sin p, where p = p_0 - n k y_0 keeps the wave at the middle as k moves.
+    turn = -order * middle
+    moves_of = np.array(
+        [
+            [1.0, -size * np.sin(phase) * turn, size * np.cos(phase) * turn],
+            [0.0, np.cos(phase), np.sin(phase)],
+            [0.0, -size * np.sin(phase), size * np.cos(phase)],
+        ]
+    )
+    covariance = moves_of.T @ np.diag([1.0**2, 0.1**2, 0.05**2]) @ moves_of
+    found = replace(axis(("cogging",), **values), fitted=names, covariance=covariance)
+
+    def at_middle(one: dict[str, float]) -> complex:
+        angle = order * one["cogging_wavenumber"] * middle
+        return complex(complex(one["cogging_cosine_1"], one["cogging_sine_1"]) * np.exp(-1j * angle))
+
+    whole = {e.name: e.value for e in found.estimates}
+    ratios = [at_middle(one) / at_middle(whole) for one in draws_of(found, model, middle, 3)]
+    assert np.std(np.abs(ratios)) == pytest.approx(0.05, rel=0.3)
+    assert np.std(np.angle(ratios)) == pytest.approx(0.05, rel=0.3)
+    astray = [abs(at_middle(one) / at_middle(whole)) for one in draws_of(found, model, 0.0, 3)]
+    assert np.std(astray) > 0.2
 
 
 def test_only_ratios_count_where_no_recording_tells_the_mass() -> None:

@@ -101,7 +101,8 @@ def compensation_setting(diagnosis: Diagnosis) -> str:
     if told.effects:
         words += (
             "Costs: RMS following error of the axis with the effect, less that without it, no feed-forward. Its part "
-            "saves: what is left without that part of the feed-forward, less what is left with it. "
+            "saves: what is left without that part of the feed-forward, less what is left with it. Errors add as "
+            "squares: beside a larger one a small one costs little. "
         )
     if told.draws:
         words += (
