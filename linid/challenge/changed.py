@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linid.challenge.hidden_axis import HiddenAxis
+from linid.challenge.hidden_axis import AxisKind, HiddenAxis
 from linid.challenge.make import HiddenCampaign, Plan, make_campaign, recorded
 from linid.errors import UsageError
 
@@ -47,9 +47,10 @@ class ChangedAxis:
         return (*self.factors, *(effect.name for effect in self.later.effects))
 
 
-def make_changed(seed: int, index: int) -> ChangedAxis:
-    """Axis number `index` (from 0) of a seed, recorded twice; raises UsageError where no change will do."""
-    commissioned = make_campaign(Plan(seed, kinds=("none",)), index)
+def make_changed(seed: int, index: int, axes: tuple[AxisKind, ...] = ("phase",)) -> ChangedAxis:
+    """Axis number `index` (from 0) of a seed, recorded twice; axes: the kinds to draw from. Raises UsageError where no
+    change will do."""
+    commissioned = make_campaign(Plan(seed, kinds=("none",), axes=axes), index)
     block = np.random.default_rng([seed, 11, index // len(SCENARIOS)]).permutation(len(SCENARIOS))
     scenario = SCENARIOS[block[index % len(SCENARIOS)]]
     for attempt in range(_ATTEMPTS):
