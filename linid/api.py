@@ -35,10 +35,12 @@ if TYPE_CHECKING:
     from linid.arrays import Array
     from linid.diagnosis.gap import Trace
     from linid.diagnosis.means import Means
+    from linid.identification.refit_unit import UnitFit
     from linid.identification.result import FitResult, ModelKind
     from linid.identification.settings import Hooks
     from linid.simulation.closed_loop import ClosedLoop
     from linid.simulation.controller import Controller
+    from linid.simulation.functional_unit import FunctionalUnit
 
 __all__ = [
     "Campaign",
@@ -56,6 +58,7 @@ __all__ = [
     "follow",
     "load",
     "read",
+    "refit_unit",
     "simulate",
     "simulated_by",
     "validate",
@@ -208,19 +211,34 @@ def follow(
         return in_closed_loop(fit.result, recording, loops, position=position, speed=speed)
 
 
+def refit_unit(campaign: Campaign, unit: str | Path, progress: Callable[[int, int], None] | None = None) -> UnitFit:
+    """An FMU with the free parameters that its YAML file names (`free: {mass: [0.5, 2.0]}`) identified on the campaign.
+
+    unit: that file; progress: called with the simulations done and the most there can be. Returns UnitFit: the unit
+    for `simulated_by`, the values with their intervals. Raises UsageError where nothing is free, and
+    as `simulated_by`.
+    """
+    from linid.identification.refit_unit import refit_unit as refit
+    from linid.simulation.functional_unit import load_unit
+
+    return refit(load_unit(unit), campaign.recordings, progress)
+
+
 def simulated_by(
-    campaign: Campaign, unit: str | Path, done: Callable[[Recording, Array], None] | None = None
+    campaign: Campaign, unit: str | Path | FunctionalUnit, done: Callable[[Recording, Array], None] | None = None
 ) -> Campaign:
     """The campaign with the motions that an FMU has of its recordings beside them, for `diagnose(simulated=True)`.
 
-    unit: an FMU (co-simulation, FMI 2.0 or 3.0) with the variables of linid's exports, or a YAML file that names them;
+    unit: an FMU (co-simulation, FMI 2.0 or 3.0) with the variables of linid's exports, a YAML file that names them, or
+    one that `refit_unit` returns;
     done: called with each recording and its simulated position (n,) in m (rotary: rad), as they come. It runs in a
     process of its own. Raises UsageError or ConfigError for the unit, DataError where it fails, crashes or diverges.
     """
-    from linid.simulation.functional_unit import load_unit, simulate_by_unit
+    from linid.simulation.functional_unit import FunctionalUnit, load_unit, simulate_by_unit
 
     out = []
-    for recording, y in simulate_by_unit(load_unit(unit), campaign.recordings):
+    chosen = unit if isinstance(unit, FunctionalUnit) else load_unit(unit)
+    for recording, y in simulate_by_unit(chosen, campaign.recordings):
         out.append(replace(recording, simulated=y))
         if done is not None:
             done(recording, y)

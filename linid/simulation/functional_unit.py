@@ -9,18 +9,29 @@ import multiprocessing
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from linid.arrays import Array
 from linid.errors import DataError, UsageError
 from linid.physics.described import Description, Positive
 from linid.recording.recording import Recording
 
+
+def _rising(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise ValueError("expected [low, high] with low < high")
+    return ends
+
+
 Channel = Literal["current_u", "current_v", "current_w", "drive"]
+Range = Annotated[tuple[float, float], AfterValidator(_rising)]
 _PHASES: tuple[Channel, ...] = ("current_u", "current_v", "current_w")
 
 
@@ -30,7 +41,7 @@ class FunctionalUnit(Description):
     file: of the unit; inputs: its variable for each channel of a recording (`drive`: the one input, in its unit);
     position: its output, of which one is so many m (rotary: rad) as `position_scale` says; start_position, start_speed:
     its parameters for the start, in the same scale ("": it starts where it likes); parameters: further start
-    values, each in the unit that it has there;
+    values, each in the unit that it has there; free: ranges of parameters that are identified anew, in the same units;
     step_s: of the communication (None: the sampling period).
     """
 
@@ -41,6 +52,7 @@ class FunctionalUnit(Description):
     start_position: str = "start_position"
     start_speed: str = "start_speed"
     parameters: dict[str, float] = Field(default_factory=dict)
+    free: dict[str, Range] = Field(default_factory=dict)
     step_s: Positive | None = None
 
 
@@ -66,6 +78,15 @@ def simulate_by_unit(unit: FunctionalUnit, recordings: Sequence[Recording]) -> I
     It starts where the recording does, and as fast. Raises UsageError where FMPy or a declared variable is missing or a
     recording has no input for it, DataError where the unit fails, crashes, or gives what is no number.
     """
+    known = _variables(unit)
+    _check_names(unit, set(known), recordings)
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for recording in recordings:
+            yield recording, unit.position_scale * _simulated(unit, recording, pool)
+
+
+def _variables(unit: FunctionalUnit) -> dict[str, str | None]:
+    """A unit's variables with their start values; raises UsageError where FMPy or the file is missing."""
     try:
         import fmpy
     except ImportError:
@@ -73,11 +94,85 @@ def simulate_by_unit(unit: FunctionalUnit, recordings: Sequence[Recording]) -> I
         raise UsageError(unit.file, "is an FMU, and fmpy is not installed", remedy) from None
     if not Path(unit.file).exists():
         raise UsageError(unit.file, "file not found", "Paths are relative to the file that names the unit.")
-    known = {one.name for one in fmpy.read_model_description(unit.file).modelVariables}
-    _check_names(unit, known, recordings)
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        for recording in recordings:
-            yield recording, unit.position_scale * _simulated(unit, recording, pool)
+    return {one.name: one.start for one in fmpy.read_model_description(unit.file).modelVariables}
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of a recording that a unit runs from the measured motion.
+
+    t: (n,) s from 0; columns: inputs (n,) by the unit's names, each in its unit there; start: values of its
+    parameters, each in its unit there;
+    y: (n,) measured position in m (rotary: rad).
+    """
+
+    t: Array
+    columns: dict[str, Array]
+    start: dict[str, float]
+    y: Array
+
+
+class UnitRuns:
+    """A unit that runs many windows with other parameters, in a process of its own that unpacks it once.
+
+    Raises what `simulate_by_unit` raises.
+    """
+
+    def __init__(self, unit: FunctionalUnit, recordings: Sequence[Recording]) -> None:
+        known = _variables(unit)
+        _check_names(unit, set(known), recordings)
+        self.unit, self.count, self._known = unit, 0, known
+        self._folder = TemporaryDirectory()
+        self._pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"))
+
+    def __enter__(self) -> Self:
+        import fmpy
+
+        fmpy.extract(self.unit.file, self._folder.name)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
+        self._folder.cleanup()
+
+    def start_values(self, names: Sequence[str], otherwise: Array) -> Array:
+        """Values (k,) that named parameters start with, each in its unit there: as said, else the unit's own, else
+        `otherwise` (k,)."""
+        own = [self.unit.parameters.get(name, self._known[name]) for name in names]
+        return np.array([float(x) if x is not None else y for x, y in zip(own, otherwise, strict=True)])
+
+    def windows(self, recording: Recording, duration: float) -> list[Window]:
+        """A recording in windows of about a duration in s; whole where the unit cannot start anywhere."""
+        anywhere = self.unit.start_position and self.unit.start_speed
+        count = max(1, round(recording.duration / duration)) if anywhere else 1
+        ends = np.linspace(0, recording.t.size - 1, count + 1).astype(int)
+        columns = _columns(self.unit, recording)
+        return [
+            Window(
+                recording.t[a : b + 1] - recording.t[a],
+                {name: values[a : b + 1] for name, values in columns.items()},
+                _start(self.unit, recording, a),
+                recording.y[a : b + 1],
+            )
+            for a, b in pairwise(ends)
+            if b - a > 1
+        ]
+
+    def positions(self, windows: Sequence[Window], values: Mapping[str, float]) -> Array:
+        """Positions (n,) of all windows, one after the other, in m (rotary: rad); nan in those that fail.
+
+        values: of parameters besides the windows' own, each in its unit there. Raises DataError where the unit crashes.
+        """
+        step = self.unit.step_s or float(windows[0].t[-1]) / (windows[0].t.size - 1)
+        tasks = [(w.t, w.columns, {**w.start, **values}) for w in windows]
+        try:
+            found = self._pool.submit(_run_many, self._folder.name, tasks, self.unit.position, step).result()
+        except BrokenProcessPool:
+            raise DataError(
+                self.unit.file, f"crashed its process with {dict(values)}", "Narrow the ranges under `free`."
+            ) from None
+        self.count += 1
+        return self.unit.position_scale * np.asarray(found, dtype=np.float64)
 
 
 def _simulated(unit: FunctionalUnit, recording: Recording, pool: ProcessPoolExecutor) -> Array:
@@ -116,13 +211,13 @@ def _check_names(unit: FunctionalUnit, known: set[str], recordings: Sequence[Rec
     """Raise UsageError for variables that the unit lacks and are asked of it."""
     inputs = [unit.inputs[channel] for channel in _channels(unit, recordings)]
     starts = [name for name in (unit.start_position, unit.start_speed) if name]
-    missing = [name for name in (*inputs, unit.position, *starts, *unit.parameters) if name not in known]
+    missing = [name for name in (*inputs, unit.position, *starts, *unit.parameters, *unit.free) if name not in known]
     if missing:
         listed = ", ".join(sorted(known)[:30])
         raise UsageError(
             unit.file,
             f"has no variable {', '.join(dict.fromkeys(missing))}",
-            f"Name those that it has (inputs, position, start_position, start_speed, parameters): {listed}.",
+            f"Name those that it has (inputs, position, start_position, start_speed, parameters, free): {listed}.",
         )
 
 
@@ -145,11 +240,11 @@ def _columns(unit: FunctionalUnit, recording: Recording) -> dict[str, Array]:
     return {} if recording.drive_input is None else {unit.inputs["drive"]: recording.drive_input}
 
 
-def _start(unit: FunctionalUnit, recording: Recording) -> dict[str, float]:
-    """Start values: the unit's own parameters, and where and how fast the recording starts."""
+def _start(unit: FunctionalUnit, recording: Recording, first: int = 0) -> dict[str, float]:
+    """Start values: the unit's own parameters, and where and how fast the recording is at a sample."""
     motion = recording.motion
     out = dict(unit.parameters)
-    for name, value in ((unit.start_position, motion.y[0]), (unit.start_speed, motion.v[0])):
+    for name, value in ((unit.start_position, motion.y[first]), (unit.start_speed, motion.v[first])):
         if name:
             out[name] = float(value) / unit.position_scale
     return out
@@ -182,3 +277,16 @@ def _run(
     except Exception as error:  # of classes that another process may not know, or cannot build again
         raise RuntimeError(str(error)) from None
     return np.asarray(np.interp(clock, found["time"], found[position]), dtype=np.float64)
+
+
+def _run_many(
+    folder: str, tasks: Sequence[tuple[Array, Mapping[str, Array], Mapping[str, float]]], position: str, step: float
+) -> Array:
+    """The positions of several runs of an unpacked unit, one after the other; nan in those that fail."""
+    out = []
+    for t, columns, start in tasks:
+        try:
+            out.append(_run(folder, t, columns, start, position, step))
+        except RuntimeError:
+            out.append(np.full(t.size, np.nan))
+    return np.concatenate(out)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from linid.api import simulated_by
+from linid.api import refit_unit, simulated_by
 from linid.cli.main import cli
 from linid.errors import ConfigError, DataError, UsageError
 from linid.export.target import Exported
@@ -115,3 +115,37 @@ def test_what_a_unit_has_wrong_is_told_by_the_command(unit: Path, tmp_path: Path
     assert done.exit_code == 0, done.output
     assert "Changed since the given model: mass 2" in " ".join(done.output.split())
     assert len(list((out / "simulated").glob("*.csv"))) == len(SPEEDS)
+
+
+def test_free_parameters_of_a_unit_are_identified_with_intervals_that_hold_them(unit: Path, tmp_path: Path) -> None:
+    """From 40 % off: the machine's own values, though its position is noisy and the unit's inputs are held."""
+    noise = np.random.default_rng(3)
+    runs = [replace(one, y=one.y + 1e-6 * noise.standard_normal(one.t.size), split="fit") for one in exact().recordings]
+    campaign = Campaign.of(runs)
+    text = f"parameters: {{mass: {1.4 * machine.MASS}}}\nfree: {{mass: [{0.5 * machine.MASS}, {2.0 * machine.MASS}]}}"
+    file = described(tmp_path, unit, f"{text}\nstep_s: 5.0e-4")
+    found = refit_unit(campaign, file)
+    (mass,) = found.estimates
+    assert mass.start == pytest.approx(1.4 * machine.MASS) and not mass.at_end
+    assert mass.value == pytest.approx(machine.MASS, rel=0.02) and mass.low < machine.MASS < mass.high
+    assert found.after < 0.2 * found.before and found.unit.free == {}
+    # The unit as found simulates what it was fitted to.
+    (first, *_) = simulated_by(campaign, found.unit).recordings
+    (wrong, *_) = simulated_by(
+        campaign, described(tmp_path, unit, f"parameters: {{mass: {1.4 * machine.MASS}}}")
+    ).recordings
+    assert first.simulated is not None and wrong.simulated is not None
+    assert np.std(first.simulated - first.y) < 0.3 * np.std(wrong.simulated - wrong.y)
+
+
+def test_ranges_that_make_no_sense_are_refused(unit: Path, tmp_path: Path) -> None:
+    fitted = Campaign.of([replace(one, split="fit") for one in exact().recordings])
+    with pytest.raises(ConfigError, match="low < high"):
+        refit_unit(fitted, described(tmp_path, unit, "free: {mass: [2.0, 1.0]}"))
+    with pytest.raises(UsageError, match="has no variable weight"):
+        refit_unit(fitted, described(tmp_path, unit, "free: {weight: [1.0, 2.0]}"))
+    with pytest.raises(UsageError, match="frees no parameter"):
+        refit_unit(fitted, described(tmp_path, unit, ""))
+    with pytest.raises(UsageError, match="no recording to be fitted"):
+        held = Campaign.of([replace(one, split="held_out") for one in fitted.recordings])
+        refit_unit(held, described(tmp_path, unit, "free: {mass: [1.0, 2.0]}"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from linid.interface.campaign import Campaign
     from linid.interface.results import Diagnosed, Fit
     from linid.recording import Recording
+    from linid.simulation.functional_unit import FunctionalUnit
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "diagnose"
@@ -77,14 +79,32 @@ def diagnose(
             memory.load()
         with recorded(folder), reporter:
             if foreign and simulator != RECORDED:
-                campaign = _simulated(campaign, Path(str(simulator)), folder.path, reporter)
+                unit = _refitted(campaign, Path(str(simulator)), folder.path, reporter)
+                campaign = _simulated(campaign, unit, folder.path, reporter)
             found = _diagnosed(request, reporter, campaign, (kind, given, foreign), memory, workers)
             reporter.step("feed-forward", 0, 1)
             found = api.compensate(found, campaign, loops, jobs=request.jobs)
             return _complete(found.found, folder, request, reporter)
 
 
-def _simulated(campaign: Campaign, unit: Path, folder: Path, reporter: Reporter) -> Campaign:
+def _refitted(campaign: Campaign, file: Path, folder: Path, reporter: Reporter) -> FunctionalUnit:
+    """A functional unit, its free parameters identified on the campaign; their values are written and said."""
+    from linid import api
+    from linid.report.files import csv_text
+    from linid.simulation.functional_unit import load_unit
+
+    unit = load_unit(file)
+    if not unit.free:
+        return unit
+    done = api.refit_unit(campaign, file, partial(reporter.step, "identify parameters of the unit"))
+    rows = [(e.name, e.start, e.value, e.low, e.high, e.at_end) for e in done.estimates]
+    header = ["parameter", "start", "value", "low", "high", "at end of range"]
+    write_text(folder / "unit_parameters.csv", csv_text(header, rows, 9))
+    reporter.say(f"Parameters of {file.name}: {'; '.join(e.sentence for e in done.estimates)}")
+    return done.unit
+
+
+def _simulated(campaign: Campaign, unit: FunctionalUnit, folder: Path, reporter: Reporter) -> Campaign:
     """The campaign beside what a functional unit makes of it, each motion written as soon as it is there."""
     import numpy as np
 
