@@ -6,7 +6,7 @@ Whatever the unit does, it does to that process: a crash is an error that names 
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -40,7 +40,8 @@ class FunctionalUnit(Description):
 
     file: of the unit; inputs: its variable for each channel of a recording (`drive`: the one input, in its unit);
     position: its output, of which one is so many m (rotary: rad) as `position_scale` says; start_position, start_speed:
-    its parameters for the start, in the same scale ("": it starts where it likes); parameters: further start
+    its parameters for the start, in the same scale ("": it starts where it likes); added_mass: its parameter for the
+    mass that a recording carries, kg, asked for where one does ("": the unit moves without); parameters: further start
     values, each in the unit that it has there; free: ranges of parameters that are identified anew, in the same units;
     step_s: of the communication (None: the sampling period).
     """
@@ -51,6 +52,7 @@ class FunctionalUnit(Description):
     position_scale: Positive = 1.0
     start_position: str = "start_position"
     start_speed: str = "start_speed"
+    added_mass: str = "added_mass"
     parameters: dict[str, float] = Field(default_factory=dict)
     free: dict[str, Range] = Field(default_factory=dict)
     step_s: Positive | None = None
@@ -82,7 +84,7 @@ def simulate_by_unit(unit: FunctionalUnit, recordings: Sequence[Recording]) -> I
     _check_names(unit, set(known), recordings)
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         for recording in recordings:
-            yield recording, unit.position_scale * _simulated(unit, recording, pool)
+            yield recording, unit.position_scale * _simulated(unit, recording, pool, known)
 
 
 def _variables(unit: FunctionalUnit) -> dict[str, str | None]:
@@ -151,7 +153,7 @@ class UnitRuns:
             Window(
                 recording.t[a : b + 1] - recording.t[a],
                 {name: values[a : b + 1] for name, values in columns.items()},
-                _start(self.unit, recording, a),
+                _start(self.unit, recording, self._known, a),
                 recording.y[a : b + 1],
             )
             for a, b in pairwise(ends)
@@ -175,11 +177,11 @@ class UnitRuns:
         return self.unit.position_scale * np.asarray(found, dtype=np.float64)
 
 
-def _simulated(unit: FunctionalUnit, recording: Recording, pool: ProcessPoolExecutor) -> Array:
+def _simulated(unit: FunctionalUnit, recording: Recording, pool: ProcessPoolExecutor, known: Collection[str]) -> Array:
     """The position (n,) that a unit gives for a recording, in its own scale."""
     step = unit.step_s or recording.duration / (recording.t.size - 1)
     job = pool.submit(
-        _run, unit.file, recording.t, _columns(unit, recording), _start(unit, recording), unit.position, step
+        _run, unit.file, recording.t, _columns(unit, recording), _start(unit, recording, known), unit.position, step
     )
     try:
         y = job.result()
@@ -211,13 +213,16 @@ def _check_names(unit: FunctionalUnit, known: set[str], recordings: Sequence[Rec
     """Raise UsageError for variables that the unit lacks and are asked of it."""
     inputs = [unit.inputs[channel] for channel in _channels(unit, recordings)]
     starts = [name for name in (unit.start_position, unit.start_speed) if name]
+    if unit.added_mass and any(r.added_mass for r in recordings):
+        starts.append(unit.added_mass)
     missing = [name for name in (*inputs, unit.position, *starts, *unit.parameters, *unit.free) if name not in known]
     if missing:
         listed = ", ".join(sorted(known)[:30])
         raise UsageError(
             unit.file,
             f"has no variable {', '.join(dict.fromkeys(missing))}",
-            f"Name those that it has (inputs, position, start_position, start_speed, parameters, free): {listed}.",
+            "Name those that it has (inputs, position, start_position, start_speed, added_mass, parameters, free): "
+            f"{listed}.",
         )
 
 
@@ -240,14 +245,18 @@ def _columns(unit: FunctionalUnit, recording: Recording) -> dict[str, Array]:
     return {} if recording.drive_input is None else {unit.inputs["drive"]: recording.drive_input}
 
 
-def _start(unit: FunctionalUnit, recording: Recording, first: int = 0) -> dict[str, float]:
-    """Start values: the unit's own parameters, and where and how fast the recording is at a sample."""
+def _start(unit: FunctionalUnit, recording: Recording, known: Collection[str], first: int = 0) -> dict[str, float]:
+    """Start values: the unit's own parameters, where and how fast the recording is at a sample, the mass that it
+    carries, and, where the unit has linid's own names for them, its number and the campaign's time."""
     motion = recording.motion
     out = dict(unit.parameters)
     for name, value in ((unit.start_position, motion.y[first]), (unit.start_speed, motion.v[first])):
         if name:
             out[name] = float(value) / unit.position_scale
-    return out
+    if unit.added_mass and (recording.added_mass or unit.added_mass in known):
+        out[unit.added_mass] = recording.added_mass
+    places = {"record": float(recording.number), "elapsed": recording.elapsed + float(recording.t[first])}
+    return {**{name: value for name, value in places.items() if name in known and name not in out}, **out}
 
 
 def _run(

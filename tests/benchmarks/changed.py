@@ -72,12 +72,14 @@ def in_mujoco(fitted: Fit, campaign: Campaign) -> Campaign:
 
     text = TARGET.files(Exported(fitted.result, "axis", recordings=campaign.recordings))["axis.xml"].decode()
     axis = mujoco.MjModel.from_xml_string(text)
+    alone = float(axis.body("mover").mass[0])
     own = []
     for recording in campaign.recordings:
         inputs = [recording.drive_input] if recording.phase_currents is None else list(recording.phase_currents)
         if recording.kind == "free_wheel":
             inputs = []
         motion = measure_motion([recording])
+        axis.body("mover").mass[0] = alone + recording.added_mass
         y = run(axis, recording.t, inputs, float(motion.y[0]), float(motion.v[0]))[0]
         own.append(replace(recording, simulated=np.asarray(y)))
     return replace(campaign, recordings=tuple(own))

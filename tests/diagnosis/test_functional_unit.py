@@ -149,3 +149,17 @@ def test_ranges_that_make_no_sense_are_refused(unit: Path, tmp_path: Path) -> No
     with pytest.raises(UsageError, match="no recording to be fitted"):
         held = Campaign.of([replace(one, split="held_out") for one in fitted.recordings])
         refit_unit(held, described(tmp_path, unit, "free: {mass: [1.0, 2.0]}"))
+
+
+def test_a_unit_carries_the_mass_that_a_recording_does(unit: Path, tmp_path: Path) -> None:
+    one = exact().recordings[0]
+    laden = Campaign.of([replace(one, added_mass=machine.MASS)])
+    by_recording = simulated_by(laden, unit).recordings[0].simulated
+    heavy = described(tmp_path, unit, f"parameters: {{mass: {2.0 * machine.MASS}}}")
+    by_parameter = simulated_by(Campaign.of([one]), heavy).recordings[0].simulated
+    without = simulated_by(laden, described(tmp_path, unit, 'added_mass: ""')).recordings[0].simulated
+    assert by_recording is not None and by_parameter is not None and without is not None
+    np.testing.assert_allclose(by_recording, by_parameter, atol=1e-9)
+    assert np.std(without - by_parameter) > 1e-4
+    with pytest.raises(UsageError, match="has no variable load"):
+        simulated_by(laden, described(tmp_path, unit, "added_mass: load"))
