@@ -80,6 +80,7 @@ def in_mujoco(fitted: Fit, campaign: Campaign) -> Campaign:
             inputs = []
         motion = measure_motion([recording])
         axis.body("mover").mass[0] = alone + recording.added_mass
+        mujoco.mj_setConst(axis, mujoco.MjData(axis))  # of a single mass MuJoCo keeps the inverse
         y = run(axis, recording.t, inputs, float(motion.y[0]), float(motion.v[0]))[0]
         own.append(replace(recording, simulated=np.asarray(y)))
     return replace(campaign, recordings=tuple(own))
