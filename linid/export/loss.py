@@ -94,12 +94,12 @@ def measure_model(
     Raises UsageError or DataError where a recording lacks what the model needs.
     """
     first = without_effects(result) if base is None else base
-    return Measured(_gaps(first, recordings, jobs), _gaps(result, recordings, jobs))
+    return Measured(measure_gaps_of(first, recordings, jobs), measure_gaps_of(result, recordings, jobs))
 
 
 def measure_loss(measured: Measured, form: FitResult | None, recordings: Sequence[Recording], jobs: int = 1) -> Loss:
     """What a target keeps of the gap that the model closes; form: the MODEL that it equals (None: the model)."""
-    return loss_of(measured, measured.full if form is None else _gaps(form, recordings, jobs))
+    return loss_of(measured, measured.full if form is None else measure_gaps_of(form, recordings, jobs))
 
 
 def loss_of(measured: Measured, target: Sequence[RecordingGap]) -> Loss:
@@ -123,7 +123,8 @@ def _counts(gap: RecordingGap, measure: Measure) -> bool:
     return measure == "force" or (measure == "free_run") == (gap.kind == "free_wheel")
 
 
-def _gaps(result: FitResult, recordings: Sequence[Recording], jobs: int) -> tuple[RecordingGap, ...]:
+def measure_gaps_of(result: FitResult, recordings: Sequence[Recording], jobs: int) -> tuple[RecordingGap, ...]:
+    """The gaps of a model on recordings, in their order; raises UsageError or DataError where one lacks a channel."""
     return measure_gaps(result, recordings, jobs=jobs, floors=False)[0]
 
 

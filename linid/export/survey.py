@@ -1,0 +1,75 @@
+"""What every target keeps of the gap that one model closes, forms that are equal simulated once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from linid.errors import ConfigError, UsageError
+from linid.export.loss import Loss, Measured, loss_of, measure_gaps_of, measure_model
+from linid.export.target import Exported, Target
+from linid.identification.model_file import model_to_text
+from linid.identification.result import FitResult
+from linid.recording.recording import Recording
+
+
+@dataclass(frozen=True)
+class Surveyed:
+    """One target. whole: whether its form is the model itself; lacks: what the form cannot hold, a sentence each;
+    loss: None where the target cannot be made of the model; refused: why it cannot, empty where it can."""
+
+    target: str
+    whole: bool = False
+    lacks: tuple[str, ...] = ()
+    loss: Loss | None = None
+    refused: str = ""
+
+    def row(self) -> dict[str, Any]:
+        """It as plain data, nothing but truth values, numbers, texts and None."""
+        loss = None if self.loss is None else self.loss.row()
+        return {
+            "target": self.target,
+            "whole": self.whole,
+            "lacks": list(self.lacks),
+            "loss": loss,
+            "refused": self.refused,
+        }
+
+
+def survey_targets(
+    targets: Sequence[Target],
+    exported: Exported,
+    base: FitResult | None,
+    recordings: Sequence[Recording],
+    jobs: int = 1,
+) -> tuple[Surveyed, ...]:
+    """What each target keeps of the gap that a model closes on recordings.
+
+    base: MODEL from which the closed gap counts (None: the model without its effects); recordings: held-out ones.
+    Returns one row for each target, in order. Raises UsageError or DataError where a recording lacks what the model
+    needs.
+    """
+    measured = measure_model(exported.result, base, recordings, jobs)
+    known = {model_to_text(exported.result): measured.full}
+    return tuple(_surveyed(target, exported, measured, known, recordings, jobs) for target in targets)
+
+
+def _surveyed(
+    target: Target,
+    exported: Exported,
+    measured: Measured,
+    known: dict[str, Any],
+    recordings: Sequence[Recording],
+    jobs: int,
+) -> Surveyed:
+    try:
+        target.files(exported)
+        form, lacks = target.simplified(exported), target.lacks(exported)
+    except (UsageError, ConfigError) as error:
+        return Surveyed(target.name, refused=" ".join(str(error).split()))
+    key = model_to_text(form)
+    if key not in known:
+        known[key] = measure_gaps_of(form, recordings, jobs)
+    gaps = known[key]
+    return Surveyed(target.name, gaps is measured.full, lacks, loss_of(measured, gaps))
