@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         refit_unit,
         simulate,
         simulated_by,
+        survey_exports,
         validate,
     )
 
@@ -58,6 +59,7 @@ __all__ = [
     "refit_unit",
     "simulate",
     "simulated_by",
+    "survey_exports",
     "validate",
 ]
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from linid.errors import ConfigError, DataError, LinidError, UsageError
 from linid.interface.campaign import Campaign
 from linid.interface.compensation import compensated
+from linid.interface.exports import surveyed
 from linid.interface.measuring import (
     Progress,
     Watch,
@@ -61,6 +62,7 @@ __all__ = [
     "refit_unit",
     "simulate",
     "simulated_by",
+    "survey_exports",
     "validate",
 ]
 
@@ -308,3 +310,13 @@ def compensate(
     loops = controller if controller is None or isinstance(controller, Controller) else load_controller(controller)
     with one_thread():
         return Diagnosed(compensated(diagnosed.found, campaign.recordings, loops, jobs))
+
+
+def survey_exports(diagnosed: Diagnosed, campaign: Campaign, *, jobs: int = 1) -> Diagnosed:
+    """A diagnosis with what each target of `linid export` would keep of the closed gap, on the held-out recordings.
+
+    jobs: threads. Returns Diagnosed with `found.diagnosis.exports`, empty where no effect was named. Raises UsageError
+    or DataError where a recording lacks what the model needs.
+    """
+    with one_thread():
+        return Diagnosed(surveyed(diagnosed.found, campaign.recordings, jobs))

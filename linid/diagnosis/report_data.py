@@ -332,6 +332,22 @@ class ParameterChange:
 
 
 @dataclass(frozen=True)
+class ExportLoss:
+    """What other programs keep of the closed gap.
+
+    targets: of `linid export`, whose forms are equal; whole: whether they hold the whole model; kept: measure -> share
+    of the closed gap that they keep with its 95 % interval, nan where the effects close none of it; lacks: what the
+    form cannot hold, a sentence each; refused: why they cannot be made.
+    """
+
+    targets: tuple[str, ...]
+    whole: bool
+    kept: dict[str, tuple[float, float, float]]
+    lacks: tuple[str, ...]
+    refused: str = ""
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """All that a diagnosis of one campaign found.
 
@@ -342,7 +358,8 @@ class Diagnosis:
     not known one by one; friction_law: None where friction is known; proposal: a term for what the budget leaves, None
     where the data ask for none; given: whether the base is a model as it was given; changes: parameters that are others
     than in it; checks: what the data themselves show;
-    field_wavenumber: rad/m or None; compensation: following errors under the drive, None where not asked for.
+    field_wavenumber: rad/m or None; compensation: following errors under the drive, None where not asked for;
+    exports: what other programs would keep of the closed gap, empty where not asked for or nothing was named.
     """
 
     name: str
@@ -369,3 +386,4 @@ class Diagnosis:
     given: bool = False
     changes: tuple[ParameterChange, ...] = ()
     compensation: Compensation | None = None
+    exports: tuple[ExportLoss, ...] = ()

@@ -63,6 +63,8 @@ def _surveyed(
     recordings: Sequence[Recording],
     jobs: int,
 ) -> Surveyed:
+    if target.whole:  # nothing is asked of its files: a unit would be compiled
+        return Surveyed(target.name, True, target.lacks(exported), loss_of(measured, measured.full))
     try:
         target.files(exported)
         form, lacks = target.simplified(exported), target.lacks(exported)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import zipfile
 from dataclasses import replace
@@ -115,6 +116,15 @@ def test_what_a_unit_has_wrong_is_told_by_the_command(unit: Path, tmp_path: Path
     assert done.exit_code == 0, done.output
     assert "Changed since the given model: mass 2" in " ".join(done.output.split())
     assert len(list((out / "simulated").glob("*.csv"))) == len(SPEEDS)
+    # What the page says of other programs is what an export of that model says.
+    rows = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))["exports"]
+    (said,) = [row["kept"] for row in rows if "urdf" in row["targets"]]
+    files = [str(out / "model_after.json"), str(campaign)]
+    more = ["--to", "urdf", "--base", str(out / "model_before.json"), "--out", str(tmp_path / "exported"), "-q"]
+    exported = CliRunner().invoke(cli, ["export", *files, *more])
+    assert exported.exit_code == 0, exported.output
+    loss = json.loads((tmp_path / "exported" / "urdf" / "loss.json").read_text(encoding="utf-8"))
+    assert said == {one["measure"]: [one["share"], one["low"], one["high"]] for one in loss["kept"]} and said
 
 
 def test_free_parameters_of_a_unit_are_identified_with_intervals_that_hold_them(unit: Path, tmp_path: Path) -> None:

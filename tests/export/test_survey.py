@@ -11,7 +11,7 @@ from linid.export import survey
 from linid.export.loss import measure_loss, measure_model
 from linid.export.registry import find_target
 from linid.export.survey import survey_targets
-from linid.export.target import Exported, Target
+from linid.export.target import Exported
 from tests.export.axis import result_of
 from tests.simulation.axis_with_effects import campaign_with
 
@@ -26,7 +26,7 @@ def test_each_row_is_that_of_the_target_alone_and_equal_forms_run_once(monkeypat
     recordings = campaign_with(EFFECTS)[-2:]
     exported = Exported(result_of(EFFECTS, substeps=8), "axis")
     whole, simple = find_target("python"), find_target("urdf")
-    targets = (whole, simple, replace(simple, name="twin"), Target("none", "Nothing.", _refusing))
+    targets = (whole, simple, replace(simple, name="twin"), replace(simple, name="none", files=_refusing))
     runs = []
     gaps = survey.measure_gaps_of
     monkeypatch.setattr(survey, "measure_gaps_of", lambda *given: runs.append(1) or gaps(*given))

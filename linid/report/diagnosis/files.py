@@ -112,6 +112,7 @@ def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:
             for one in diagnosis.recordings
         ],
         "compensation": None if diagnosis.compensation is None else _compensation(diagnosis.compensation),
+        "exports": [asdict(one) for one in diagnosis.exports],
         "checks": checks_data(diagnosis.checks),
         "assumptions": diagnosis.assumptions,
         "warnings": diagnosis.warnings,

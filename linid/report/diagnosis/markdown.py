@@ -41,6 +41,7 @@ from linid.report.diagnosis.content import (
     shown_pairs,
     tried_rows,
 )
+from linid.report.diagnosis.exports import EXPORTS_HEADER, EXPORTS_MEANING, EXPORTS_TITLE, export_rows
 from linid.report.diagnosis.law import LAW_HEADER, LAW_MEANING, LAW_TITLE, law_lines, law_rows, law_told, law_words
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
 from linid.report.diagnosis.proposal import TERM_TITLE, TermLine, headline, term_lines, term_measures
@@ -66,7 +67,7 @@ def diagnosis_markdown(diagnosis: Diagnosis, pictures: Sequence[Path] = ()) -> s
     if verdict.next_experiment:
         parts += ["## What to record next", _safe(verdict.next_experiment)]
     parts += _budget(diagnosis) + _law(diagnosis) + _term(diagnosis) + _how_far(diagnosis)
-    parts += _compensation(diagnosis) + _checks(diagnosis)
+    parts += _compensation(diagnosis) + _exports(diagnosis) + _checks(diagnosis)
     parts += _where(diagnosis) + _which(diagnosis) + _per_recording(diagnosis) + _setting(diagnosis)
     if pictures:
         parts += [
@@ -163,6 +164,11 @@ def _compensation(diagnosis: Diagnosis) -> list[str]:
     parts = [f"## {COMPENSATION_TITLE}", _safe(compensation_words(diagnosis))]
     parts += [_table(header, rows) for header, rows in tables if rows]
     return [*parts, _safe(compensation_setting(diagnosis))]
+
+
+def _exports(diagnosis: Diagnosis) -> list[str]:
+    rows = export_rows(diagnosis)
+    return [f"## {EXPORTS_TITLE}", _table(EXPORTS_HEADER, rows), EXPORTS_MEANING] if rows else []
 
 
 def _checks(diagnosis: Diagnosis) -> list[str]:

@@ -39,6 +39,7 @@ from linid.report.diagnosis.content import (
     scale_words,
     tried_rows,
 )
+from linid.report.diagnosis.exports import EXPORTS_HEADER, EXPORTS_MEANING, EXPORTS_TITLE, export_rows
 from linid.report.diagnosis.law import LAW_HEADER, LAW_MEANING, LAW_TITLE, law_lines, law_rows, law_words
 from linid.report.diagnosis.measures import measure_lines, measure_meanings, measure_remarks, state_meaning
 from linid.report.diagnosis.proposal import TERM_TITLE, headline, term_lines, term_measures
@@ -117,6 +118,7 @@ def _words(diagnosis: Diagnosis) -> dict[str, Any]:
         **_law_words(diagnosis),
         **_term_words(diagnosis),
         **_compensation_words(diagnosis),
+        **_export_words(diagnosis),
         "where_words": where_words(diagnosis),
         "which_words": which_words(diagnosis),
         "closed_words": closed_words(diagnosis),
@@ -186,6 +188,12 @@ def _compensation_words(diagnosis: Diagnosis) -> dict[str, Any]:
         "compensation_tables": [table for table in tables if table[1]],
         "compensation_setting": compensation_setting(diagnosis),
     }
+
+
+def _export_words(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What the page says of other programs."""
+    tables = [(EXPORTS_HEADER, rows)] if (rows := export_rows(diagnosis)) else []
+    return {"export_title": EXPORTS_TITLE, "export_tables": tables, "export_meaning": EXPORTS_MEANING}
 
 
 def _breakable(name: str) -> Any:

@@ -84,6 +84,8 @@ def diagnose(
             found = _diagnosed(request, reporter, campaign, (kind, given, foreign), memory, workers)
             reporter.step("feed-forward", 0, 1)
             found = api.compensate(found, campaign, loops, jobs=request.jobs)
+            reporter.step("exports", 0, 1)
+            found = api.survey_exports(found, campaign, jobs=request.jobs)
             return _complete(found.found, folder, request, reporter)
 
 
