@@ -213,17 +213,24 @@ def follow(
         return in_closed_loop(fit.result, recording, loops, position=position, speed=speed)
 
 
-def refit_unit(campaign: Campaign, unit: str | Path, progress: Callable[[int, int], None] | None = None) -> UnitFit:
+def refit_unit(
+    campaign: Campaign, unit: str | Path | FunctionalUnit, progress: Callable[[int, int], None] | None = None
+) -> UnitFit:
     """An FMU with the free parameters that its YAML file names (`free: {mass: [0.5, 2.0]}`) identified on the campaign.
 
-    unit: that file; progress: called with the simulations done and the most there can be. Returns UnitFit: the unit
-    for `simulated_by`, the values with their intervals. Raises UsageError where nothing is free, and
-    as `simulated_by`.
+    unit: that file, or the unit that it describes; progress: called with the simulations done and the most there can
+    be. Returns UnitFit: the unit for `simulated_by`, the values with their intervals. Raises UsageError where nothing
+    is free, and as `simulated_by`.
     """
     from linid.identification.refit_unit import refit_unit as refit
-    from linid.simulation.functional_unit import load_unit
 
-    return refit(load_unit(unit), campaign.recordings, progress)
+    return refit(_unit_of(unit), campaign.recordings, progress)
+
+
+def _unit_of(unit: str | Path | FunctionalUnit) -> FunctionalUnit:
+    from linid.simulation.functional_unit import FunctionalUnit, load_unit
+
+    return unit if isinstance(unit, FunctionalUnit) else load_unit(unit)
 
 
 def simulated_by(
@@ -236,11 +243,10 @@ def simulated_by(
     done: called with each recording and its simulated position (n,) in m (rotary: rad), as they come. It runs in a
     process of its own. Raises UsageError or ConfigError for the unit, DataError where it fails, crashes or diverges.
     """
-    from linid.simulation.functional_unit import FunctionalUnit, load_unit, simulate_by_unit
+    from linid.simulation.functional_unit import simulate_by_unit
 
     out = []
-    chosen = unit if isinstance(unit, FunctionalUnit) else load_unit(unit)
-    for recording, y in simulate_by_unit(chosen, campaign.recordings):
+    for recording, y in simulate_by_unit(_unit_of(unit), campaign.recordings):
         out.append(replace(recording, simulated=y))
         if done is not None:
             done(recording, y)

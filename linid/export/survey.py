@@ -25,17 +25,6 @@ class Surveyed:
     loss: Loss | None = None
     refused: str = ""
 
-    def row(self) -> dict[str, Any]:
-        """It as plain data, nothing but truth values, numbers, texts and None."""
-        loss = None if self.loss is None else self.loss.row()
-        return {
-            "target": self.target,
-            "whole": self.whole,
-            "lacks": list(self.lacks),
-            "loss": loss,
-            "refused": self.refused,
-        }
-
 
 def survey_targets(
     targets: Sequence[Target],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +52,13 @@ class Exported:
     def vector(self) -> Array:
         """The flat vector (size,) in SI of the parameters, as the simulation takes it."""
         return self.model.vector(self.values)
+
+
+def step_of(result: FitResult, recordings: Sequence[Recording]) -> float:
+    """The internal step in s with which a model was identified on recordings; the usual one without any."""
+    if not recordings:
+        return DEFAULT_STEP
+    return min(r.duration / (r.t.size - 1) for r in recordings) / result.substeps
 
 
 def unchanged(exported: Exported) -> FitResult:

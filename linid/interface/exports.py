@@ -22,13 +22,12 @@ def surveyed(found: Found, recordings: Sequence[Recording], jobs: int = 1) -> Fo
     from linid.export.loss import held_out
     from linid.export.registry import all_targets
     from linid.export.survey import survey_targets
-    from linid.export.target import Exported
+    from linid.export.target import Exported, step_of
 
     judges = residual_recordings(held_out(recordings), found.after)
     if not judges or found.after.effects == found.before.effects:
         return found
-    step = min(r.duration / (r.t.size - 1) for r in recordings) / found.after.substeps
-    exported = Exported(found.after, "axis", step, tuple(recordings))
+    exported = Exported(found.after, "axis", step_of(found.after, recordings), tuple(recordings))
     alike: dict[tuple[object, ...], ExportLoss] = {}
     for one in survey_targets(tuple(all_targets().values()), exported, found.before, judges, jobs):
         kept = () if one.loss is None else one.loss.kept

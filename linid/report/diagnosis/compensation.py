@@ -91,6 +91,12 @@ def cost_rows(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     )
 
 
+def compensation_tables(diagnosis: Diagnosis) -> list[tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]]:
+    """Headers and rows of the tables that have rows."""
+    tables = [(FOLLOWING_HEADER, following_rows(diagnosis)), (COST_HEADER, cost_rows(diagnosis))]
+    return [(header, rows) for header, rows in tables if rows]
+
+
 def compensation_setting(diagnosis: Diagnosis) -> str:
     """Which drive, which motion, what the figures and intervals hold; empty where there is no figure."""
     told = diagnosis.compensation

@@ -19,12 +19,9 @@ from linid.report.diagnosis.budget import (
 from linid.report.diagnosis.changes import change_words
 from linid.report.diagnosis.compensation import (
     COMPENSATION_TITLE,
-    COST_HEADER,
-    FOLLOWING_HEADER,
     compensation_setting,
+    compensation_tables,
     compensation_words,
-    cost_rows,
-    following_rows,
 )
 from linid.report.diagnosis.content import (
     TRIED_MEANING,
@@ -160,9 +157,8 @@ def _how_far(diagnosis: Diagnosis) -> list[str]:
 def _compensation(diagnosis: Diagnosis) -> list[str]:
     if not compensation_words(diagnosis):
         return []
-    tables = ((FOLLOWING_HEADER, following_rows(diagnosis)), (COST_HEADER, cost_rows(diagnosis)))
     parts = [f"## {COMPENSATION_TITLE}", _safe(compensation_words(diagnosis))]
-    parts += [_table(header, rows) for header, rows in tables if rows]
+    parts += [_table(header, rows) for header, rows in compensation_tables(diagnosis)]
     return [*parts, _safe(compensation_setting(diagnosis))]
 
 

@@ -19,12 +19,9 @@ from linid.report.diagnosis.budget import (
 from linid.report.diagnosis.changes import change_words
 from linid.report.diagnosis.compensation import (
     COMPENSATION_TITLE,
-    COST_HEADER,
-    FOLLOWING_HEADER,
     compensation_setting,
+    compensation_tables,
     compensation_words,
-    cost_rows,
-    following_rows,
 )
 from linid.report.diagnosis.content import (
     TRIED_MEANING,
@@ -181,11 +178,10 @@ def _term_words(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def _compensation_words(diagnosis: Diagnosis) -> dict[str, Any]:
     """What the page says of a feed-forward."""
-    tables = ((FOLLOWING_HEADER, following_rows(diagnosis)), (COST_HEADER, cost_rows(diagnosis)))
     return {
         "compensation_title": COMPENSATION_TITLE,
         "compensation_words": compensation_words(diagnosis),
-        "compensation_tables": [table for table in tables if table[1]],
+        "compensation_tables": compensation_tables(diagnosis),
         "compensation_setting": compensation_setting(diagnosis),
     }
 

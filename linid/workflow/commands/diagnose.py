@@ -98,7 +98,7 @@ def _refitted(campaign: Campaign, file: Path, folder: Path, reporter: Reporter) 
     unit = load_unit(file)
     if not unit.free:
         return unit
-    done = api.refit_unit(campaign, file, partial(reporter.step, "identify parameters of the unit"))
+    done = api.refit_unit(campaign, unit, partial(reporter.step, "identify parameters of the unit"))
     rows = [(e.name, e.start, e.value, e.low, e.high, e.at_end) for e in done.estimates]
     header = ["parameter", "start", "value", "low", "high", "at end of range"]
     write_text(folder / "unit_parameters.csv", csv_text(header, rows, 9))

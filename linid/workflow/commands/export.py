@@ -93,11 +93,9 @@ def _judges(request: Request, campaign: Campaign, fit: Fit) -> tuple[Recording, 
 
 def _exported(fit: Fit, model: Path, options: ExportOptions, recordings: Sequence[Recording]) -> Exported:
     """The model with its name and the step that it was identified with."""
-    from linid.export.target import DEFAULT_STEP, Exported, word_of
+    from linid.export.target import Exported, step_of, word_of
 
-    step = DEFAULT_STEP
-    if recordings:
-        step = min(r.duration / (r.t.size - 1) for r in recordings) / fit.result.substeps
+    step = step_of(fit.result, recordings)
     stem = model.resolve().parent.name if model.stem in ("parameters", "model_after") else model.stem
     return Exported(fit.result, word_of(options.name or stem).lower(), step, tuple(recordings))
 
