@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from linid.cli.options import debug_option, jobs_option, json_option, make_reporter, print_outcome, verbosity_options
+from linid.cli.console import make_reporter, print_outcome
+from linid.cli.options import debug_option, jobs_option, json_option, verbosity_options
 
 FOLDER = click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
 JOBS = jobs_option("Campaigns at a time; never changes a result")

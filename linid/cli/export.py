@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from linid.cli.options import make_reporter, make_request, print_outcome, run_options, settings_options
+from linid.cli.console import make_reporter, print_outcome
+from linid.cli.options import make_request, run_options, settings_options
 
 
 def _print_targets(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from linid.cli.options import debug_option, json_option, make_reporter, print_outcome, verbosity_options
+from linid.cli.console import make_reporter, print_outcome
+from linid.cli.options import debug_option, json_option, verbosity_options
 
 if TYPE_CHECKING:
     from linid.workflow.run.outcome import Outcome
@@ -108,7 +109,7 @@ def _run(geometry: Path | None, options: FieldOptions, sizes: dict[str, Any], re
     described = read_geometry(geometry, sizes)
     request = Request(
         files=() if geometry is None else (geometry,),
-        settings=Settings(figures=not options.no_figures),
+        settings=Settings(figures="none" if options.no_figures else "all"),
         out=options.out,
         overwrite=options.overwrite,
         dry_run=options.dry_run,

@@ -10,6 +10,7 @@ import click
 
 from linid.cli.challenge import challenge
 from linid.cli.completion import completion
+from linid.cli.console import make_reporter, print_outcome
 from linid.cli.diagnosis import diagnosis_options
 from linid.cli.errors import Group
 from linid.cli.export import export
@@ -20,11 +21,10 @@ from linid.cli.options import (
     CONTROLLER,
     MotorName,
     debug_option,
+    figures_options,
     fit_options,
     json_option,
-    make_reporter,
     make_request,
-    print_outcome,
     run_options,
     scheduler_option,
     schema_option,
@@ -193,7 +193,7 @@ def simulate(
     json_output: bool,
     **options: Any,
 ) -> None:
-    """Run a model freely over recordings: simulations as CSV, and a figure each.
+    """Run a model freely over recordings: simulations as CSV, and figures.
 
     The model is started once and then sees only the recorded inputs. Driven axes have no spring: such a run drifts or
     loses step sooner or later, with the best of models; `linid validate` measures what is fair. Free wheels of which
@@ -296,7 +296,7 @@ def diagnose(
     "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Set a settings key in all jobs; repeatable."
 )
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of all jobs.")
-@click.option("--no-figures", is_flag=True, help="Write no figures.")
+@figures_options
 @schema_option
 @run_options
 @scheduler_option

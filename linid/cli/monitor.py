@@ -7,14 +7,8 @@ from typing import Any
 
 import click
 
-from linid.cli.options import (
-    make_reporter,
-    make_request,
-    print_outcome,
-    run_options,
-    scheduler_option,
-    settings_options,
-)
+from linid.cli.console import make_reporter, print_outcome
+from linid.cli.options import make_request, run_options, scheduler_option, settings_options
 
 
 @click.command(short_help="Say what has changed since a model, over many recordings.")

@@ -14,7 +14,6 @@ from linid.cli.search import SEARCH_NAMES, SEARCH_OPTIONS
 from linid.physics.laws.names import LAW_CHOICES
 
 if TYPE_CHECKING:
-    from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -128,6 +127,16 @@ scheduler_option = click.option(
     help="Work on the dask cluster at this address, such as tcp://host:8786; `local`: with --jobs worker processes "
     'here. Needs the extra: pip install "linid[cluster]".',
 )
+figures_options = apply_options(
+    [
+        click.option(
+            "--figures",
+            type=click.Choice(["few", "all", "none"]),
+            help="few: overviews and the worst recordings; all: every recording too [few].",
+        ),
+        click.option("--no-figures", is_flag=True, help="The same as --figures none."),
+    ]
+)
 settings_options = apply_options(
     [
         click.option(
@@ -163,7 +172,7 @@ settings_options = apply_options(
             metavar="[FILE=]KG",
             help="Known added mass, without a campaign: 0.5 for all, or run_4.csv=0.5 for one; repeatable.",
         ),
-        click.option("--no-figures", is_flag=True, help="Write no figures."),
+        figures_options,
     ]
 )
 _MODEL = [
@@ -255,6 +264,7 @@ SETTINGS_NAMES = (
     "window",
     "period",
     "added_mass",
+    "figures",
     "no_figures",
     "mass",
     "known",
@@ -277,7 +287,7 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
     from linid.workflow.run.settings import parse_assignment, read_mapping
 
     raw: dict[str, Any] = {}
-    for name in ("seed", "axis", "period", "mass", "objective", *SEARCH_NAMES, "substeps", "law"):
+    for name in ("seed", "axis", "period", "mass", "objective", *SEARCH_NAMES, "substeps", "law", "figures"):
         if options.get(name) is not None:
             raw[name] = options[name]
     if options.get("channels") is not None:
@@ -295,7 +305,7 @@ def overrides(options: dict[str, Any]) -> dict[str, Any]:
     if options.get("no_stribeck"):
         raw["stribeck"] = False
     if options.get("no_figures"):
-        raw["figures"] = False
+        raw["figures"] = "none"
     if options.get("known"):
         raw["known"] = dict(_pair("--known", text) for text in options["known"])
     if options.get("bound"):
@@ -331,22 +341,6 @@ def make_request(files: tuple[Path, ...], options: dict[str, Any]) -> Request:
         dry_run=run.get("dry_run", False),
         line=command_line(),
     )
-
-
-def make_reporter(options: dict[str, Any]) -> Reporter:
-    """Progress as loud as asked for."""
-    from linid.workflow.run.reporter import Reporter
-
-    return Reporter(-1 if options.get("quiet") else int(bool(options.get("verbose"))))
-
-
-def print_outcome(outcome: Any, json_output: bool) -> None:
-    """Tables (or the summary as JSON) on stdout; exit with the outcome's code."""
-    from linid.workflow.run.show import show
-
-    show(outcome, json_output)
-    if outcome.exit_code:
-        click.get_current_context().exit(outcome.exit_code)
 
 
 def command_line() -> str:

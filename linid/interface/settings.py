@@ -58,6 +58,16 @@ def _law_choice(name: str) -> str:
     return name
 
 
+def _how_many(value: Any) -> Any:
+    """Yes and no, as settings files said it before there was a choice."""
+    return ("few" if value else "none") if isinstance(value, bool) else value
+
+
+HowMany = Annotated[
+    Literal["few", "all", "none"],
+    BeforeValidator(_how_many),
+    WithJsonSchema({"enum": ["few", "all", "none", True, False]}),
+]
 LawChoice = Annotated[str, AfterValidator(_law_choice), WithJsonSchema({"type": "string", "enum": list(LAW_CHOICES)})]
 _OWN_SCHEMA = {"type": "object", "description": "own terms, NAME: formula"}
 Effects = Annotated[
@@ -170,7 +180,9 @@ class Settings(BaseModel):
     profiles: tuple[str, ...] = Field(default=(), description="parameters whose profile likelihood is computed")
     seed: int = Field(default=1, ge=0, lt=2**63, description="seed of the search")
     # The output.
-    figures: bool = Field(default=True, description="write figures")
+    figures: HowMany = Field(
+        default="few", description="few: overviews and the worst recordings; all: every recording too; none"
+    )
     figure_formats: tuple[Literal["png", "pdf", "svg"], ...] = Field(default=("png",), min_length=1)
 
     def known_values(self, campaign: Mapping[str, float]) -> dict[str, float]:

@@ -159,6 +159,21 @@ def test_markdown_shows_the_written_figures(folder: Path) -> None:
     } <= set(shown)
 
 
+def test_a_few_figures_say_which_effects_how_far_and_where(tmp_path: Path) -> None:
+    made, seen = partly(), list[Path]()
+    paths = write_diagnosis(made, tmp_path, figures="few", written=lambda: seen.extend(tmp_path.rglob("*.*")))
+    held_out = {
+        t.recording: float(np.sqrt(np.nanmean(t.before**2))) / t.deviation for t in made.traces if t.split == "held_out"
+    }
+    worst = max(held_out, key=lambda name: held_out[name])
+    assert len(made.traces) > 1
+    figures = {p.name for p in paths if p.suffix == ".png"}
+    assert figures == {"waterfall.png", "measures.png", "shares.png", f"residual_{worst}.png"}
+    assert {p.name for p in seen} == {"diagnosis.json", "diagnosis.md", "report.html"}  # before the first figure
+    shown = re.findall(r"!\[[^]]*\]\(([^)]*)\)", (tmp_path / "diagnosis.md").read_text(encoding="utf-8"))
+    assert {Path(path).name for path in shown} == figures
+
+
 @pytest.mark.parametrize("name", SAMPLES)
 def test_console_fits_80_columns(name: str) -> None:
     diagnosis, stream = SAMPLES[name](), io.StringIO()
@@ -221,7 +236,7 @@ def test_residuals_share_one_pdf_of_a_page_each(tmp_path: Path) -> None:
 
 def figures_of_none(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     """The figures among what is written when none are wanted."""
-    return [path for path in write_diagnosis(diagnosis, folder, figures=False) if path.parent != folder]
+    return [path for path in write_diagnosis(diagnosis, folder, figures="none") if path.parent != folder]
 
 
 def test_trace_figure_shows_residuals_and_two_sigma() -> None:
@@ -266,7 +281,7 @@ def test_an_effect_that_adds_to_the_gap_steps_upwards() -> None:
 def test_a_rotary_axis_of_unknown_inertia_is_told_in_its_words_and_units(tmp_path: Path) -> None:
     diagnosis, console = rotary(), io.StringIO()
     Console(file=console, width=80, color_system=None).print(diagnosis_console(diagnosis))
-    write_diagnosis(diagnosis, tmp_path, figures=False)
+    write_diagnosis(diagnosis, tmp_path, figures="none")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = re.sub(r"<script>/\*\*\n\* plotly\.js.*?</script>", "", page, flags=re.S)
     data = strict((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))

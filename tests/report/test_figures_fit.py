@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -28,7 +29,14 @@ from linid.report.figures.friction_curve import (
     steady_friction,
 )
 from linid.report.figures.gap_bars import gap_figure
-from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
+from linid.report.figures.write import (
+    fit_drawings,
+    inside,
+    validation_drawings,
+    wanted,
+    worst_recordings,
+    write_drawings,
+)
 from linid.report.style import ERROR, MEASURED, MEASURED_LIGHT, MODEL, new_figure, save, style
 
 from .samples import ESTIMATES, FITTED, NAN, coast, estimate, fit_result, gap, move
@@ -263,6 +271,28 @@ def test_validation_figures(tmp_path: Path) -> None:
     paths = write_drawings(validation_drawings([gap()], [move(n=300)]), tmp_path, formats=("png",))
     assert [path.name for path in paths] == ["gaps.png", "overview.png", "comparison_moves_3.png"]
     assert write_drawings(validation_drawings([], []), tmp_path / "none") == []
+
+
+def test_the_few_are_overviews_and_the_worst_recordings(tmp_path: Path) -> None:
+    gaps = [
+        gap("moves_1", split="fit", ahead=9.0),  # the held-out ones judge
+        gap("moves_3", ahead=2e-5),
+        gap("moves_4", ahead=3e-5),
+        gap("wheel_1", kind="free_wheel", split="fit", free_run=0.01),
+        gap("wheel_2", kind="free_wheel", split="fit", free_run=NAN),  # diverged
+    ]
+    worst = worst_recordings(gaps)
+    assert worst == {"moves_4", "wheel_2"} and worst_recordings([]) == frozenset()
+    traces = [replace(move(n=300), recording=name) for name in ("moves_3", "moves_4")]
+    drawings = inside("held_out", validation_drawings(gaps, traces, worst))
+    assert [d.stem.removeprefix("held_out/") for d in wanted(drawings, "few")] == [
+        "gaps",
+        "overview",
+        "comparison_moves_4",
+    ]
+    assert wanted(drawings, "all") == drawings and wanted(drawings, "none") == []
+    write_drawings(wanted(drawings, "few"), tmp_path, formats=("pdf",))
+    assert len(re.findall(rb"/Type /Page\b", (tmp_path / "held_out" / "comparison.pdf").read_bytes())) == 1
 
 
 def test_recordings_are_pages_where_pdf_is_wanted(tmp_path: Path) -> None:

@@ -198,7 +198,7 @@ def test_quantities_of_a_formula_are_per_mass_where_no_recording_tells_it() -> N
 
 def test_json_holds_the_term_and_the_challenge_reads_it(tmp_path: Path) -> None:
     source = of_velocity_and_force()
-    write_diagnosis(source, tmp_path, figures=False)
+    write_diagnosis(source, tmp_path, figures="none")
     data, made = strict((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))["proposal"], source.proposal
     assert made is not None and made.curve is not None and made.short is not None
     assert list(data) == [

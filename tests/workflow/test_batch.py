@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import time
 from pathlib import Path
@@ -16,10 +17,13 @@ from linid.workflow.batch.file import (
     FieldJob,
     FitMotorJob,
     GenerateJob,
+    JobSpec,
     ValidateJob,
     read_batch,
 )
+from linid.workflow.batch.job import JobReport
 from linid.workflow.batch.run import JobQueue
+from linid.workflow.run.reporter import Reporter
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
 DEFAULTS = "defaults: {population: 10, generations: 4, least_squares_steps: 4, figures: false}\n"
@@ -253,3 +257,63 @@ def test_schema() -> None:
     body = json.loads(result.stdout)
     assert result.exit_code == 0 and set(body["properties"]) == set(BatchFile.model_fields)
     assert body["additionalProperties"] is False
+
+
+class Scripted:
+    """Places that hold one job at a time and tell the given reports; what they did stands in `log`."""
+
+    def __init__(self, *reports: JobReport) -> None:
+        self.reports = list(reports)
+        self.log: list[str] = []
+
+    def free(self) -> bool:
+        return True
+
+    def start(self, job: JobSpec) -> None:
+        self.log.append(f"start {job.label}")
+
+    def ended(self) -> list[JobReport]:
+        report = self.reports.pop(0)
+        self.log.append(f"{'draws' if report.drawing else report.status} {report.label}")
+        return [report]
+
+    def interrupt(self) -> list[JobReport]:
+        raise AssertionError("nobody interrupts")
+
+
+def test_followers_do_not_wait_for_figures(tmp_path: Path) -> None:
+    """Nor do figures that fail, which the job reports, take their model from them."""
+    campaign(tmp_path)
+    specs = read_batch(write(tmp_path, friction() + CHECK + friction("last", more=", after: [friction, check]")), {})
+    done = JobReport("check", "done", 0, 1.0, "")
+    failed = JobReport("friction", "failed", 1, 2.0, "disk full")
+    places = Scripted(
+        JobReport("friction", "done", 0, 1.0, "", drawing=True), done, failed, JobReport("last", "done", 0, 1.0, "")
+    )
+    reports = JobQueue(specs, tmp_path / "o", places, Reporter(-1)).run()
+    assert places.log == [
+        "start friction",
+        "draws friction",
+        "start check",
+        "done check",
+        "start last",
+        "failed friction",
+        "done last",
+    ]
+    assert [(r.label, r.status) for r in reports] == [("friction", "failed"), ("check", "done"), ("last", "done")]
+
+
+def test_figures_are_drawn_beside_the_next_job(tmp_path: Path) -> None:
+    """On two places; the files are those of one place, where a job has an end before the next begins."""
+    campaign(tmp_path)
+    path = write(tmp_path, friction() + CHECK, defaults=DEFAULTS.replace("figures: false", "figures: all"))
+    for jobs, beside in ((1, False), (2, True)):
+        done = linid("batch", path, "--out", tmp_path / f"o{jobs}", "--jobs", jobs)
+        assert done.exit_code in (0, 5), done.stderr
+        began, end = (re.search(words, done.stderr) for words in ("check: started", r"friction: (done|not conv.*) in"))
+        assert began is not None and end is not None
+        assert (began.start() < end.start()) == beside
+    drawn = sorted(p.relative_to(tmp_path / "o1") for p in (tmp_path / "o1").rglob("*.png"))
+    assert len(drawn) > 5 and drawn == sorted(p.relative_to(tmp_path / "o2") for p in (tmp_path / "o2").rglob("*.png"))
+    for name in drawn:
+        assert (tmp_path / "o1" / name).read_bytes() == (tmp_path / "o2" / name).read_bytes()

@@ -55,10 +55,41 @@ def test_a_friction_fit_finds_the_truth_and_writes_its_files(friction: tuple[Pat
 
 def test_figures_exist(friction: tuple[Path, dict[str, Any]]) -> None:
     figures = friction[0] / "figures"
-    names = {p.stem for p in figures.glob("*.png")}
-    assert {"free_wheel_displacement", "free_wheel_velocity", "friction_curve", "convergence"} <= names
+    assert {p.name for p in figures.glob("*.*")} == {"free_wheel_displacement.png", "friction_curve.png"}
+    held_out = {"gaps.png", "overview.png", "comparison_freewheel_6.png"}
+    assert {p.name for p in (figures / "held_out").iterdir()} == held_out
     assert (figures / "held_out" / "comparison_freewheel_6.png").stat().st_size > 5000
-    assert not list(figures.glob("*.pdf"))
+
+
+@pytest.mark.parametrize(("how_many", "count"), [("all", 10), ("none", 0)])
+def test_all_figures_or_none(friction: tuple[Path, dict[str, Any]], tmp_path: Path, how_many: str, count: int) -> None:
+    path, settings = friction[0].parent / "campaign.yaml", friction[0] / "config.yaml"
+    done = linid("fit-friction", path, "--config", settings, "--figures", how_many, "--out", tmp_path / "o")
+    assert done.exit_code in (0, 5), done.stderr
+    assert len(list((tmp_path / "o").rglob("*.png"))) == count
+    few = [p.relative_to(friction[0]) for p in friction[0].rglob("*.png")]
+    for name in few if how_many == "all" else []:
+        assert (tmp_path / "o" / name).read_bytes() == (friction[0] / name).read_bytes()
+
+
+def test_tables_are_shown_before_figures_are_drawn(
+    friction: tuple[Path, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A figure that cannot be drawn costs the exit code, not the tables."""
+    import linid.report.figures.write as write
+
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise OSError(28, "No space left on device", str(tmp_path))
+
+    monkeypatch.setattr(write, "write_drawings", fail)
+    path, settings = friction[0].parent / "campaign.yaml", friction[0] / "config.yaml"
+    done = linid("fit-friction", path, "--config", settings, "--out", tmp_path / "o")
+    assert done.exit_code == 1 and "No space left" in done.stderr
+    assert "F_C" in done.stdout and done.stdout.count("Results:") == 1
+    assert (tmp_path / "o" / "gaps.csv").exists()
+    assert json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))["status"] == "failed"
+    as_json = linid("fit-friction", path, "--config", settings, "--out", tmp_path / "j", "--json")
+    assert json.loads(as_json.stdout)["exit_code"] == 1  # one document, not the summary and then the error
 
 
 def test_the_run_record(friction: tuple[Path, dict[str, Any]]) -> None:

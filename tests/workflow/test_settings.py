@@ -108,3 +108,15 @@ def test_operators_and_rates_reach_the_search() -> None:
     for wrong in ({"crossover_rate": 1.5}, {"selection": "best"}, {"mutation_rate": -0.1}):
         with pytest.raises(ConfigError):
             make_settings(wrong)
+
+
+@pytest.mark.parametrize(
+    ("value", "kept"), [(True, "few"), (False, "none"), ("few", "few"), ("all", "all"), ("none", "none")]
+)
+def test_figures_are_a_number_of_them_or_as_formerly_yes_or_no(value: object, kept: str) -> None:
+    assert make_settings({"figures": value}).figures == kept
+
+
+def test_figures_of_another_number_are_refused() -> None:
+    with pytest.raises(ConfigError, match="figures"):
+        make_settings({"figures": "many"})

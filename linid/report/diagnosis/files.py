@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         TermCurve,
     )
     from linid.identification.result import Estimate
-    from linid.report.figures.write import Progress
+    from linid.report.figures.write import Drawing, Progress
 
 SCHEMA = 2
 _COURSE = ("recording", "t", "reference", "without", "base", "full")
@@ -38,31 +38,44 @@ def write_diagnosis(
     folder: Path,
     *,
     formats: Sequence[str] = ("png",),
-    figures: bool = True,
+    figures: str = "all",
+    written: Callable[[], None] | None = None,
     processes: int = 1,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """Write `diagnosis.json`, `diagnosis.md`, `report.html` and, if wanted, `figures/` into `folder`.
+    """Write `diagnosis.json`, `diagnosis.md`, `report.html` and then `figures/` into `folder`.
 
-    formats: of the figures, `png`, `pdf`, `svg`; processes, progress: as in `write_drawings`. Returns the written
-    files.
+    formats: of the figures, `png`, `pdf`, `svg`; figures: `few`, `all` or `none`; written: called when all but the
+    figures is written; processes, progress: as in `write_drawings`. Returns the written files.
     """
-    from linid.report.figures.diagnosis_write import write_diagnosis_figures
     from linid.report.page.build import page_html
 
     folder, diagnosis = Path(folder), in_axis_words(diagnosis)
-    drawn: list[Path] = []
-    if figures:
-        drawn = write_diagnosis_figures(
-            diagnosis, folder / "figures", formats=formats, processes=processes, progress=progress
-        )
-    pictures = [path.relative_to(folder) for path in drawn if path.suffix == ".png"]
+    drawings = _drawings(diagnosis, formats, figures)
+    stems = dict.fromkeys(d.stem for d in drawings if "png" in (d.formats or formats))
+    pictures = [Path("figures") / f"{stem}.png" for stem in stems]
     texts = {
         "diagnosis.json": json_text(diagnosis_data(diagnosis)),
         "diagnosis.md": diagnosis_markdown(diagnosis, pictures),
         "report.html": page_html(diagnosis),
     }
-    return [write_atomic(folder / name, text.encode("utf-8")) for name, text in texts.items()] + drawn
+    paths = [write_atomic(folder / name, text.encode("utf-8")) for name, text in texts.items()]
+    if written is not None:
+        written()
+    if drawings:
+        from linid.report.figures.write import write_drawings
+
+        paths += write_drawings(drawings, folder / "figures", formats=formats, processes=processes, progress=progress)
+    return paths
+
+
+def _drawings(diagnosis: Diagnosis, formats: Sequence[str], figures: str) -> list[Drawing]:
+    if figures == "none":
+        return []
+    from linid.report.figures.diagnosis_write import diagnosis_drawings
+    from linid.report.figures.write import wanted
+
+    return wanted(diagnosis_drawings(diagnosis, formats), figures)
 
 
 def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:

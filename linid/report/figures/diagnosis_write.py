@@ -1,10 +1,9 @@
-"""Write all figures of a diagnosis into a folder, under stable names."""
+"""All figures of a diagnosis, under stable names."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linid.report.diagnosis.budget import waterfall
@@ -22,8 +21,9 @@ from linid.report.figures.diagnosis_where import (
     shares_figure,
     spectrum_figure,
 )
-from linid.report.figures.write import Drawing, Progress, write_drawings
+from linid.report.figures.write import Drawing
 from linid.report.files import file_stems
+from linid.report.residual_views import worst_first
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,17 +31,13 @@ if TYPE_CHECKING:
     from linid.diagnosis.report_data import Diagnosis
 
 
-def write_diagnosis_figures(
-    diagnosis: Diagnosis,
-    folder: Path,
-    *,
-    formats: Sequence[str] = ("png",),
-    processes: int = 1,
-    progress: Progress | None = None,
-) -> list[Path]:
-    """Write what shows a diagnosis; figures that have nothing to show are left out. Returns the files.
+_FEW = ("waterfall", "proposed_term", "measures", "shares")  # which effects, how far they close, where the gap lies
 
-    The residuals of all recordings share one PDF, a page each. processes, progress: as in `write_drawings`.
+
+def diagnosis_drawings(diagnosis: Diagnosis, formats: Sequence[str] = ("png",)) -> list[Drawing]:
+    """What shows a diagnosis, of files in these formats; figures that have nothing to show are left out.
+
+    The residuals of all recordings share one PDF, a page each; the worst one is among the few.
     """
     wanted: list[tuple[str, Callable[[Diagnosis], Figure]]] = []
     if waterfall(diagnosis):
@@ -61,12 +57,14 @@ def write_diagnosis_figures(
         if diagnosis.field_wavenumber is not None:
             wanted.append(("pole_pair", pole_pair_figure))
         wanted.append(("spectrum", spectrum_figure))
-    drawings = [Drawing(stem, partial(draw, diagnosis)) for stem, draw in wanted]
+    drawings = [Drawing(stem, partial(draw, diagnosis), few=stem in _FEW) for stem, draw in wanted]
+    worst = worst_first(diagnosis.traces)[:1]
     others = [one for one in formats if one != "pdf"]
     for trace, stem in zip(diagnosis.traces, file_stems(t.recording for t in diagnosis.traces), strict=True):
+        few = any(trace is one for one in worst)
         draw_trace = partial(residual_trace_figure, diagnosis, trace)
         if "pdf" in formats:
-            drawings.append(Drawing(f"residual_{stem}", draw_trace, "residuals"))
+            drawings.append(Drawing(f"residual_{stem}", draw_trace, "residuals", few=few))
         if others:
-            drawings.append(Drawing(f"residual_{stem}", draw_trace, formats=others))
-    return write_drawings(drawings, folder, formats=formats, processes=processes, progress=progress)
+            drawings.append(Drawing(f"residual_{stem}", draw_trace, formats=others, few=few))
+    return drawings

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import gc
+import math
 import multiprocessing
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -37,41 +38,63 @@ Progress = Callable[[int, int, str], None]
 
 class Drawing(NamedTuple):
     """A figure to be drawn and the stem of its files; book: the PDF whose page it is rather, if PDF is wanted; formats:
-    of its files, if not all that are wanted."""
+    of its files, if not all that are wanted; few: whether it is one of the few that are drawn by default."""
 
     stem: str
     draw: Callable[[], Figure]
     book: str = ""
     formats: Sequence[str] = ()
+    few: bool = False
+
+
+def wanted(drawings: Sequence[Drawing], how_many: str) -> list[Drawing]:
+    """Those of the drawings that `few`, `all` or `none` asks for."""
+    return [d for d in drawings if how_many == "all" or (how_many == "few" and d.few)]
+
+
+def worst_recordings(gaps: Iterable[RecordingGap]) -> frozenset[str]:
+    """Names of the free wheel and the driven recording with the largest error, held-out ones where there are any.
+
+    The error is that of the free run, over the motion; of driven recordings that of the prediction 0.1 s ahead, m. One
+    that is no number is the largest.
+    """
+    worst: dict[bool, tuple[bool, float, str]] = {}
+    for gap in gaps:
+        driven = gap.kind != "free_wheel"
+        error = gap.ahead if driven else gap.free_run
+        rank = (gap.split == "held_out", error if math.isfinite(error) else math.inf, gap.recording)
+        worst[driven] = max(worst.get(driven, rank), rank)
+    return frozenset(name for _, _, name in worst.values())
 
 
 def fit_drawings(
-    result: FitResult, traces: Sequence[Trace], splines: Mapping[str, Spline] | None = None
+    result: FitResult, traces: Sequence[Trace], splines: Mapping[str, Spline] | None = None, worst: Collection[str] = ()
 ) -> list[Drawing]:
     """What shows a fit: free wheels, friction curve, convergence, correlation, currents, each recording.
 
-    traces: of the fitted recordings; splines: recording name -> spline of its inputs, mapping (m,) s to (k, m).
-    Figures that have nothing to show are left out.
+    traces: of the fitted recordings; splines: recording name -> spline of its inputs, mapping (m,) s to (k, m); worst:
+    names of recordings that belong to the few. Figures that have nothing to show are left out.
     """
     drawings: list[Drawing] = []
     wheels = [trace for trace in traces if trace.kind == "free_wheel"]
     if wheels:
-        drawings.append(Drawing("free_wheel_displacement", lambda: free_wheel_displacement_figure(wheels)))
+        drawings.append(Drawing("free_wheel_displacement", lambda: free_wheel_displacement_figure(wheels), few=True))
         drawings.append(Drawing("free_wheel_velocity", lambda: free_wheel_velocity_figure(wheels)))
     if set(CURVE) <= {e.name for e in result.estimates}:
+        covered = speed_covered(traces)
         drawings.append(
-            Drawing("friction_curve", lambda: friction_curve_figure(result, speed_covered(traces), result.seed))
+            Drawing("friction_curve", lambda: friction_curve_figure(result, covered, result.seed), few=True)
         )
     if result.history:
         drawings.append(Drawing("convergence", lambda: convergence_figure(result)))
     if len(result.fitted) > 1 and result.correlation.shape == (len(result.fitted),) * 2:
         drawings.append(Drawing("correlation", lambda: correlation_figure(result)))
-    drawings += [Drawing(f"profile_{profile.name}", _profile_later(result, profile)) for profile in result.profiles]
+    drawings += [Drawing(f"profile_{p.name}", _profile_later(result, p), few=True) for p in result.profiles]
     driven = [trace for trace in traces if trace.kind != "free_wheel"]
     if driven:
-        drawings.append(Drawing("overview", lambda: overview_figure(driven)))
+        drawings.append(Drawing("overview", lambda: overview_figure(driven), few=True))
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
-        drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison"))
+        drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison", few=trace.recording in worst))
         inputs = _inputs(trace)
         if inputs is not None and trace.kind != "free_wheel":
             drawings.append(
@@ -82,22 +105,24 @@ def fit_drawings(
     return drawings
 
 
-def validation_drawings(gaps: Sequence[RecordingGap], traces: Sequence[Trace]) -> list[Drawing]:
-    """What shows a validation: gap measures, overview page, each recording."""
+def validation_drawings(
+    gaps: Sequence[RecordingGap], traces: Sequence[Trace], worst: Collection[str] = ()
+) -> list[Drawing]:
+    """What shows a validation: gap measures, overview page, each recording; worst: names of those among the few."""
     drawings: list[Drawing] = []
     axis = traces[0].axis if traces else "linear"
     if gaps:
-        drawings.append(Drawing("gaps", lambda: gap_figure(gaps, axis)))
+        drawings.append(Drawing("gaps", lambda: gap_figure(gaps, axis), few=True))
     if traces:
-        drawings.append(Drawing("overview", lambda: overview_figure(traces)))
+        drawings.append(Drawing("overview", lambda: overview_figure(traces), few=True))
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
-        drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison"))
+        drawings.append(Drawing(f"comparison_{stem}", _later(trace), "comparison", few=trace.recording in worst))
     return drawings
 
 
 def inside(folder: str, drawings: Sequence[Drawing]) -> list[Drawing]:
     """The same drawings, their files in a folder of that name."""
-    return [Drawing(f"{folder}/{d.stem}", d.draw, d.book and f"{folder}/{d.book}") for d in drawings]
+    return [d._replace(stem=f"{folder}/{d.stem}", book=d.book and f"{folder}/{d.book}") for d in drawings]
 
 
 def write_drawings(

@@ -31,7 +31,7 @@ LOG_FILE = "log.txt"
 @dataclass(frozen=True)
 class JobReport:
     """How a job ended. status: done, not_converged, failed, interrupted, skipped, not_started; key_figure: its result
-    in one line, or what went wrong; folder: whether it has one."""
+    in one line, or what went wrong; folder: whether it has one; drawing: what others need is there, the job goes on."""
 
     label: str
     status: str
@@ -39,28 +39,40 @@ class JobReport:
     seconds: float
     key_figure: str
     folder: bool = False
+    drawing: bool = False
 
 
 def run_job(spec: JobSpec, folder: Path, resume: bool, threads: int, answer: Connection) -> None:
-    """Run a job in a process of its own and send its JobReport."""
+    """Run a job in a process of its own and send its JobReport, one before it draws figures and one at its end."""
     _end_with_parent()
-    answer.send(run_interruptibly(spec, folder, resume, threads))
+    answer.send(run_interruptibly(spec, folder, resume, threads, answer.send))
     answer.close()
 
 
-def run_interruptibly(spec: JobSpec, folder: Path, resume: bool, threads: int) -> JobReport:
+def run_interruptibly(
+    spec: JobSpec, folder: Path, resume: bool, threads: int, tell: Callable[[JobReport], None] | None = None
+) -> JobReport:
     """Run a job in the main thread of a process that does nothing else meanwhile.
 
     Progress goes to log.txt in its folder; Ctrl-C and SIGTERM save the state, and are ignored afterwards.
-    resume: what an earlier run or worker left in the folder is taken over; a failed job starts anew.
+    resume: what an earlier run or worker left in the folder is taken over; a failed job starts anew; tell: hears that
+    only figures are left to be drawn.
     """
     _interrupt_once()
     began = time.monotonic()
     status, code, text = "interrupted", 130, "state saved"
+
+    def show(outcome: Outcome) -> Outcome:
+        if tell is not None:
+            seconds = time.monotonic() - began
+            report = JobReport(spec.label, outcome.status, outcome.exit_code, seconds, outcome.key_figure, True, True)
+            tell(report)
+        return outcome
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with (folder.parent / f".{folder.name}.log").open("a", encoding="utf-8") as log, redirect_stderr(log):
-            outcome = _run(spec, folder, resume, threads, log)
+            outcome = _run(spec, folder, resume, threads, log, show)
         status, code, text = outcome.status, outcome.exit_code, outcome.key_figure
     except KeyboardInterrupt:
         pass
@@ -79,12 +91,14 @@ def run_interruptibly(spec: JobSpec, folder: Path, resume: bool, threads: int) -
     return JobReport(spec.label, status, code, time.monotonic() - began, text, folder.exists())
 
 
-def _run(spec: JobSpec, folder: Path, resume: bool, threads: int, log: Any) -> Outcome:
+def _run(
+    spec: JobSpec, folder: Path, resume: bool, threads: int, log: Any, show: Callable[[Outcome], Outcome]
+) -> Outcome:
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
     from linid.workflow.run.run_folder import clear_run, read_run
 
-    reporter = Reporter(1, log)
+    reporter = Reporter(1, log, show)
     # A job that never began, or was killed before it could say so, has no run to resume; one that failed starts anew,
     # perhaps with mended settings.
     before = read_run(folder) if resume else None

@@ -51,13 +51,14 @@ class Processes:
         self.reporter.say(f"{job.label}: started ({job.command})")
 
     def ended(self) -> list[JobReport]:
-        """Reports of jobs that have ended since; waits for the first."""
+        """Reports of jobs that have ended or begun to draw since; waits for the first."""
         wait([item.answer for item in self.running])
         reports = []
         for item in [item for item in self.running if item.answer.poll()]:
             reports.append(_answer(item))
-            item.process.join()
-            self.running.remove(item)
+            if not reports[-1].drawing:
+                item.process.join()
+                self.running.remove(item)
         return reports
 
     def interrupt(self) -> list[JobReport]:
@@ -77,6 +78,8 @@ def _answer(item: _Running, interrupted: bool = False) -> JobReport:
     """What the job's process said; if it died without a word, that."""
     try:
         report: JobReport = item.answer.recv()
+        while interrupted and report.drawing:
+            report = item.answer.recv()
         return report
     except (EOFError, OSError):
         item.process.join()

@@ -114,7 +114,7 @@ class Places(Protocol):
         ...
 
     def ended(self) -> list[JobReport]:
-        """Reports of jobs that have ended since; waits for the first."""
+        """Reports of jobs that have ended, or have only figures left to draw, since; waits for the first."""
         ...
 
     def interrupt(self) -> list[JobReport]:
@@ -138,6 +138,7 @@ class JobQueue:
         for spec in specs:
             for before in spec.after:
                 self.followers[before].append(spec.label)
+        self.released: set[str] = set()  # their followers need not wait for them any more
         self.ready = [self.order[label] for label, count in self.missing.items() if not count]
         self.labels = list(self.specs)
 
@@ -150,8 +151,11 @@ class JobQueue:
                     self.places.start(self._with_paths(self.specs[self.labels[heappop(self.ready)]]))
                     running += 1
                 for report in self.places.ended():
-                    running -= 1
-                    self._note(report)
+                    if report.drawing:
+                        self._release(report.label)
+                    else:
+                        running -= 1
+                        self._note(report)
         except KeyboardInterrupt as stop:
             self.interrupted = exit_code_of(stop)
             for report in self.places.interrupt():
@@ -166,16 +170,25 @@ class JobQueue:
         while open_reports:
             report = open_reports.pop()
             self._say(report)
-            for label in self.followers[report.label]:
-                if label in self.reports:
-                    continue
-                if report.status in _USABLE:
-                    self.missing[label] -= 1
-                    if not self.missing[label]:
-                        heappush(self.ready, self.order[label])
-                else:
-                    reason = f"needs {report.label}: {report.label} {report.status}"
-                    open_reports.append(JobReport(label, "skipped", 0, 0.0, reason))
+            if report.status in _USABLE:
+                self._release(report.label)
+            elif report.label not in self.released:
+                reason = f"needs {report.label}: {report.label} {report.status}"
+                open_reports += [
+                    JobReport(label, "skipped", 0, 0.0, reason)
+                    for label in self.followers[report.label]
+                    if label not in self.reports
+                ]
+
+    def _release(self, label: str) -> None:
+        """What a job makes is there: its followers wait for one job less, once."""
+        if label in self.released:
+            return
+        self.released.add(label)
+        for follower in self.followers[label]:
+            self.missing[follower] -= 1
+            if not self.missing[follower] and follower not in self.reports:
+                heappush(self.ready, self.order[follower])
 
     def _say(self, report: JobReport) -> None:
         self.reports[report.label] = report

@@ -14,8 +14,8 @@ from linid.workflow.run.run_folder import write_text
 
 if TYPE_CHECKING:
     from linid.interface.results import Fit
-    from linid.interface.settings import Settings
     from linid.recording import Recording
+    from linid.report.figures.write import Drawing
     from linid.simulation.closed_loop import ClosedLoop
     from linid.simulation.controller import Controller
 
@@ -42,26 +42,33 @@ def run_closed_loops(
     controller: Controller,
     start: tuple[float | None, float | None],
     folder: Path,
-    settings: Settings,
-) -> list[Row]:
-    """Run the model over references: closed_loop/NAME.csv and a figure each; one row of measures for each.
+) -> tuple[list[Row], list[Drawing]]:
+    """Run the model over references: closed_loop/NAME.csv; a row of measures and a drawing for each.
 
-    start: position in m and speed in m/s, None: the reference's, at rest.
+    start: position in m and speed in m/s, None: the reference's, at rest. The largest following error is among the few.
     """
     from linid import api
     from linid.report.figures.closed_loop import closed_loop_figure
-    from linid.report.style import save
+    from linid.report.figures.write import Drawing
+
+    def drawing(name: str, stem: str, run: ClosedLoop, measured: Any) -> Drawing:
+        return Drawing(
+            f"closed_loop_{stem}",
+            lambda: closed_loop_figure(name, run, fit.result.axis, measured, controller.current_limit_a),
+        )
 
     rows: list[Row] = []
+    drawings: list[Drawing] = []
+    errors: list[float] = []
     for recording, stem in zip(recordings, file_stems(r.name for r in recordings), strict=True):
         run = api.follow(fit, recording, controller, position=start[0], speed=start[1])
         measured = recording.y if recording.reference is not None else None
         path = write_text(folder / "closed_loop" / f"{stem}.csv", closed_loop_csv(run, recording.axis, measured))
-        if settings.figures:
-            figure = closed_loop_figure(recording.name, run, recording.axis, measured, controller.current_limit_a)
-            save(figure, folder / "figures" / f"closed_loop_{stem}", settings.figure_formats)
+        drawings.append(drawing(recording.name, stem, run, measured))
+        errors.append(float(np.max(np.abs(run.following_error))))
         rows.append({"recording": recording.name, "file": str(path), **_measures(run, controller, measured)})
-    return rows
+    worst = int(np.argmax(errors))  # also one that is no number
+    return rows, [drawing._replace(few=k == worst) for k, drawing in enumerate(drawings)]
 
 
 def _measures(run: ClosedLoop, controller: Controller, measured: Any) -> Row:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -156,10 +156,15 @@ def _diagnosed(
 
 def _complete(found: Found, folder: RunFolder, request: Request, reporter: Reporter) -> Outcome:
     """Write what was found and close the run folder."""
-    _write(found.diagnosis, folder.path, request, reporter)
+    outcome = _outcome(found.diagnosis, folder.path)
     _write_models(found, folder.path)
     _write_predictions(found, folder.path)
-    outcome = _outcome(found.diagnosis, folder.path)
+
+    def show() -> None:
+        nonlocal outcome
+        outcome = reporter.show(outcome)
+
+    _write(found.diagnosis, folder.path, request, reporter, show)
     folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome
 
@@ -178,7 +183,9 @@ def diagnose_campaign(path: Path, out: Path, jobs: int, without: Sequence[str] =
     return found.found.diagnosis
 
 
-def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Reporter) -> None:
+def _write(
+    diagnosis: Diagnosis, folder: Path, request: Request, reporter: Reporter, written: Callable[[], None]
+) -> None:
     from linid.report.diagnosis.files import write_diagnosis
 
     settings = request.settings
@@ -187,6 +194,7 @@ def _write(diagnosis: Diagnosis, folder: Path, request: Request, reporter: Repor
         folder,
         formats=settings.figure_formats,
         figures=settings.figures,
+        written=written,
         processes=request.jobs,
         progress=lambda done, total, stem: reporter.step("figures", done, total),
     )

@@ -72,7 +72,7 @@ def field(
         if made is not None:
             models = _write_design(folder.path, made, rest)
         reporter.step("field", 2, 3)
-        if request.settings.figures:
+        if request.settings.figures != "none":
             shown = {"given": k} if k is not None else own_ratios(made, identified)
             _figures(folder.path / "figures", request.settings.figure_formats, made, shown, identified)
         reporter.step("field", 3, 3)

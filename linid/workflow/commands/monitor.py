@@ -67,7 +67,7 @@ def in_time(files: Sequence[Path]) -> tuple[tuple[Path, str], ...]:
 def _jobs(visits: Sequence[tuple[Path, str]], model: Path, request: Request) -> tuple[JobSpec, ...]:
     """One diagnosis per campaign; its label is the name of its folder, made unique."""
     specs: list[JobSpec] = []
-    settings = request.settings.model_copy(update={"figures": False})
+    settings = request.settings.model_copy(update={"figures": "none"})
     for path, _ in visits:
         stem = path.resolve().parent.name if path.stem == "campaign" else path.stem
         labels, label, number = {spec.label for spec in specs}, stem, 1

@@ -12,6 +12,7 @@ from linid.errors import DataError, UsageError
 from linid.interface.measuring import residual_recordings
 from linid.interface.reading import file_record
 from linid.report.files import csv_text, finite
+from linid.workflow.run import results
 from linid.workflow.run.fit_run import announce, begin
 from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.outcome import DONE, Outcome
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from linid.diagnosis.gap import Trace
     from linid.identification.result import FitResult
     from linid.interface.results import Fit
-    from linid.interface.settings import Settings
     from linid.recording import Recording
+    from linid.report.figures.write import Drawing
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
 
@@ -46,7 +47,7 @@ def simulate(
     by_voltage: bool = False,
     controller: Path | None = None,
 ) -> Outcome:
-    """Run a MODEL freely over recordings: simulations/NAME.csv with t, y_measured, y_simulated, v, and a figure each.
+    """Run a MODEL freely over recordings: simulations/NAME.csv with t, y_measured, y_simulated, v, and figures.
 
     by_voltage: the phase voltages drive the motor, and the currents that follow are written too; controller: its
     drive's loops drive it, along the commanded positions (closed_loop/NAME.csv).
@@ -73,16 +74,18 @@ def simulate(
     folder = begin(request, COMMAND, campaign, identity, [file_record(model)])
     with recorded(folder), reporter:
         traces = _runs(fit, chosen, start, by_voltage, request.jobs, reporter)
-        rows = _write(traces, folder.path, request.settings, by_voltage)
+        rows = _write(traces, folder.path, by_voltage)
+        summary = {
+            "command": COMMAND,
+            "folder": str(folder.path),
+            "axis": result.axis,
+            "simulations": rows,
+            "exit_code": DONE,
+        }
+        outcome = reporter.show(Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary))
+        results.draw(lambda: _drawings(traces), folder.path, request, reporter)
         folder.end("done", DONE)
-    summary = {
-        "command": COMMAND,
-        "folder": str(folder.path),
-        "axis": result.axis,
-        "simulations": rows,
-        "exit_code": DONE,
-    }
-    return Outcome(COMMAND, folder.path, DONE, "", (_table(rows, result.axis),), summary)
+    return outcome
 
 
 def _in_closed_loop(
@@ -105,11 +108,14 @@ def _in_closed_loop(
     identity = identity_of(COMMAND, fingerprint(chosen), *more)
     folder = begin(request, COMMAND, campaign, identity, [file_record(path) for path in files])
     with recorded(folder), reporter:
-        rows = run_closed_loops(fit, chosen, loops, (start.position, start.speed), folder.path, request.settings)
+        rows, drawings = run_closed_loops(fit, chosen, loops, (start.position, start.speed), folder.path)
+        axis = fit.result.axis
+        summary = {"command": COMMAND, "folder": str(folder.path), "axis": axis, "closed_loop": rows, "exit_code": DONE}
+        outcome = Outcome(COMMAND, folder.path, DONE, "", (closed_loop_table(rows, axis),), summary)
+        outcome = reporter.show(outcome)
+        results.draw(lambda: drawings, folder.path, request, reporter)
         folder.end("done", DONE)
-    axis = fit.result.axis
-    summary = {"command": COMMAND, "folder": str(folder.path), "axis": axis, "closed_loop": rows, "exit_code": DONE}
-    return Outcome(COMMAND, folder.path, DONE, "", (closed_loop_table(rows, axis),), summary)
+    return outcome
 
 
 def _runs(
@@ -132,8 +138,8 @@ def _runs(
     return traces
 
 
-def _write(traces: Sequence[Trace], folder: Path, settings: Settings, by_voltage: bool) -> list[dict[str, object]]:
-    """CSV and figure of each run; what the table and the summary say of them."""
+def _write(traces: Sequence[Trace], folder: Path, by_voltage: bool) -> list[dict[str, object]]:
+    """The CSV of each run; what the table and the summary say of them."""
     from linid.report.figures.ahead import free_run_end
     from linid.report.files import file_stems
 
@@ -141,9 +147,7 @@ def _write(traces: Sequence[Trace], folder: Path, settings: Settings, by_voltage
     for trace, stem in zip(traces, file_stems(t.recording for t in traces), strict=True):
         currents = trace.phase_currents if by_voltage else None
         path = write_text(folder / "simulations" / f"{stem}.csv", trace_csv(trace, currents))
-        if settings.figures:
-            _figure(trace, folder / "figures" / f"simulation_{stem}", settings.figure_formats)
-        rms = math.sqrt(float(((trace.y_simulated - trace.y_measured) ** 2).mean()))
+        rms = _rms_error(trace)
         end = free_run_end(trace) if trace.measured else None
         left = None if end is None else float(trace.t[end])
         row = {"recording": trace.recording, "file": str(path), "rms_error": finite(rms), "left_at": left}
@@ -190,12 +194,28 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
     return csv_text(names, np.column_stack(columns).tolist(), 9)
 
 
-def _figure(trace: Trace, stem: Path, formats: tuple[str, ...]) -> None:
-    from linid.report.figures.comparison import comparison_figure
-    from linid.report.figures.unmeasured import unmeasured_figure
-    from linid.report.style import save
+def _rms_error(trace: Trace) -> float:
+    """Of the simulated position, in m or rad; nan where it diverged or nothing was measured."""
+    return math.sqrt(float(((trace.y_simulated - trace.y_measured) ** 2).mean()))
 
-    save(comparison_figure(trace) if trace.measured else unmeasured_figure(trace), stem, formats)
+
+def _drawings(traces: Sequence[Trace]) -> list[Drawing]:
+    """A figure of each run, an overview of several; the largest error is among the few."""
+    from linid.report.figures.comparison import comparison_figure
+    from linid.report.figures.overview import overview_figure
+    from linid.report.figures.unmeasured import unmeasured_figure
+    from linid.report.figures.write import Drawing
+    from linid.report.files import file_stems
+
+    def drawing(trace: Trace, stem: str) -> Drawing:
+        figure = comparison_figure if trace.measured else unmeasured_figure
+        return Drawing(f"simulation_{stem}", lambda: figure(trace), few=trace is worst)
+
+    worst = max(traces, key=lambda trace: (math.isnan(_rms_error(trace)), _rms_error(trace)))
+    drawings = [drawing(t, stem) for t, stem in zip(traces, file_stems(t.recording for t in traces), strict=True)]
+    measured = [trace for trace in traces if trace.measured]
+    overview = [Drawing("overview", lambda: overview_figure(measured), few=True)] if len(measured) > 1 else []
+    return overview + drawings
 
 
 def _table(rows: list[dict[str, object]], axis: str) -> object:

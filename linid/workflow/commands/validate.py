@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from linid.interface.campaign import Campaign
     from linid.interface.results import Fit
     from linid.recording import Recording
+    from linid.report.figures.write import Drawing
     from linid.simulation.controller import Controller
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
@@ -56,14 +57,15 @@ def validate(
     if request.dry_run:
         names = [r.name for r in chosen]
         return Outcome(COMMAND, None, summary={"command": COMMAND, "dry_run": True, "recordings": names})
-    loops, more = None, []
+    loops, read = None, [file_record(model)]
     if controller is not None:
         from linid.simulation.controller import load_controller
 
-        loops, more = load_controller(controller), [file_record(controller)]
+        loops = load_controller(controller)
+        read.append(file_record(controller))
     told = [] if loops is None else [loops.model_dump_json()]
     identity = identity_of(COMMAND, fingerprint(chosen), decisive(request.settings), model_to_text(result), *told)
-    folder = begin(request, COMMAND, campaign, identity, [file_record(model), *more])
+    folder = begin(request, COMMAND, campaign, identity, read)
     if folder.finished_before:
         reporter.say(f"{folder.path}: already finished, nothing to resume")
         return _outcome(folder.path, results.read_gaps(folder.path), result.axis)
@@ -71,41 +73,33 @@ def validate(
         seed = request.settings.seed
         found = api.validate(fit, chosen, among=campaign, jobs=request.jobs, seed=seed, progress=reporter.step)
         results.write_gaps(found.gaps, folder.path, result.axis)
-        if request.settings.figures:
-            from linid.report.figures.write import validation_drawings, write_drawings
-
-            results.write_coast_downs(campaign.coast_downs, folder.path, request.settings)
-            write_drawings(
-                validation_drawings(found.gaps, found.traces),
-                folder.path / "figures",
-                formats=request.settings.figure_formats,
-                processes=request.jobs,
-                progress=lambda done, total, stem: reporter.step("figures", done, total),
-            )
         outcome = _outcome(folder.path, found.gaps, result.axis)
+        more: list[Drawing] = []
         if loops is not None:
-            outcome = _with_closed_loops(outcome, fit, chosen, loops, request)
+            outcome, more = _with_closed_loops(outcome, fit, chosen, loops)
+        outcome = reporter.show(outcome)
+        results.draw(lambda: results.validation_pictures(found, campaign) + more, folder.path, request, reporter)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     return outcome
 
 
 def _with_closed_loops(
-    outcome: Outcome, fit: Fit, chosen: Sequence[Recording], loops: Controller, request: Request
-) -> Outcome:
-    """The outcome with how the model follows the logged references beside how the machine did."""
+    outcome: Outcome, fit: Fit, chosen: Sequence[Recording], loops: Controller
+) -> tuple[Outcome, list[Drawing]]:
+    """The outcome with how the model follows the logged references beside how the machine did, and what shows it."""
     from linid.workflow.commands.closed_loop import closed_loop_table, run_closed_loops
 
     logged = [r for r in chosen if r.reference is not None]
     if not logged:
         raise DataError(
-            ", ".join(str(f) for f in request.files),
+            ", ".join(r.name for r in chosen),
             "logs no reference that a controller could follow",
             "Map the commanded position, `reference: {column: ..., unit: mm}`, or leave --controller out.",
         )
     assert outcome.folder is not None
-    rows = run_closed_loops(fit, logged, loops, (None, None), outcome.folder, request.settings)
+    rows, drawings = run_closed_loops(fit, logged, loops, (None, None), outcome.folder)
     tables = (*outcome.tables, closed_loop_table(rows, fit.result.axis))
-    return replace(outcome, tables=tables, summary=outcome.summary | {"closed_loop": rows})
+    return replace(outcome, tables=tables, summary=outcome.summary | {"closed_loop": rows}), drawings
 
 
 def choose(campaign: Campaign, split: Choice) -> Sequence[Recording]:

@@ -58,27 +58,25 @@ def start_of(start: Fit, campaign: Campaign, place: str) -> FitResult:
 
 
 def complete(folder: RunFolder, found: Fit, campaign: Campaign, request: Request, reporter: Reporter) -> Outcome:
-    """Measure the gaps of all recordings, write tables and figures, close the run folder.
+    """Measure the gaps of all recordings, write tables, show them, write figures, close the run folder.
 
     A recording that cannot be measured is warned about and left out.
     """
     from linid import api
     from linid.interface.measuring import residual_recordings
 
-    result, settings = found.result, request.settings
+    result = found.result
     measured = api.validate(
         found,
         sorted(residual_recordings(campaign.recordings, result), key=lambda r: r.split),
         jobs=request.jobs,
-        seed=settings.seed,
+        seed=request.settings.seed,
         progress=reporter.step,
         unmeasured=lambda error: reporter.warn(str(error)),
     )
     results.write_gaps(measured.gaps, folder.path, result.axis)
-    if settings.figures:
-        results.write_coast_downs(campaign.coast_downs, folder.path, settings)
-        results.write_fit_pictures(found, measured, folder.path, settings, reporter, request.jobs)
-    outcome = fit_outcome(folder, result, measured.gaps)
+    outcome = reporter.show(fit_outcome(folder, result, measured.gaps))
+    results.draw(lambda: results.fit_pictures(found, measured, campaign), folder.path, request, reporter)
     folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     reporter.close()
     return outcome

@@ -16,7 +16,7 @@ DONE, NOT_CONVERGED, CHANGED = 0, 5, 6
 @dataclass(frozen=True)
 class Outcome:
     """exit_code: 0 done, 5 results written but not converged, 6 something has changed; tables: for the console (rich);
-    summary: for --json."""
+    summary: for --json; shown: whether that is done already."""
 
     command: str
     folder: Path | None
@@ -24,6 +24,7 @@ class Outcome:
     key_figure: str = ""
     tables: tuple[Any, ...] = ()
     summary: dict[str, Any] = field(default_factory=dict)
+    shown: bool = False
 
     @property
     def status(self) -> str:

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
+    from linid.workflow.run.outcome import Outcome
+
 _EVERY = 5.0  # s between plain lines
 
 
 class Reporter:
-    """Says what is going on. verbosity: -1 quiet (warnings only), 0 normal, 1 all notes; stream: default stderr."""
+    """Says what is going on. verbosity: -1 quiet (warnings only), 0 normal, 1 all notes; stream: default stderr.
 
-    def __init__(self, verbosity: int = 0, stream: TextIO | None = None) -> None:
+    on_result: is given a command's outcome as soon as its files stand, before the figures are drawn.
+    """
+
+    def __init__(
+        self, verbosity: int = 0, stream: TextIO | None = None, on_result: Callable[[Outcome], Outcome] | None = None
+    ) -> None:
         self.verbosity = verbosity
         self.stream = stream or sys.stderr
+        self.on_result = on_result
         self._stage = ""
         self._last = float("-inf")
         self._live: Progress | None = None
@@ -59,6 +68,11 @@ class Reporter:
         if stage != self._stage or now - self._last >= _EVERY:
             self._stage, self._last = stage, now
             self._line(f"{stage}: {done}/{total} {cost}".rstrip())
+
+    def show(self, outcome: Outcome) -> Outcome:
+        """Hand over the outcome of a command that has only figures left to draw; returns it, marked where shown."""
+        self.close()
+        return outcome if self.on_result is None else self.on_result(outcome)
 
     def close(self) -> None:
         """End the live line."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +17,11 @@ from linid.workflow.run.run_folder import write_text
 if TYPE_CHECKING:
     from linid.diagnosis.gap import RecordingGap
     from linid.identification.result import FitResult
-    from linid.interface.campaign import FoundCoastDown
+    from linid.interface.campaign import Campaign, FoundCoastDown
     from linid.interface.results import Fit, Gaps
-    from linid.interface.settings import Settings
+    from linid.report.figures.write import Drawing
     from linid.workflow.run.reporter import Reporter
+    from linid.workflow.run.request import Request
 
 # The library that cuts fonts for PDF figures warns about their dates.
 logging.getLogger("fontTools").setLevel(logging.ERROR)
@@ -68,36 +69,58 @@ def parameter_rows(result: FitResult) -> list[dict[str, Any]]:
     return [finite(asdict(estimate)) for estimate in (*result.estimates, *result.derived)]
 
 
-def write_fit_pictures(
-    found: Fit, measured: Gaps, folder: Path, settings: Settings, reporter: Reporter, jobs: int
-) -> None:
-    """figures/: the fitted recordings; figures/held_out/: those that were not fitted."""
-    from linid.report.figures.write import fit_drawings, inside, validation_drawings, write_drawings
+def fit_pictures(found: Fit, measured: Gaps, campaign: Campaign) -> list[Drawing]:
+    """What shows a fit: the fitted recordings, and in a folder `held_out` those that were not fitted."""
+    from linid.report.figures.write import fit_drawings, inside, validation_drawings, worst_recordings
 
+    worst = worst_recordings(measured)
     fitted = [t for t in measured.traces if t.split == "fit"]
     held_out = [t for t in measured.traces if t.split == "held_out"]
-    drawings = fit_drawings(
-        found.result, fitted, {trace.recording: trace.inputs for trace in fitted if trace.inputs is not None}
-    )
+    splines = {trace.recording: trace.inputs for trace in fitted if trace.inputs is not None}
+    drawings = _coast_downs(campaign, worst) + fit_drawings(found.result, fitted, splines, worst)
     if held_out:
-        drawings += inside("held_out", validation_drawings([g for g in measured if g.split == "held_out"], held_out))
+        gaps = [g for g in measured if g.split == "held_out"]
+        drawings += inside("held_out", validation_drawings(gaps, held_out, worst))
+    return drawings
+
+
+def validation_pictures(measured: Gaps, campaign: Campaign) -> list[Drawing]:
+    """What shows a validation: the measures, and the recordings that were validated."""
+    from linid.report.figures.write import validation_drawings, worst_recordings
+
+    worst = worst_recordings(measured)
+    return _coast_downs(campaign, worst) + validation_drawings(measured.gaps, measured.traces, worst)
+
+
+def draw(pictures: Callable[[], list[Drawing]], folder: Path, request: Request, reporter: Reporter) -> None:
+    """figures/: as many of the drawings as the settings ask for, with progress; pictures: gives all of them."""
+    settings = request.settings
+    if settings.figures == "none":
+        return
+    from linid.report.figures.write import wanted, write_drawings
+
     write_drawings(
-        drawings,
+        wanted(pictures(), settings.figures),
         folder / "figures",
         formats=settings.figure_formats,
-        processes=jobs,
+        processes=request.jobs,
         progress=lambda done, total, stem: reporter.step("figures", done, total),
     )
 
 
-def write_coast_downs(found: Sequence[FoundCoastDown], folder: Path, settings: Settings) -> None:
-    """figures/coast_down_NAME: where each free wheel was cut."""
+def _coast_downs(campaign: Campaign, worst: Collection[str]) -> list[Drawing]:
+    """coast_down_NAME: where each free wheel was cut; a wrong cut shows in the worst recordings."""
     from linid.report.figures.coast_down import coast_down_figure
+    from linid.report.figures.write import Drawing
     from linid.report.files import file_stems
-    from linid.report.style import save
 
-    stems = file_stems(f.recording.name for f in found)
-    for item, stem in zip(found, stems, strict=True):
-        coast = item.coast_down
-        figure = coast_down_figure(item.recording, coast.t_start, coast.t_end, coast.candidates)
-        save(figure, folder / "figures" / f"coast_down_{stem}", settings.figure_formats)
+    def drawing(found: FoundCoastDown, stem: str) -> Drawing:
+        coast = found.coast_down
+        return Drawing(
+            f"coast_down_{stem}",
+            lambda: coast_down_figure(found.recording, coast.t_start, coast.t_end, coast.candidates),
+            few=found.recording.name in worst,
+        )
+
+    found = campaign.coast_downs
+    return [drawing(one, stem) for one, stem in zip(found, file_stems(f.recording.name for f in found), strict=True)]
