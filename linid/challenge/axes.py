@@ -11,7 +11,17 @@ from linid.challenge.entries import AxisSizes
 from linid.challenge.hidden_axis import HiddenAxis, thrust_per_ampere
 from linid.physics.described import Friction
 from linid.stand.description import AxisDescription, Drive, Measurement, SineMotor, Stroke, ThetaMotor
-from linid.stand.mode_descriptions import FreeWheel, Mode, Moves, SineCurrent, SinePosition, SlowRamp, SquareCurrent
+from linid.stand.mode_descriptions import (
+    FreeWheel,
+    Mode,
+    Moves,
+    SineCurrent,
+    SinePosition,
+    SineVoltage,
+    SlowRamp,
+    SquareCurrent,
+    SquareVoltage,
+)
 
 Random = np.random.Generator
 # (kind, splits): the free wheels come in pairs without, with one and with two added masses.
@@ -253,4 +263,6 @@ def tamed(mode: Mode) -> Mode:
         return mode.model_copy(update={"amplitude_a": _round(0.93 * mode.amplitude_a, 4)})
     if isinstance(mode, SinePosition):
         return mode.model_copy(update={"amplitude_m": _round(0.8 * mode.amplitude_m, 3)})
+    if isinstance(mode, SineVoltage | SquareVoltage):
+        return mode.model_copy(update={"amplitude_v": _round(0.8 * mode.amplitude_v, 3)})
     return mode.model_copy(update={"targets_m": tuple(round(0.8 * y, 3) for y in mode.targets_m)})

@@ -9,12 +9,14 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from linid.physics.described import Description, Friction, NotNegative, Positive
-from linid.stand.mode_descriptions import Mode
+from linid.stand.mode_descriptions import Mode, SineVoltage, SquareVoltage
 
 # Nomes closer to one would need hundreds of Fourier terms; no real magnet track has them.
 NOME_LIMIT = 0.95
 # An hour of computing, and as many rows as a file can reasonably have.
 _MOST_STEPS, _MOST_SAMPLES = 1e10, 5e7
+# Steps within the shortest time constant of the windings: a Runge-Kutta step errs by a millionth of the current then.
+_STEPS_OF_WINDING = 10
 
 
 class SineMotor(Description):
@@ -59,6 +61,14 @@ class Winding(Description):
         if not -self.inductance_h / 2 < self.mutual_inductance_h < self.inductance_h:
             raise ValueError("mutual_inductance_h must be between -inductance_h / 2 and inductance_h")
         return self
+
+    @property
+    def shortest_time_constant(self) -> float:
+        """Of the currents, in s: L/R of the voltage vector, or of the mean current where the windings are separate."""
+        inductances = [self.inductance_h - self.mutual_inductance_h]
+        if self.connection == "separate":
+            inductances.append(self.inductance_h + 2 * self.mutual_inductance_h)
+        return min(inductances) / self.resistance_ohm
 
 
 class Stroke(Description):
@@ -148,6 +158,22 @@ class AxisDescription(Description):
             "drive.loop_period_s",
             self.drive.loop_period_s,
         )
+        return self
+
+    @model_validator(mode="after")
+    def _voltages_have_windings(self) -> AxisDescription:
+        driven = [mode.name for mode in self.campaign if isinstance(mode, SineVoltage | SquareVoltage)]
+        if driven and self.winding is None:
+            raise ValueError(f"{driven[0]} imposes voltages, which need a winding (resistance_ohm, inductance_h)")
+        if (
+            driven
+            and self.winding
+            and _STEPS_OF_WINDING * self.integration_step_s > self.winding.shortest_time_constant
+        ):
+            raise ValueError(
+                f"integration_step_s must be at most a tenth of the windings' time constant of "
+                f"{self.winding.shortest_time_constant:g} s where voltages are imposed ({driven[0]})"
+            )
         return self
 
     @property

@@ -13,10 +13,11 @@ from linid.errors import ConfigError, UsageError
 from linid.recording.recording import Recording
 from linid.stand.description import AxisDescription
 from linid.stand.measurement import measure, measure_voltages
-from linid.stand.mode_descriptions import FreeWheel, Mode
+from linid.stand.mode_descriptions import FreeWheel, Mode, SineVoltage, SquareVoltage
 
 if TYPE_CHECKING:
     from linid.stand.plant import PlantRun
+    from linid.stand.voltage_plant import VoltageRun
 
 
 class ExactMotion(NamedTuple):
@@ -51,8 +52,8 @@ def generate(description: AxisDescription, *, seed: int, only: Sequence[str] | N
 
     seed: of the measurement noise, >= 0; the motion itself is deterministic. only: recording names to make
     (default all); their bits do not depend on which others are made.
-    Raises UsageError for a negative seed or an unknown name, ConfigError when a motion leaves the stroke or
-    does not stay finite.
+    Raises UsageError for a negative seed or an unknown name, ConfigError when a motion leaves the stroke or does not
+    stay finite, or imposed voltages bring forth more than the drive's current limit.
     """
     _check_seed(seed)
     known = [mode.name for mode in description.campaign]
@@ -114,6 +115,8 @@ def _exact(mode: Mode, description: AxisDescription) -> ExactMotion:
     from linid.stand.plant import plant_parameters, simulate
     from linid.stand.winding import phase_voltages
 
+    if isinstance(mode, SineVoltage | SquareVoltage):
+        return _driven_by_voltage(mode, description)
     run = simulate(
         description, command(mode, description), start_position=mode.start_position_m, added_mass=mode.added_mass_kg
     )
@@ -123,8 +126,27 @@ def _exact(mode: Mode, description: AxisDescription) -> ExactMotion:
     return ExactMotion(run.t, run.y, run.v, run.phase_currents, voltages)
 
 
-def _check_motion(mode: Mode, description: AxisDescription, run: PlantRun) -> None:
-    place = f"axis {description.name}, recording {mode.name}"
+def _driven_by_voltage(mode: SineVoltage | SquareVoltage, description: AxisDescription) -> ExactMotion:
+    from linid.stand.voltage_plant import simulate_by_voltage
+
+    run = simulate_by_voltage(description, mode)
+    _check_motion(mode, description, run)
+    largest, limit = float(np.max(np.abs(run.phase_currents))), description.drive.current_limit_a
+    if largest > limit:
+        raise ConfigError(
+            _place(mode, description),
+            f"its voltages bring forth {largest:.3g} A, over the drive's limit of {limit:g} A",
+            "Lower amplitude_v, or raise current_limit_a of the drive.",
+        )
+    return ExactMotion(run.t, run.y, run.v, run.phase_currents, run.phase_voltages)
+
+
+def _place(mode: Mode, description: AxisDescription) -> str:
+    return f"axis {description.name}, recording {mode.name}"
+
+
+def _check_motion(mode: Mode, description: AxisDescription, run: PlantRun | VoltageRun) -> None:
+    place = _place(mode, description)
     if not (np.all(np.isfinite(run.y)) and np.all(np.isfinite(run.w))):
         raise ConfigError(place, "the motion does not stay finite", "Shorten integration_step_s or lower the gains.")
     low, high = run.peak

@@ -89,4 +89,34 @@ class SlowRamp(_Mode):
     start_fraction: Annotated[float, Field(ge=0, le=1)] = 0.5
 
 
-Mode = Annotated[FreeWheel | SineCurrent | SquareCurrent | SinePosition | Moves | SlowRamp, Field(discriminator="mode")]
+class _Voltage(_Mode):
+    """The power stage gives voltages, and no current loop acts.
+
+    phases: each phase has this share of the wave, a vector that stands still; without: the voltage vector turns with
+    the field, as the drive's commutation does, so that a positive voltage pushes forward.
+    """
+
+    amplitude_v: float
+    frequency_hz: Positive
+    phases: tuple[float, float, float] | None = None
+
+
+class SineVoltage(_Voltage):
+    """Voltage A sin(2 pi f t + phase), faded in over fade_s so that the oscillation starts without step or drift."""
+
+    mode: Literal["sine_voltage"]
+    phase_rad: float = 0.0
+    fade_s: NotNegative = 1.0
+
+
+class SquareVoltage(_Voltage):
+    """Voltage A sign(sin(2 pi f t + phase)); a phase of pi/2 makes the first pulse a half one: no drift."""
+
+    mode: Literal["square_voltage"]
+    phase_rad: float = math.pi / 2
+
+
+Mode = Annotated[
+    FreeWheel | SineCurrent | SquareCurrent | SinePosition | Moves | SlowRamp | SineVoltage | SquareVoltage,
+    Field(discriminator="mode"),
+]

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from linid.arrays import Array
-from linid.stand.mode_descriptions import FreeWheel, Mode, Moves, SineCurrent, SinePosition, SlowRamp, SquareCurrent
+from linid.errors import ConfigError
+from linid.stand.mode_descriptions import (
+    FreeWheel,
+    Mode,
+    Moves,
+    SineCurrent,
+    SinePosition,
+    SineVoltage,
+    SlowRamp,
+    SquareCurrent,
+    SquareVoltage,
+)
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription
@@ -32,10 +43,17 @@ class Command:
 
 
 def command(mode: Mode, description: AxisDescription) -> Command:
-    """The commands of one recording at the drive's loop rate; arrays of duration / loop_period_s values."""
-    samples = round(mode.duration_s / description.measurement.sample_period_s)
-    loops = np.arange(samples * description.loops_per_sample, dtype=np.float64)
-    t: Array = loops * np.float64(description.drive.loop_period_s)
+    """The commands of one recording at the drive's loop rate; arrays of duration / loop_period_s values.
+
+    Raises ConfigError for a mode whose voltages are imposed: it has no loop (`voltage_wave`).
+    """
+    if isinstance(mode, SineVoltage | SquareVoltage):
+        raise ConfigError(
+            f"axis {description.name}, recording {mode.name}",
+            f"has imposed voltages ({mode.mode}) where the drive's loops are asked for",
+            "Take a mode of currents, positions or a free wheel.",
+        )
+    t = loop_times(mode, description)[:-1]
     if isinstance(mode, FreeWheel):
         return _free_wheel(mode, description, t)
     if isinstance(mode, SinePosition):
@@ -45,6 +63,25 @@ def command(mode: Mode, description: AxisDescription) -> Command:
     return Command(1, current_command(mode, t), np.zeros_like(t), np.zeros_like(t), np.zeros_like(t))
 
 
+def loop_times(mode: Mode, description: AxisDescription) -> Array:
+    """Instants (n + 1,) in s at which the n drive loops of a recording begin, and its end."""
+    samples = round(mode.duration_s / description.measurement.sample_period_s)
+    loops = np.arange(samples * description.loops_per_sample + 1, dtype=np.float64)
+    return np.asarray(loops * np.float64(description.drive.loop_period_s))
+
+
+def voltage_wave(mode: SineVoltage | SquareVoltage, t: Array) -> tuple[Array, Array]:
+    """Imposed voltage in V at the beginning and the end of each loop, (n,) each.
+
+    t: (n + 1,) s, as `loop_times` gives it. A square wave is held over a loop, a sine goes straight from loop to loop.
+    """
+    if isinstance(mode, SquareVoltage):
+        wave = _square(mode.amplitude_v, mode.frequency_hz, mode.phase_rad, t)
+        return wave[:-1], wave[:-1]
+    wave = _faded_sine(mode.amplitude_v, mode, t)
+    return wave[:-1], wave[1:]
+
+
 def current_command(mode: SineCurrent | SquareCurrent | SlowRamp, t: Array) -> Array:
     """Commanded q-current in A at times t (n,) in s."""
     if isinstance(mode, SlowRamp):
@@ -52,11 +89,19 @@ def current_command(mode: SineCurrent | SquareCurrent | SlowRamp, t: Array) -> A
         triangle = 2 / math.pi * np.arcsin(np.sin(2 * math.pi * t / mode.period_s))
         return mode.amplitude_a * triangle * (mode.start_fraction + (1 - mode.start_fraction) * t / mode.duration_s)
     if isinstance(mode, SquareCurrent):
-        # The allowance decides edges that fall on a loop sample the same way on every processor.
-        half_cycles = np.floor(2 * mode.frequency_hz * t + mode.phase_rad / math.pi + 1e-9)
-        return mode.amplitude_a * (1 - 2 * (half_cycles % 2))
+        return _square(mode.amplitude_a, mode.frequency_hz, mode.phase_rad, t)
+    return _faded_sine(mode.amplitude_a, mode, t)
+
+
+def _square(amplitude: float, frequency: float, phase: float, t: Array) -> Array:
+    # The allowance decides edges that fall on a loop sample the same way on every processor.
+    half_cycles = np.floor(2 * frequency * t + phase / math.pi + 1e-9)
+    return amplitude * (1 - 2 * (half_cycles % 2))
+
+
+def _faded_sine(amplitude: float, mode: SineCurrent | SineVoltage, t: Array) -> Array:
     wave = np.sin(2 * math.pi * mode.frequency_hz * t + mode.phase_rad)
-    return mode.amplitude_a * _fade(t, mode.fade_s)[0] * wave
+    return amplitude * _fade(t, mode.fade_s)[0] * wave
 
 
 def sine_position(mode: SinePosition, t: Array) -> tuple[Array, Array]:

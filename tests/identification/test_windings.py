@@ -14,7 +14,7 @@ from linid.errors import DataError
 from linid.identification.fit import fit
 from linid.identification.fit_windings import first_winding_values, fit_windings
 from linid.identification.model_file import model_from_text, model_to_text
-from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
+from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents, between_steps
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.uncertainty.voltage_noise import noise_gain
@@ -175,3 +175,36 @@ def test_without_voltages_there_are_no_windings() -> None:
     bare = [replace(r, phase_voltages=None) for r in recordings()]
     with pytest.raises(DataError, match="voltage_u"):
         fit_windings(by_currents(), bare, STAR, settings=SETTINGS)
+
+
+@cache
+def imposed() -> tuple[FitResult, FitResult]:
+    """The motor by its currents, and with its windings, where voltages were imposed, square waves among them."""
+    found = [r for r in stand("stand_by_voltage.yaml").recordings if r.split == "fit"]
+    friction = fit("friction", [r for r in found if r.kind == "free_wheel"], settings=SETTINGS)
+    motor = fit("sine", found, settings=SETTINGS, start=friction)
+    return motor, fit_windings(motor, found, STAR, settings=SETTINGS)
+
+
+def test_a_stand_driven_by_voltages_is_recovered() -> None:
+    """Steps of the voltages come between samples: an inductance that takes their lag for its own would be 40 % off."""
+    _, result = imposed()
+    true = true_parameters(stand("stand_by_voltage.yaml").description)
+    told = [e for e in result.estimates if e.status == "fitted"]
+    assert {"phase_resistance", "phase_inductance", "force_constant", "mass", "coulomb_force"} <= {e.name for e in told}
+    for estimate in told:
+        assert abs(estimate.value - true[estimate.name]) < 4.0 * estimate.std, estimate
+    for name, share in (("phase_resistance", 0.001), ("phase_inductance", 0.02), ("force_constant", 1e-4)):
+        estimate = next(e for e in told if e.name == name)
+        assert abs(estimate.value - true[name]) < share * true[name], estimate
+
+
+def test_recordings_are_cut_where_their_voltages_step() -> None:
+    made = stand("stand_by_voltage.yaml")
+    smooth, steps = (next(r for r in made.recordings if r.name == n) for n in ("sine_voltage_1", "square_voltage_1"))
+    assert between_steps(smooth) == [smooth]
+    pieces = between_steps(steps)
+    edges = [piece.t[0] for piece in pieces[1:]]
+    # Square waves of 4 Hz whose first pulse is a half one step at odd sixteenths of a second.
+    assert edges == pytest.approx([(2 * k + 1) / 16 + 0.0035 for k in range(24)], abs=1e-9)
+    assert between_steps(replace(steps, between_samples="hold"))[0].t.size == steps.t.size

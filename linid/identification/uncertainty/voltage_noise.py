@@ -109,7 +109,7 @@ def _noise_square(model: Model, vector: Array, part: WindingCurrents, weights: A
     total = 0.0
     for index, recording in enumerate(part.recordings):
         variances = _noise_variances(recording)
-        gain = noise_gain(model, vector, float(part.inputs.dts[index]))
+        gain = noise_gain(model, vector, recording.duration / (recording.y.size - 1))
         for axis, row in enumerate(gain):
             mine = weights[part.classes == len(gain) * index + axis]
             total += float(mine @ mine) * float(row @ variances)
@@ -156,8 +156,8 @@ def tells_mutual_inductance(vector: Array, part: WindingCurrents) -> bool:
         moved[:, model.slot(name)] += np.array([-_STEP, _STEP]) * vector[model.slot("phase_inductance")]
     low, high = part.residuals(moved, np.zeros((2, 0)))
     feigned = 0.0
-    for recording, dt in zip(part.recordings, part.inputs.dts, strict=True):
-        variances = _noise_variances(recording)
-        change = np.diff([_impulse_answers(model, one, float(dt)) for one in moved], axis=0)[0]
+    for recording in part.recordings:
+        variances, dt = _noise_variances(recording), recording.duration / (recording.y.size - 1)
+        change = np.diff([_impulse_answers(model, one, dt) for one in moved], axis=0)[0]
         feigned += recording.y.size * float(np.sum(change**2, axis=2).sum(axis=0) @ variances)
     return feigned < _FEIGNED * float((high - low) @ (high - low))
