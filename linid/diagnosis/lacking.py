@@ -14,10 +14,10 @@ from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel
-from linid.diagnosis.proposed.describe import described, with_formula
+from linid.diagnosis.proposed.describe import described, in_the_model, with_formula
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
-from linid.diagnosis.proposed.propose import WORTH, Proposal, judged_families, propose
+from linid.diagnosis.proposed.propose import LEAST_CLOSED, WORTH, Proposal, judged_families, propose
 from linid.diagnosis.proposed.regression import Regression
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
@@ -167,7 +167,8 @@ def lacking_term(
         more, beside = measured(refined_further(joined.fitted, after, fitted, means, judge.balance.memory))
     term = replace(term, measures=together(beside, more.traces, means.seed))
     means.watch("term", 3, 3)
-    return (term, models) if _worse_somewhere(beside) else (replace(term, kept=True), more)
+    there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
+    return (term, models) if _worse_somewhere(beside) or there.closed < LEAST_CLOSED else (there, more)
 
 
 def _beside_which(found: Selection, start: Fitted) -> tuple[str, ...]:

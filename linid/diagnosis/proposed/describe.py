@@ -11,7 +11,7 @@ from linid.arrays import Array
 from linid.diagnosis.proposed.curve import term_curve
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
-from linid.diagnosis.proposed.regression import Regression
+from linid.diagnosis.proposed.regression import Regression, closed_draws, closed_share
 from linid.diagnosis.proposed.resembling import refined_by, resemblances
 from linid.diagnosis.proposed.short_formula import FoundFormula
 from linid.diagnosis.proposed.words import next_experiment, not_on, sentence, term_labels
@@ -68,8 +68,31 @@ def with_formula(
     return replace(term, closed=proposal.closed, low=low, high=high, sentence=words)
 
 
+def in_the_model(
+    term: ProposedTerm, problem: Problem, proposal: Proposal, judged: Sequence[Regression], residual: Array
+) -> ProposedTerm:
+    """A described term that a model has: what it closes there, base and effects identified anew beside it, is told.
+
+    residual: (n,) m/s^2 of that model.
+    """
+    mine = problem.held
+    block = np.unique(problem.rows.block[mine], return_inverse=True)[1]
+    squares = [(x * problem.weights)[mine] ** 2 for x in (problem.residual, residual)]
+    had, left = (np.asarray(np.bincount(block, one), dtype=np.float64) for one in squares)
+    closed = min(closed_share(problem, had, left), 1.0)
+    low, high = _interval(closed_draws(problem, had, left, _RESAMPLES), closed)
+    proposal = replace(proposal, closed=closed)
+    words = sentence(problem, proposal, not_on(problem, proposal, judged), low, high)
+    short = None if term.short is None else replace(term.short, closed=closed)
+    return replace(term, closed=closed, low=low, high=high, sentence=words, short=short)
+
+
 def closed_interval(proposal: Proposal) -> tuple[float, float]:
     """95 % interval of the share of the excess that a term closes on the judging rows, by resampled blocks; within 0
     and 1, about the share itself."""
-    low, high = np.quantile(proposal.regression.closed_draws(_RESAMPLES), _LIMITS).tolist()
-    return float(np.clip(min(low, proposal.closed), 0.0, 1.0)), float(np.clip(max(high, proposal.closed), 0.0, 1.0))
+    return _interval(proposal.regression.closed_draws(_RESAMPLES), proposal.closed)
+
+
+def _interval(draws: Array, closed: float) -> tuple[float, float]:
+    low, high = np.quantile(draws, _LIMITS).tolist()
+    return float(np.clip(min(low, closed), 0.0, 1.0)), float(np.clip(max(high, closed), 0.0, 1.0))

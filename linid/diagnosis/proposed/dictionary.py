@@ -21,6 +21,7 @@ _FACTORS = ("direction", "motor_force", "velocity", "recording")  # of other arg
 _SYMBOLS = {"position": "y", "travel": "travel", "since_reversal": "time since reversal", "rest_time": "rest"}
 _SYMBOLS |= {"time": "t", "campaign_time": "T", "acceleration": "a", "velocity": "v", "motor_force": "F"}
 _TURNS = (0.15, 0.3, 0.5, 1.0)  # m/s in which a wave's phase may turn round
+_GROWTH = 0.1  # of the largest speed, over which a wave may grow
 _GATE = 0.03  # of the largest speed, over which a gate opens
 
 
@@ -154,27 +155,34 @@ def _one_way(problem: Problem) -> Formula:
 
 
 def _turning(problem: Problem, x: Variable) -> Iterator[Formula]:
-    """A wave in position whose phase turns with velocity or with speed (it comes late, or is fed forward)."""
-    speed_unit = _speed(problem)
-    for text, speed in (("v", problem.rows.v), ("|v|", np.abs(problem.rows.v))):
+    """A wave in position whose phase turns with velocity or with speed (it comes late, or is fed forward), and one that
+    the speed also makes grow."""
+    turns = [sign * 2.0 * math.pi / turn for turn in _TURNS for sign in (1.0, -1.0)]
+    starts = np.array([(k, turn) for k in x.wavenumbers for turn in (*turns, 1e-3)]).reshape(-1, 2)
+    if not starts.size:
+        return
+    size, unit = np.abs(problem.rows.v), _speed(problem)
+    growing = np.column_stack([starts, np.full(len(starts), _GROWTH * float(np.quantile(size, 0.99)))])
+    for text, speed in (("v", problem.rows.v), ("|v|", size)):
 
         def columns(theta: Array, speed: Array = speed) -> Array:
             angle = theta[0] * x.values + theta[1] * speed
-            return problem.pushed(np.stack([np.cos(angle), np.sin(angle)], axis=1))
+            grown = 1.0 - np.exp(-size / theta[2]) if theta.size > 2 else 1.0
+            return problem.pushed(np.stack([grown * np.cos(angle), grown * np.sin(angle)], axis=1))
 
         def words(a: Array, theta: Array, text: str = text) -> str:
             wave = wave_words(x, a, theta[:1], _force(problem))
-            turn = f"{'+' if theta[1] >= 0 else '−'} 2π · {text}/{quantity(2 * math.pi / abs(theta[1]), speed_unit)}"
-            return f"{wave[:-1]} {turn})"
+            turn = f"{'+' if theta[1] >= 0 else '−'} 2π · {text}/{quantity(2 * math.pi / abs(theta[1]), unit)}"
+            grown = f" · (1 − exp(−|v|/{quantity(theta[2], unit)}))" if theta.size > 2 else ""
+            return f"{wave[:-1]} {turn}){grown}"
 
         def own(theta: Array, text: str = text) -> str:
             angle = f"({theta[0]:.10g}*y + {theta[1]:.10g}*{text.replace('|v|', 'abs(v)')})"
-            return summed((f"cos{angle}", f"sin{angle}"))
+            grown = f"*(1 - exp(-abs(v)/{theta[2]:.10g}))" if theta.size > 2 else ""
+            return summed((f"cos{angle}{grown}", f"sin{angle}{grown}"))
 
-        turns = [sign * 2.0 * math.pi / turn for turn in _TURNS for sign in (1.0, -1.0)]
-        starts = np.array([(k, turn) for k in x.wavenumbers for turn in (*turns, 1e-3)]).reshape(-1, 2)
-        if starts.size:
-            yield Formula(f"wave turning with {text}", columns, starts, (True, False), words, own)
+        yield Formula(f"wave turning with {text}", columns, starts, (True, False), words, own)
+        yield Formula(f"wave turning with {text}, growing", columns, growing, (True, False, True), words, own)
 
 
 def _forth_and_back(problem: Problem, x: Variable) -> Formula:

@@ -173,20 +173,11 @@ class Regression:
 
     def closed(self, penalty: float | None = None) -> float:
         """Share of the excess over the floor that the family closes on the judging rows."""
-        had, left = self.block_squares(self.sums.split.judging, penalty)
-        return float((had - left).sum()) / max(float(had.sum()), 1e-300) / self._above
+        return closed_share(self.sums.problem, *self.block_squares(self.sums.split.judging, penalty))
 
     def closed_draws(self, count: int) -> Array:
         """The same of `count` resamples of the judging rows' blocks, (count,)."""
-        had, left = self.block_squares(self.sums.split.judging)
-        generator = np.random.default_rng(self.sums.problem.seed)
-        draws = generator.multinomial(had.size, np.full(had.size, 1.0 / had.size), count)
-        return np.asarray(draws @ (had - left) / np.maximum(draws @ had, 1e-300) / self._above)
-
-    @property
-    def _above(self) -> float:
-        """Share of what is left on the judging rows that is above the floor."""
-        return max(1.0 - self.sums.problem.floor, 1e-9)
+        return closed_draws(self.sums.problem, *self.block_squares(self.sums.split.judging), count)
 
     def _system(self, normal: Array, penalty: float | None) -> Array:
         """Normal equations (r + k, r + k) with the penalty, the best one where none is given."""
@@ -203,3 +194,21 @@ class Regression:
     def _fitted_sum(self, moments: dict[int, Array]) -> Array:
         fitted = [moment for fold, moment in moments.items() if self.sums.split.fitted(fold)]
         return np.asarray(np.sum(fitted, axis=0))
+
+
+def closed_share(problem: Problem, had: Array, left: Array) -> float:
+    """Share of the excess over the floor that is closed. had, left: squares (b,) per block of judging rows, before and
+    after."""
+    return float((had - left).sum()) / max(float(had.sum()), 1e-300) / _above(problem)
+
+
+def closed_draws(problem: Problem, had: Array, left: Array, count: int) -> Array:
+    """The same of `count` resamples of the blocks, (count,). had, left: (b,) as in `closed_share`."""
+    generator = np.random.default_rng(problem.seed)
+    draws = generator.multinomial(had.size, np.full(had.size, 1.0 / had.size), count)
+    return np.asarray(draws @ (had - left) / np.maximum(draws @ had, 1e-300) / _above(problem))
+
+
+def _above(problem: Problem) -> float:
+    """Share of what is left on the judging rows that is above the floor."""
+    return max(1.0 - problem.floor, 1e-9)

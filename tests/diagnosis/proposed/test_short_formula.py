@@ -15,6 +15,7 @@ from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.quantities import number, over, quantity
+from linid.diagnosis.proposed.short_formula import likely_formula, ranked_formulas
 from linid.diagnosis.proposed.waves import wave_families
 from linid.diagnosis.report_data import ShortFormula
 from tests.diagnosis.proposed.axis import Force, axis, formula_of, proposal_of
@@ -84,6 +85,22 @@ def test_a_vibration_above_a_speed() -> None:
     match = re.fullmatch(pattern, short.said.text)
     assert match is not None, short.said.text
     assert [float(one) for one in match.groups()] == pytest.approx([1.0, 11.0, 0.5, 0.4], rel=0.05)
+
+
+def test_a_wave_that_grows_and_turns_with_the_speed() -> None:
+    def force(p: Problem) -> np.ndarray:
+        speed = np.abs(p.rows.v)
+        return 1.2 * (1.0 - np.exp(-speed / 0.15)) * np.sin(400.0 * p.rows.y + 0.4 + 2.0 * math.pi * speed / 0.6)
+
+    problem = axis(force)
+    ranked = ranked_formulas(problem, proposal_of(problem, "position x velocity"))
+    likely = likely_formula(proposal_of(problem, "position x velocity", 0.1), ranked)
+    assert likely is not None
+    wave = r"([\d.]+) N · sin\(2π · y/([\d.]+) mm \+ ([\d.]+) \+ 2π · \|v\|/([\d.]+) m/s\)"
+    match = re.fullmatch(wave + r" · \(1 − exp\(−\|v\|/([\d.]+) m/s\)\)", likely.said.text)
+    assert match is not None, likely.said.text
+    numbers_of = [float(one) for one in match.groups()]
+    assert numbers_of == pytest.approx([1.2, 2000.0 * math.pi / 400.0, 0.4, 0.6, 0.15], rel=0.1)
 
 
 def test_no_formula_where_none_is_as_good_as_the_curve() -> None:

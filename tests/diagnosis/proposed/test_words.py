@@ -9,7 +9,7 @@ import pytest
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import arguments_of
-from linid.diagnosis.proposed.describe import closed_interval, described
+from linid.diagnosis.proposed.describe import closed_interval, described, in_the_model
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import judged_families, propose
@@ -172,3 +172,17 @@ def test_nothing_is_said_where_nothing_is_missing() -> None:
 
 def test_the_form_of_a_family_is_found() -> None:
     assert family_of(axis(derated), "position").arguments == ("position",)
+
+
+def test_what_a_term_closes_in_the_model_is_told_of_the_model() -> None:
+    problem = axis(derated)
+    proposal = proposal_of(problem, "speed x motor force")
+    term = described(problem, proposal, [proposal.regression], {}, None, ())
+    # A model that leaves the noise, one that leaves all, and one that leaves half the power above the noise.
+    noise = np.random.default_rng(5).standard_normal(problem.residual.size) * np.sqrt(problem.noise)
+    beyond = float(np.mean(problem.residual[problem.held] ** 2)) / float(np.mean(problem.noise)) - 1.0
+    for left, closed in ((noise, 1.0), (problem.residual, 0.0), (noise * np.sqrt(1.0 + 0.5 * beyond), 0.5)):
+        there = in_the_model(term, problem, proposal, [proposal.regression], left)
+        assert there.closed == pytest.approx(closed, abs=0.03)
+        assert there.low <= max(there.closed, 0.0) <= there.high
+        assert f"closes {round(100 * there.closed)} %" in there.sentence
