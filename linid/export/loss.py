@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -73,12 +73,22 @@ def _sentence(kept: Kept) -> str:
     return f"{what}: keeps {100 * kept.share:.0f} % of the closed gap{between}"
 
 
+class Errors(NamedTuple):
+    """What is asked of a recording's gap; its measures as in `RecordingGap`."""
+
+    recording: str
+    kind: str
+    free_run: float
+    ahead: float
+    force: float
+
+
 @dataclass(frozen=True)
 class Measured:
     """Gaps of the same recordings without the effects and with all of them, which all targets share."""
 
-    base: tuple[RecordingGap, ...]
-    full: tuple[RecordingGap, ...]
+    base: tuple[RecordingGap | Errors, ...]
+    full: tuple[RecordingGap | Errors, ...]
 
 
 def without_effects(result: FitResult) -> FitResult:
@@ -102,23 +112,20 @@ def measure_loss(measured: Measured, form: FitResult | None, recordings: Sequenc
     return loss_of(measured, measured.full if form is None else measure_gaps_of(form, recordings, jobs))
 
 
-def loss_of(measured: Measured, target: Sequence[RecordingGap]) -> Loss:
+def loss_of(measured: Measured, target: Sequence[RecordingGap | Errors]) -> Loss:
     """The same from gaps that were measured, in whatever way, of the recordings in the same order."""
     names = tuple(gap.recording for gap in measured.full)
     kept = []
     for measure in MEASURES:
         rows = [k for k, gap in enumerate(measured.full) if _counts(gap, measure)]
         if rows:
-            values = [np.array([getattr(gaps[k], measure) for k in rows]) for gaps in (*_both(measured), target)]
+            each = (measured.base, measured.full, target)
+            values = [np.array([getattr(gaps[k], measure) for k in rows]) for gaps in each]
             kept.append(_kept(measure, *values))
     return Loss(names, tuple(kept))
 
 
-def _both(measured: Measured) -> tuple[tuple[RecordingGap, ...], tuple[RecordingGap, ...]]:
-    return measured.base, measured.full
-
-
-def _counts(gap: RecordingGap, measure: Measure) -> bool:
+def _counts(gap: RecordingGap | Errors, measure: Measure) -> bool:
     """Whether a measure says something of a recording: driven axes have no spring, and their free runs lose step."""
     return measure == "force" or (measure == "free_run") == (gap.kind == "free_wheel")
 
@@ -128,15 +135,16 @@ def measure_gaps_of(result: FitResult, recordings: Sequence[Recording], jobs: in
     return measure_gaps(result, recordings, jobs=jobs, floors=False)[0]
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def _rms(values: Array) -> Array:
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=-1)))
 
 
-def _share(base: Array, full: Array, target: Array) -> float:
+def _shares(base: Array, full: Array, target: Array) -> Array:
+    """Which share of the closed gap a target keeps, by its errors (..., R) of R recordings; nan where none closes."""
     first, last = _rms(base), _rms(full)
-    if not first - last > _LEAST_CLOSED * first:
-        return math.nan
-    return (first - _rms(target)) / (first - last) if math.isfinite(first) else math.nan
+    with np.errstate(invalid="ignore", divide="ignore"):
+        closes = np.isfinite(first) & (first - last > _LEAST_CLOSED * first)
+        return np.where(closes, (first - _rms(target)) / (first - last), math.nan)
 
 
 def _kept(measure: Measure, base: Array, full: Array, target: Array) -> Kept:
@@ -145,12 +153,12 @@ def _kept(measure: Measure, base: Array, full: Array, target: Array) -> Kept:
     if base.size > 1:
         generator = np.random.default_rng(_SEED)
         rows = generator.integers(0, base.size, (_RESAMPLES, base.size))
-        shares = np.array([_share(base[k], full[k], target[k]) for k in rows])
+        shares = _shares(base[rows], full[rows], target[rows])
         shares = shares[~np.isnan(shares)]
         if shares.size:
             low, high = (float(edge) for edge in np.percentile(shares, [2.5, 97.5]))
-    share = _share(base, full, target)
-    return Kept(measure, _rms(base), _rms(full), _rms(target), share, low, high)
+    share = float(_shares(base, full, target))
+    return Kept(measure, float(_rms(base)), float(_rms(full)), float(_rms(target)), share, low, high)
 
 
 def held_out(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from linid.errors import ConfigError, UsageError
-from linid.export.loss import Loss, Measured, loss_of, measure_gaps_of, measure_model
+from linid.export.loss import Loss, Measured, loss_of, measure_gaps_of
 from linid.export.target import Exported, Target
 from linid.identification.model_file import model_to_text
-from linid.identification.result import FitResult
 from linid.recording.recording import Recording
 
 
@@ -27,19 +26,14 @@ class Surveyed:
 
 
 def survey_targets(
-    targets: Sequence[Target],
-    exported: Exported,
-    base: FitResult | None,
-    recordings: Sequence[Recording],
-    jobs: int = 1,
+    targets: Sequence[Target], exported: Exported, measured: Measured, recordings: Sequence[Recording], jobs: int = 1
 ) -> tuple[Surveyed, ...]:
     """What each target keeps of the gap that a model closes on recordings.
 
-    base: MODEL from which the closed gap counts (None: the model without its effects); recordings: held-out ones.
+    measured: that gap, from `measure_model` or as it is known already; recordings: held-out ones, in its order.
     Returns one row for each target, in order. Raises UsageError or DataError where a recording lacks what the model
     needs.
     """
-    measured = measure_model(exported.result, base, recordings, jobs)
     known = {model_to_text(exported.result): measured.full}
     return tuple(_surveyed(target, exported, measured, known, recordings, jobs) for target in targets)
 

@@ -10,6 +10,7 @@ from linid.interface.measuring import residual_recordings
 
 if TYPE_CHECKING:
     from linid.diagnosis.diagnose import Found
+    from linid.export.loss import Measured
     from linid.recording import Recording
 
 
@@ -29,7 +30,8 @@ def surveyed(found: Found, recordings: Sequence[Recording], jobs: int = 1) -> Fo
         return found
     exported = Exported(found.after, "axis", step_of(found.after, recordings), tuple(recordings))
     alike: dict[tuple[object, ...], ExportLoss] = {}
-    for one in survey_targets(tuple(all_targets().values()), exported, found.before, judges, jobs):
+    measured = _measured(found, judges)
+    for one in survey_targets(tuple(all_targets().values()), exported, measured, judges, jobs):
         kept = () if one.loss is None else one.loss.kept
         row = ExportLoss(
             (one.target,), one.whole, {k.measure: (k.share, k.low, k.high) for k in kept}, one.lacks, one.refused
@@ -38,3 +40,18 @@ def surveyed(found: Found, recordings: Sequence[Recording], jobs: int = 1) -> Fo
         other = alike.get(key)
         alike[key] = row if other is None else replace(other, targets=(*other.targets, one.target))
     return replace(found, diagnosis=replace(found.diagnosis, exports=tuple(alike.values())))
+
+
+def _measured(found: Found, judges: Sequence[Recording]) -> Measured:
+    """The gap without and with what was named, as the diagnosis has measured it."""
+    from linid.export.loss import Errors, Measured
+
+    change_of = {one.recording: one.changes for one in found.diagnosis.recordings}
+    rows = [
+        [
+            Errors(r.name, r.kind, *(getattr(change_of[r.name][name], when) for name in ("free_run", "ahead", "force")))
+            for r in judges
+        ]
+        for when in ("before", "after")
+    ]
+    return Measured(tuple(rows[0]), tuple(rows[1]))

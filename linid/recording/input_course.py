@@ -160,23 +160,32 @@ def _course(channels: Array, side: range) -> Callable[[Array], Array]:
     Three phases turn with the field: their space vector's angle is a parabola, its length a line. Others, and phases
     without a clear vector, are lines.
     """
-    part, middle = channels[:, side.start : side.stop], (side[0] + side[-1]) / 2.0
-    s = np.array(side) - middle
-    vector = _PHASES @ part if part.shape[0] == _PHASES.size else np.zeros(s.size)
+    part, middle, count = channels[:, side.start : side.stop], (side[0] + side[-1]) / 2.0, len(side)
+    vector = _PHASES @ part if part.shape[0] == _PHASES.size else np.zeros(count)
     length = np.abs(vector)
-    if length.min() > _CLEAR * np.abs(channels).max() and s.size > 2:
-        angle = np.polynomial.polynomial.polyfit(s, np.unwrap(np.angle(vector)), 2)
-        growth = np.polynomial.polynomial.polyfit(s, length, 1)
+    if length.min() > _CLEAR * np.abs(channels).max() and count > 2:
+        angle = _fitting(count, 2) @ np.unwrap(np.angle(vector))
+        growth = _fitting(count, 1) @ length
         mean = float(part.mean())
 
         def turning(t: Array) -> Array:
-            value = np.polynomial.polynomial.polyval
-            turned = value(t - middle, growth) * np.exp(1j * value(t - middle, angle))
+            s = t - middle
+            turned = (growth[0] + growth[1] * s) * np.exp(1j * (angle[0] + (angle[1] + angle[2] * s) * s))
             return np.asarray(mean + np.real(np.conj(_PHASES)[:, None] * turned) / 1.5)
 
         return turning
-    line = np.polynomial.polynomial.polyfit(s, part.T, min(1, s.size - 1))
-    return lambda t: np.asarray(np.polynomial.polynomial.polyval(t - middle, line))
+    line = part @ _fitting(count, min(1, count - 1)).T
+    return lambda t: np.asarray(line @ np.vander(t - middle, line.shape[1], increasing=True).T)
+
+
+@lru_cache(maxsize=_KEPT)
+def _fitting(count: int, degree: int) -> Array:
+    """What makes samples at unit distances the least-squares polynomial's coefficients, (degree + 1, count).
+
+    Its time runs from the middle of the samples.
+    """
+    s = np.arange(count) - (count - 1) / 2.0
+    return np.asarray(np.linalg.pinv(np.vander(s, degree + 1, increasing=True)))
 
 
 def _stepping(before: Callable[[Array], Array], after: Callable[[Array], Array], first: float, instant: float) -> Array:
@@ -243,24 +252,29 @@ def _bend(y: Array, jump: Jump, room: tuple[int, int]) -> tuple[float, float]:
     return min(found, key=lambda one: one[1], default=(count / 2.0, _UNTOLD * count**2))
 
 
-def _setting_off(s: Array, x: float) -> Array:
-    """Columns (n, 2) of positions at times s (n,) in samples of an axis that leaves its rest, at the instant x.
+def _setting_off(s: Array, x: Array) -> Array:
+    """Columns (m, n, 2) of positions at times s (n,) in samples of an axis that leaves its rest, at instants x (m,).
 
     Its current rises from the first sample on and lags behind its command by x.
     """
-    return np.column_stack([(s - x) ** 2 + x**2, (s - x) ** 3 + 3.0 * x**2 * (s - x)])
+    x = x[:, None]
+    return np.stack([(s - x) ** 2 + x**2, (s - x) ** 3 + 3.0 * x**2 * (s - x)], axis=2)
 
 
-def _bending(s: Array, x: float) -> Array:
-    """Columns (n, 7) of positions at times s (n,) in samples whose speed bends at the instant x.
+def _bending(s: Array, x: Array) -> Array:
+    """Columns (m, n, 7) of positions at times s (n,) in samples whose speed bends at instants x (m,).
 
     Their two cubics share the speed there; they need not meet, as a current that rises for a while lags behind a step.
     """
-    late = np.where(s > 0.0, s - x, 0.0)
-    return np.column_stack([s**0, s, s**2, s**3, s > 0.0, late**2, late**3])
+    out = np.empty((x.size, s.size, 7))
+    out[:, :, :4] = np.vander(s, 4, increasing=True)
+    out[:, :, 4] = s > 0.0
+    late = np.where(s > 0.0, s - x[:, None], 0.0)
+    out[:, :, 5], out[:, :, 6] = late**2, late**3
+    return out
 
 
-def _instant(window: Array, s: Array, count: int, columns: Callable[[Array, float], Array]) -> tuple[float, float]:
+def _instant(window: Array, s: Array, count: int, columns: Callable[[Array, Array], Array]) -> tuple[float, float]:
     """Mean and variance of the instant, from 0 to count, that makes columns fit positions (n,) at times s (n,)."""
     if not np.all(np.isfinite(window)):
         return count / 2.0, _UNTOLD * count**2
@@ -269,8 +283,9 @@ def _instant(window: Array, s: Array, count: int, columns: Callable[[Array, floa
     for turn in range(2):  # the second time only where it may be
         tries = np.linspace(low, high, _TRIES)
         bases = _spans(columns, s, tries) if turn else _first_spans(columns, tuple(s.tolist()), high)
-        costs = np.array([np.sum((window - basis @ (basis.T @ window)) ** 2) for basis in bases])
-        deviation = max(float(costs.min()) / (s.size - bases[0].shape[1] - 1), 1e-300)
+        shares = np.swapaxes(bases, 1, 2) @ window
+        costs = np.sum((window - (bases @ shares[:, :, None])[:, :, 0]) ** 2, axis=1)
+        deviation = max(float(costs.min()) / (s.size - bases.shape[2] - 1), 1e-300)
         likely = np.exp(-0.5 * (costs - costs.min()) / deviation)
         likely /= likely.sum()
         mean, step = float(likely @ tries), float(tries[1] - tries[0])
@@ -280,12 +295,12 @@ def _instant(window: Array, s: Array, count: int, columns: Callable[[Array, floa
 
 
 @lru_cache(maxsize=_KEPT)
-def _first_spans(columns: Callable[[Array, float], Array], s: tuple[float, ...], high: float) -> list[Array]:
+def _first_spans(columns: Callable[[Array, Array], Array], s: tuple[float, ...], high: float) -> Array:
     """What the columns span where nothing is known of the instant yet: the same for all steps of a length."""
     return _spans(columns, np.array(s), np.linspace(0.0, high, _TRIES))
 
 
-def _spans(columns: Callable[[Array, float], Array], s: Array, tries: Array) -> list[Array]:
-    """Orthonormal bases (n, r) of the columns at times s (n,) in samples for each instant that is tried."""
-    bases = (columns(s, x) for x in tries)
-    return [np.linalg.qr(basis / np.linalg.norm(basis, axis=0))[0] for basis in bases]
+def _spans(columns: Callable[[Array, Array], Array], s: Array, tries: Array) -> Array:
+    """Orthonormal bases (m, n, r) of the columns at times s (n,) in samples for each of m instants that are tried."""
+    bases = columns(s, tries)
+    return np.linalg.qr(bases / np.linalg.norm(bases, axis=1, keepdims=True))[0]

@@ -28,7 +28,7 @@ from linid.simulation.forces import (
     steady_bristle,
     with_effects,
 )
-from linid.simulation.splines_at import inputs_around, inputs_at, late_inputs
+from linid.simulation.splines_at import late_inputs
 
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
@@ -39,12 +39,16 @@ PIECES = 8
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
 
 
+DECAYED = 50.0  # exponential decays beyond this are below rounding
+
+
 class MeasuredMotion(NamedTuple):
-    """A measured motion: y (n,) in m and v (n,) in m/s, smoothed; standstill: (n,) true where the axis rests, and its
-    bristle balances the other forces; wanted: (n,) where the bristle is, or empty for everywhere."""
+    """A measured motion: y (n,) in m and v (n,) in m/s, smoothed; inputs: (3, n); standstill: (n,) true where the axis
+    rests, and its bristle balances the other forces; wanted: (n,) where the bristle is, or empty for everywhere."""
 
     y: Any
     v: Any
+    inputs: Any
     standstill: Any
     wanted: Any
 
@@ -80,30 +84,14 @@ def decay_means(x, decay):
     return first, (first - decay) / x
 
 
-@allocating
-def input_samples(coefficients, count, dt):
-    """The three inputs at all samples, (3, count)."""
-    inputs = np.empty((3, count))
-    inputs[0, 0], inputs[1, 0], inputs[2, 0] = inputs_at(coefficients, 0, 0.0)
-    for n in range(1, count - 1):
-        inputs[0, n], inputs[1, n], inputs[2, n] = inputs_around(coefficients, n, dt)
-    inputs[0, count - 1], inputs[1, count - 1], inputs[2, count - 1] = inputs_at(coefficients, count - 2, dt)
-    return inputs
-
-
 @inlined
-def inputs_of_sample(terms, axis, course, k, count):
+def inputs_of_sample(terms, axis, course, motion, k):
     """The three inputs that act at sample k."""
-    c = course.coefficients
     if not axis.powered:
         return 0.0, 0.0, 0.0
     if axis.on & terms.acts.delay:
-        return late_inputs(c, course.dt, k * course.dt - course.lag)
-    if k == 0:
-        return inputs_at(c, 0, 0.0)
-    if k < count - 1:
-        return inputs_around(c, k, course.dt)
-    return inputs_at(c, k - 1, course.dt)
+        return late_inputs(course.coefficients, course.dt, k * course.dt - course.lag)
+    return motion.inputs[0, k], motion.inputs[1, k], motion.inputs[2, k]
 
 
 @compiled
@@ -156,7 +144,7 @@ def bristle_along(axis, bristles, resistance, w, way, want_means):
             rest = -rest
         started = w - rest
         passed = abs(part / rest)
-        decay = math.exp(-passed)
+        decay = math.exp(-passed) if passed < DECAYED else 0.0
         w = rest + started * decay
         if want_means:
             first, second = decay_means(passed, decay)
@@ -224,7 +212,7 @@ def begun(terms, axis, bristles, course, motion, currents, w):
 
 
 @allocating
-def forces_of_samples(terms, axis, candidates, course, motion, wanted):
+def forces_of_samples(terms, axis, candidates, motion, wanted):
     """The motor's forces in N at all samples, where they are wanted and position and inputs alone decide them."""
     acts, on = terms.acts, axis.on
     by_place = not (on & acts.delay or on & acts.drive or on & acts.field)
@@ -232,7 +220,7 @@ def forces_of_samples(terms, axis, candidates, course, motion, wanted):
     count = motion.y.size
     out = np.empty(count if known else 0)
     if known:
-        i = input_samples(course.coefficients, count, course.dt)
+        i = motion.inputs
         motor_forces(terms, candidates.motor, axis.p, motion.y, (i[0], i[1], i[2]), out)
     return out
 
@@ -287,7 +275,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
     skipping = motion.wanted.size > 0 and not want_a and not (on & acts.between or on & acts.sensor)
     memory = FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
     goal = -1  # the next wanted sample
-    motor_force = forces_of_samples(terms, axis, candidates, course, motion, want_a)
+    motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
     k = -1
     while k < count - 1:
         k += 1
@@ -300,7 +288,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
                 w = math.copysign(bristles.coulomb / sigma_0, v[k])
                 terms.law.share_out(axis, bristles, w)
         t = stretch.t_start + k * dt
-        currents = inputs_of_sample(terms, axis, course, k, count)
+        currents = inputs_of_sample(terms, axis, course, motion, k)
         if k == 0:
             w = begun(terms, axis, bristles, course, motion, currents, w)
         if motor_force.size > 0:
@@ -351,7 +339,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 terms,
                 candidates,
                 stretch_of(candidates, inputs, candidate, r, 0, b - a),
-                MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.standstill[a:b], wanted),
+                MeasuredMotion(motion.y[a:b], motion.v[a:b], inputs.sampled[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
                 AlongTraces(

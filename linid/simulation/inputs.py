@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +15,21 @@ from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
 from linid.simulation.splines_at import CONTINUOUS
 
+LONGEST_KEPT = 100_000  # samples of a recording whose coefficients are kept: 13 MB
+
 
 class Inputs(NamedTuple):
     """Inputs of R recordings on uniform grids.
 
     coefficients: (intervals, 4, 4) cubics in powers of t - t_k of the three inputs (A or V) and of the measured
-    position (m); offsets: (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s;
-    added_mass: (R,) kg; powered: (R,) whether any input is not zero; steps: (R,) whether any differs before and after a
-    sample; records: (R,) numbers in the campaign; elapsed: (R,) running time of the campaign at t = 0, s.
+    position (m); sampled: (3, samples) inputs at the samples, midway between before and after where they step; offsets:
+    (R + 1,) first interval of each recording; sample_offsets: (R + 1,); t_starts, dts: (R,) s; added_mass: (R,) kg;
+    powered: (R,) whether any input is not zero; steps: (R,) whether any differs before and after a sample; records:
+    (R,) numbers in the campaign; elapsed: (R,) running time of the campaign at t = 0, s.
     """
 
     coefficients: Array
+    sampled: Array
     offsets: Integers
     sample_offsets: Integers
     t_starts: Array
@@ -48,38 +53,69 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
     """
     sizes = np.array([recording.t.size for recording in recordings], dtype=np.int64)
     offsets = np.concatenate([[0], np.cumsum(sizes - 1)]).astype(np.int64)
-    coefficients = np.zeros((int(offsets[-1]), 4, 4))
-    powered, steps = [], []
-    for index, recording in enumerate(recordings):
-        channels = recording.phase_currents
-        if voltages:
-            channels = recording.phase_voltages if recording.kind != "free_wheel" else None
-        elif channels is None and recording.drive_input is not None:
-            channels = recording.drive_input[None, :]
-        active = channels is not None and bool(np.any(channels))
-        dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
-        block = coefficients[offsets[index] : offsets[index + 1]]
-        if channels is not None and active:
-            block[:, : len(channels)] = input_coefficients(recording, channels).transpose(1, 0, 2)
-        if recording.measured:
-            block[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
-        powered.append(active)
-        ends = block[:-1, :3] @ dt ** np.arange(4.0)
-        steps.append(
-            bool(np.any(np.abs(ends - block[1:, :3, 0]) > CONTINUOUS * np.abs(block[:, :3, 0]).max(initial=0.0)))
-        )
+    blocks = [_block(recording, voltages) for recording in recordings]
     return Inputs(
-        coefficients=coefficients,
+        coefficients=np.concatenate([block.coefficients for block in blocks]) if blocks else np.empty((0, 4, 4)),
+        sampled=np.concatenate([block.sampled for block in blocks], axis=1) if blocks else np.empty((3, 0)),
         offsets=offsets,
         sample_offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         t_starts=np.array([r.t[0] for r in recordings]),
         dts=np.array([(r.t[-1] - r.t[0]) / (r.t.size - 1) for r in recordings]),
         added_mass=np.array([r.added_mass for r in recordings]),
-        powered=np.array(powered, dtype=np.bool_),
-        steps=np.array(steps, dtype=np.bool_),
+        powered=np.array([block.powered for block in blocks], dtype=np.bool_),
+        steps=np.array([block.steps for block in blocks], dtype=np.bool_),
         records=np.array([float(r.number) for r in recordings]),
         elapsed=np.array([r.elapsed for r in recordings]),
     )
+
+
+class _Block(NamedTuple):
+    """One recording's part of coefficients and sampled inputs, and whether any input acts, and steps."""
+
+    coefficients: Array
+    sampled: Array
+    powered: bool
+    steps: bool
+
+
+# Several objectives pack the same recordings one after the other; with a recording its blocks go.
+_blocks: WeakKeyDictionary[Recording, dict[bool, _Block]] = WeakKeyDictionary()
+
+
+def _block(recording: Recording, voltages: bool) -> _Block:
+    """One recording's part, computed once unless it is so long that keeping it would fill the memory."""
+    kept = _blocks.get(recording, {})
+    if voltages not in kept:
+        block = _spline_block(recording, voltages)
+        if recording.t.size > LONGEST_KEPT:
+            return block
+        kept = {**kept, voltages: block}
+        _blocks[recording] = kept
+    return kept[voltages]
+
+
+def _spline_block(recording: Recording, voltages: bool) -> _Block:
+    channels = recording.phase_currents
+    if voltages:
+        channels = recording.phase_voltages if recording.kind != "free_wheel" else None
+    elif channels is None and recording.drive_input is not None:
+        channels = recording.drive_input[None, :]
+    powered = channels is not None and bool(np.any(channels))
+    dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
+    out = np.zeros((recording.t.size - 1, 4, 4))
+    if channels is not None and powered:
+        out[:, : len(channels)] = input_coefficients(recording, channels).transpose(1, 0, 2)
+    if recording.measured:
+        out[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
+    c = out[:, :3]
+    ends = ((c[:, :, 3] * dt + c[:, :, 2]) * dt + c[:, :, 1]) * dt + c[:, :, 0]
+    before, after = ends[:-1], c[1:, :, 0]
+    apart = np.abs(after - before)
+    steps = bool(np.any(apart > CONTINUOUS * np.abs(c[:, :, 0]).max(initial=0.0)))
+    continuous = apart <= CONTINUOUS * (np.abs(after) + dt * np.abs(c[1:, :, 1]))
+    between = np.where(continuous, after, 0.5 * (before + after))
+    sampled = np.ascontiguousarray(np.concatenate([c[:1, :, 0], between, ends[-1:]]).T)
+    return _Block(out, sampled, powered, steps)
 
 
 def measured_points(inputs: Inputs, pieces: int) -> Array:

@@ -195,7 +195,9 @@ class Simulator:
             np.full((*shape, kept.size) if kept.size else (1, 0, 0), np.nan),
             np.empty(shape) if reads else np.empty((1, 0)),
         )
-        motion = MeasuredMotion(y, v, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted)
+        motion = MeasuredMotion(
+            y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted
+        )
 
         def work(piece: tuple[int, int]) -> int:
             kernel.along_tasks(candidates, inputs, motion, start_w, kept, *piece, found)

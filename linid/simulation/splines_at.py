@@ -23,20 +23,6 @@ def inputs_at(c, k, x):
 
 
 @inlined
-def inputs_around(c, k, dt):
-    """The three inputs at sample k, 0 < k < n - 1: midway between those before and after it, where an input steps."""
-    return input_around(c, k, 0, dt), input_around(c, k, 1, dt), input_around(c, k, 2, dt)
-
-
-@inlined
-def input_around(c, k, row, dt):
-    """One input at sample k, as `inputs_around` has them; where it does not step, just the sample."""
-    before, after = spline_at(c, k - 1, row, dt), c[k, row, 0]
-    size = abs(after) + dt * abs(c[k, row, 1])
-    return after if abs(after - before) <= CONTINUOUS * size else 0.5 * (before + after)
-
-
-@inlined
 def late_inputs(c, dt, x):
     """The three inputs x seconds after the first sample, held at the recording's ends."""
     last = c.shape[0]

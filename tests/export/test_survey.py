@@ -36,9 +36,9 @@ def test_each_row_is_that_of_the_target_alone_and_equal_forms_run_once(monkeypat
     runs = []
     gaps = survey.measure_gaps_of
     monkeypatch.setattr(survey, "measure_gaps_of", lambda *given: runs.append(1) or gaps(*given))
-    rows = survey_targets(targets, exported, None, recordings)
-    assert len(runs) == 1  # urdf and its twin; the whole model was measured already
     measured = measure_model(exported.result, None, recordings)
+    rows = survey_targets(targets, exported, measured, recordings)
+    assert len(runs) == 1  # urdf and its twin; the whole model was measured already
     alone = measure_loss(measured, simple.simplified(exported), recordings)
     assert rows[0].whole and said(rows[0]) == measure_loss(measured, None, recordings).row()
     assert not rows[1].whole and said(rows[1]) == said(rows[2]) == alone.row()

@@ -8,9 +8,14 @@ from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from linid.errors import ConfigError
+from linid.report.files import columns_csv_text, csv_text
 from linid.report.result_files import BUILT_IN, GROUP, collect
 from linid.workflow.run import results
 from tests.report.samples import fit_result
@@ -47,3 +52,9 @@ def test_a_file_with_nothing_to_tell_is_not_written(tmp_path: Path, monkeypatch:
 def test_what_is_no_result_file_is_refused(name: str, fact: str) -> None:
     with pytest.raises(ConfigError, match=fact):
         collect(BUILT_IN, [point(name)])
+
+
+@given(arrays(np.float64, st.tuples(st.integers(2, 5), st.integers(0, 20))), st.integers(3, 12))
+def test_columns_of_numbers_are_written_as_any_table(table: np.ndarray, digits: int) -> None:
+    header = [f"column_{k}" for k in range(table.shape[0])]
+    assert columns_csv_text(header, list(table), digits) == csv_text(header, table.T.tolist(), digits)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linid.errors import DataError
-from linid.report.files import csv_text, file_stems, finite
+from linid.report.files import columns_csv_text, file_stems, finite
 from linid.workflow.run.run_folder import write_text
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def closed_loop_csv(run: ClosedLoop, axis: str, measured: Any = None) -> str:
     if measured is not None:
         columns.append(measured)
         names.append(f"y_measured ({unit})")
-    return csv_text(names, np.column_stack(columns).tolist(), 9)
+    return columns_csv_text(names, columns, 9)
 
 
 def closed_loop_table(rows: Sequence[Row], axis: str) -> object:

@@ -108,17 +108,15 @@ def _refitted(campaign: Campaign, file: Path, folder: Path, reporter: Reporter) 
 
 def _simulated(campaign: Campaign, unit: FunctionalUnit, folder: Path, reporter: Reporter) -> Campaign:
     """The campaign beside what a functional unit makes of it, each motion written as soon as it is there."""
-    import numpy as np
 
     from linid import api
-    from linid.report.files import csv_text, file_stems
+    from linid.report.files import columns_csv_text, file_stems
 
     stems = dict(zip((r.name for r in campaign), file_stems(r.name for r in campaign), strict=True))
     names: list[str] = []
 
     def done(recording: Recording, y: Any) -> None:
-        rows = np.column_stack([recording.t, recording.y, y]).tolist()
-        text = csv_text(["t", "measured", "simulated"], rows, 9)
+        text = columns_csv_text(["t", "measured", "simulated"], [recording.t, recording.y, y], 9)
         write_text(folder / "simulated" / f"{stems[recording.name]}.csv", text)
         names.append(recording.name)
         reporter.step("simulate by unit", len(names), len(campaign.recordings))
@@ -209,9 +207,7 @@ def _write_models(found: Found, folder: Path) -> None:
 
 def _write_predictions(found: Found, folder: Path) -> None:
     """predictions/RECORDING.csv: time, measured position, and what both models say, so that anyone can check."""
-    import numpy as np
-
-    from linid.report.files import csv_text, file_stems
+    from linid.report.files import columns_csv_text, file_stems
 
     stems = file_stems(t.recording for t in found.traces_before)
     for before, after, stem in zip(found.traces_before, found.traces_after, stems, strict=True):
@@ -221,8 +217,7 @@ def _write_predictions(found: Found, folder: Path) -> None:
             if trace.ahead is not None:
                 columns.append(_on_grid(trace.ahead.t, trace.ahead.y, before.t))
                 names.append(name)
-        rows = np.column_stack(columns).tolist()
-        write_text(folder / "predictions" / f"{stem}.csv", csv_text(names, rows, 9))
+        write_text(folder / "predictions" / f"{stem}.csv", columns_csv_text(names, columns, 9))
 
 
 def _on_grid(t: Any, y: Any, grid: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from linid.errors import DataError, UsageError
 from linid.interface.measuring import residual_recordings
 from linid.interface.reading import file_record
-from linid.report.files import csv_text, finite
+from linid.report.files import columns_csv_text, finite
 from linid.workflow.run import results
 from linid.workflow.run.fit_run import announce, begin
 from linid.workflow.run.inputs import decisive, fingerprint
@@ -183,7 +183,6 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
 
     currents: (3, n) A, simulated, for three columns more.
     """
-    import numpy as np
 
     columns = [trace.t, trace.y_measured, trace.y_simulated, trace.velocity_simulated]
     unit = "rad" if trace.axis == "rotary" else "m"
@@ -191,7 +190,7 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
     if currents is not None:
         columns += list(currents)
         names += ["i_u (A)", "i_v (A)", "i_w (A)"]
-    return csv_text(names, np.column_stack(columns).tolist(), 9)
+    return columns_csv_text(names, columns, 9)
 
 
 def _rms_error(trace: Trace) -> float:
