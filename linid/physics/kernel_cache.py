@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,20 @@ def cache_folder() -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("linid", appauthor=False)
+
+
+_waiting: list[Callable[[], None]] = []
+
+
+def before_compilation(tell: Callable[[], None] | None) -> None:
+    """Have somebody told once, before the next kernel that is not in the cache is compiled; None: nobody any more."""
+    _waiting[:] = [] if tell is None else [tell]
+
+
+def announce_compilation() -> None:
+    """A kernel is about to be compiled: tell who waits for that."""
+    while _waiting:
+        _waiting.pop()()
 
 
 _installed: list[CompileLock] = []

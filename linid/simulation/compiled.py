@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 
-from linid.physics.kernel_cache import cache_folder, lock_compilation
+from linid.physics.kernel_cache import announce_compilation, cache_folder, lock_compilation
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.simulation import along, currents, kernel, kernel_by_voltage
@@ -69,6 +69,13 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, place.get_source_stamp())
         self._key = key
         self.enable()
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is in the cache for these types, or None, once it is said that it will be compiled."""
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            announce_compilation()
+        return found
 
     def _index_key(self, signature: Any, codegen: Any) -> Any:
         return signature, codegen.magic_tuple(), self._key

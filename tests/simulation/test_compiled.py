@@ -12,6 +12,7 @@ import pytest
 from numba import njit
 
 from linid.physics.effects.registry import EFFECTS
+from linid.physics.kernel_cache import before_compilation
 from linid.physics.model import Model
 from linid.simulation.binding import compiled
 from linid.simulation.bundle import Bundle
@@ -56,6 +57,30 @@ def test_a_cache_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     worker = started(tmp_path / "file" / "cache")
     assert worker.communicate(timeout=300)[0].split()[:2] == ["0", "1"] and worker.returncode == 0
+
+
+def test_compilation_is_said_once_and_never_where_the_cache_has_it(tmp_path: Path) -> None:
+    def called(factor: int) -> None:
+        def outer(x):
+            return factor * x
+
+        function = njit(outer)
+        function._cache = KernelCache(outer, tmp_path, fingerprint(outer))
+        assert function(3) == 3 * factor
+
+    said: list[str] = []
+    try:
+        before_compilation(lambda: said.append("compiling"))
+        called(2)
+        called(5)
+        assert said == ["compiling"]
+        before_compilation(lambda: said.append("again"))
+        called(2)
+        assert said == ["compiling"]
+        called(7)
+        assert said == ["compiling", "again"]
+    finally:
+        before_compilation(None)
 
 
 def test_closures_with_other_functions_inside_are_told_apart(tmp_path: Path) -> None:

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 
 def announce(campaign: Campaign, reporter: Reporter) -> None:
-    """Say what the reader understood."""
+    """Say what the reader understood, and later, before the simulation is compiled, that it is."""
+    from linid.physics.kernel_cache import before_compilation
+
+    before_compilation(lambda: reporter.say("compiling the simulation (once per machine)"))
     count, held_out = len(campaign), len(campaign.held_out)
     reporter.say(f"read {count} recording{'s' if count > 1 else ''}, {held_out} of them held out")
     warnings = campaign.warnings
