@@ -9,15 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linid.arrays import Flags
-from linid.diagnosis.descent import QUICK, SETTLING, Effort
+from linid.diagnosis.descent import SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.physics import friction
 from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE, find_law
 
 # First values tried: factors on the stiffness that another law's fit has found, and the law's own parameters.
 _STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0.5), "maxwell_slip": (1.0, 2.5)}
-_MORE: Effort = SETTLING
+_RACE, _MORE = Effort(8, 1e-3, 1), SETTLING  # from each start, and from the best of them
+# Slopes that hang on the law; by all other unknowns they are those of the model that is there.
+_LAWS_OWN = {p.name for p in friction.PARAMETERS} - {"mass", "viscous_friction"}
 _USUAL_BREAKAWAY, _USUAL_STRIBECK = 1.5, 0.01  # of the Coulomb force, of the top speed
 # Thresholds: `python -m tests.benchmarks.laws --seed 31 --count 2 --derive` tells what they do at half and twice.
 LEAST_CLOSED = 0.3  # of the log power above the floor: what closes less is some effect's work
@@ -64,14 +67,15 @@ def under_law(fits: JointFit, one: Fitted, law: str) -> Fitted:
     model = replace(one.model, law=law)
     tried = [one] if law == one.model.law else []
     searched = find_law(law)
+    known = {name: slope for name, slope in fits.slopes(one).items() if name not in _LAWS_OWN}
     astray = searched.own and "static_force" not in searched.absent  # LuGre's breakaway force may not be this law's
     for start in starts_of(one, law):
         for first in (start, {**start, **_plain_stribeck(fits, start)}) if astray else (start,):
             if searched.elements:
                 # The elements' shares trade against all else: what they stand on settles before they are free.
                 held = {**one.preset, **{p.name: first[p.name] for p in searched.own}}
-                first = fits.fit(model, first, held, one.recordings, QUICK).values
-            tried.append(fits.fit(model, first, one.preset, one.recordings, QUICK))
+                first = fits.fit(model, first, held, one.recordings, _RACE, known).values
+            tried.append(fits.fit(model, first, one.preset, one.recordings, _RACE, known))
     best = min(tried, key=lambda fitted: fitted.level)
     if best is one:
         return best
