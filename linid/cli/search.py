@@ -40,7 +40,7 @@ SEARCH_OPTIONS = (
     click.option(
         "--verify-search/--no-verify-search",
         default=None,
-        help="Say whether a search from random candidates finds the same minimum [no: it takes longer than the fit].",
+        help="Say whether a search from random candidates finds the same minimum [no; in a batch yes, but for theta].",
     ),
 )
 SEARCH_NAMES = (

@@ -101,6 +101,7 @@ def _after(result: FitResult, found: FitResult) -> FitResult:
         warnings=result.warnings + found.warnings,
         converged=result.converged and found.converged,
         seed=result.seed,
+        search_check=result.search_check,
     )
 
 

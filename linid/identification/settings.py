@@ -45,11 +45,12 @@ class SearchSettings:
 class Ending:
     """When least squares end. steps: at most; precision: when no step promises to lessen the weighted sum of squares by
     more (a parameter one standard deviation off its optimum weighs 1); valley_gain: when four steps have gained less,
-    as along a valley in which the data hardly tell the parameters."""
+    as along a valley in which the data hardly tell the parameters; cost: when it is no higher than this."""
 
     steps: int = 60
     precision: float = 1e-4  # 1 % of a standard deviation; at 10 % all fits end on one side, which coverage shows
     valley_gain: float = 0.0
+    cost: float = 0.0
 
 
 @dataclass(frozen=True)

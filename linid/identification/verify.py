@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from linid.identification.objectives.choose import coarse_parts
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.from_scratch import polished_to_the_end, search_from_scratch
+from linid.identification.optimise.from_scratch import Goal, free_wheel_parts, polished_to_the_end, search_from_scratch
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.space.scratch import scratch_space
@@ -15,6 +15,7 @@ from linid.identification.space.search_space import SearchSpace
 from linid.recording.recording import Recording
 
 _SAME = 0.01  # relative difference of costs: less is the same minimum
+_CANDIDATES = 20_000  # at most, twice those of a whole search from scratch
 
 
 def verified(
@@ -30,10 +31,14 @@ def verified(
     own = Problem(space, parts)
     start = space.encode({e.name: e.value for e in result.estimates})
     cost = Cost(own)
-    reached = min(float(cost(start)[0]), polished_to_the_end(own, cost, start).cost)
+    settled = polished_to_the_end(own, cost, start)
+    reached = min(float(cost(start)[0]), settled.cost)
+    wheels = free_wheel_parts(own)
+    of_wheels = float(Cost(Problem(space, wheels))(settled.point)[0]) if wheels else 0.0
     seed = settings.search.seed + 1
     problem = Problem(scratch_space(space.model, recordings, space.fixed, settings), parts)
-    found = search_from_scratch(problem, recordings, seed, hooks.progress)
+    goal = Goal((1.0 + _SAME) * reached, (1.0 + _SAME) * of_wheels, _CANDIDATES)
+    found = search_from_scratch(problem, recordings, seed, hooks.progress, goal)
     ratio = found.cost / reached
     who = f"an independent search from random candidates (seed {seed})"
     if ratio < 1.0 - _SAME:

@@ -12,8 +12,9 @@ from linid.identification.fit import fit
 from linid.identification.objectives.choose import coarse_parts
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.force_balance import ForceBalance, decoded
-from linid.identification.optimise.from_scratch import Archive, explored, search_from_scratch
-from linid.identification.settings import FitSettings, Hooks, SearchSettings
+from linid.identification.optimise.from_scratch import Archive, Goal, explored, moving_apart, search_from_scratch
+from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.settings import Ending, FitSettings, Hooks, SearchSettings
 from linid.identification.space.scratch import scratch_space
 from linid.identification.verify import verified
 from linid.physics.model import Model
@@ -76,6 +77,37 @@ def test_a_fit_says_whether_a_search_from_scratch_agrees() -> None:
     assert "found the same minimum" in checked.search_check and "seed 2" in checked.search_check
     assert not [text for text in checked.warnings if "minimum" in text]
     assert checked.estimates == usual.estimates  # it only looks
+
+
+def test_a_goal_ends_the_search_early_but_in_a_minimum() -> None:
+    """With the cost of a known minimum it ends there sooner; what is out of reach is sought within the budget."""
+    recordings = stand(only=FREE_WHEELS).recordings
+    model = Model("friction")
+    problem = Problem(scratch_space(model, recordings, {}, SMALL), coarse_parts(model, recordings, SMALL))
+    whole = search_from_scratch(problem, recordings, 7)
+    goal = NEAR * whole.cost
+    early = search_from_scratch(problem, recordings, 7, goal=Goal(goal, goal, 10**9))
+    assert early.cost <= 1.001 * whole.cost
+    assert early.evaluations < 0.9 * whole.evaluations
+    never = search_from_scratch(problem, recordings, 7, goal=Goal(0.5 * whole.cost, 0.5 * whole.cost, 1))
+    assert len(never.history) == 2 and never.evaluations > early.evaluations
+
+
+def test_of_candidates_that_move_alike_one_is_followed() -> None:
+    """Half the friction and a hair more leave nearly the same residuals, twice the friction others."""
+    recordings = stand(only=FREE_WHEELS).recordings
+    model, truth = Model("friction"), stand(only=FREE_WHEELS).truth
+    problem = Problem(scratch_space(model, recordings, {}, SMALL), coarse_parts(model, recordings, SMALL))
+    cost = Cost(problem)
+
+    def beside(**changes: float) -> LeastSquaresFit:
+        values = {name: truth[name] for name in problem.space.names} | changes
+        return levenberg_marquardt(problem, cost, problem.space.encode(values), ending=Ending(0), final=False)
+
+    half, same, other = (0.5 * truth["coulomb_force"], 0.502 * truth["coulomb_force"], 2.0 * truth["coulomb_force"])
+    fits = [beside(coulomb_force=x) for x in (half, same, other)]
+    assert moving_apart(problem, fits, 3) == [fits[0], fits[2]]
+    assert moving_apart(problem, fits, 1) == fits[:1]
 
 
 def test_a_fit_at_another_minimum_is_told() -> None:

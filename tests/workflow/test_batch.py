@@ -21,12 +21,12 @@ from linid.workflow.batch.file import (
     ValidateJob,
     read_batch,
 )
-from linid.workflow.batch.job import JobReport
+from linid.workflow.batch.job import JobReport, verified_settings
 from linid.workflow.batch.run import JobQueue
 from linid.workflow.run.reporter import Reporter
 from tests.workflow.small import ROOT, campaign, children, linid, start, summary
 
-DEFAULTS = "defaults: {population: 10, generations: 4, least_squares_steps: 4, figures: false}\n"
+DEFAULTS = "defaults: {population: 10, generations: 4, least_squares_steps: 4, figures: false, verify_search: false}\n"
 
 
 def write(folder: Path, jobs: str, *, defaults: str = DEFAULTS) -> Path:
@@ -317,3 +317,34 @@ def test_figures_are_drawn_beside_the_next_job(tmp_path: Path) -> None:
     assert len(drawn) > 5 and drawn == sorted(p.relative_to(tmp_path / "o2") for p in (tmp_path / "o2").rglob("*.png"))
     for name in drawn:
         assert (tmp_path / "o1" / name).read_bytes() == (tmp_path / "o2" / name).read_bytes()
+
+
+def test_fits_of_a_batch_are_verified_where_that_is_quick(tmp_path: Path) -> None:
+    """Friction and a sine motor are, theta, effects and other laws are not, and who says no is not."""
+    campaign(tmp_path)
+    motors = "  - {name: motor, command: fit-motor, model: [sine, theta], files: [campaign.yaml]}\n"
+    jobs = (
+        friction()
+        + friction("told", more=", settings: {verify_search: false}")
+        + friction("drag", more=", settings: {effects: [quadratic_drag]}")
+        + friction("dahl", more=", settings: {law: dahl}")
+        + motors
+    )
+    specs = read_batch(write(tmp_path, jobs, defaults=""), {})
+    found = {spec.label: verified_settings(spec).verify_search for spec in specs}
+    assert found == {
+        "friction": True,
+        "told": False,
+        "drag": False,
+        "dahl": False,
+        "motor_sine": True,
+        "motor_theta": False,
+    }
+
+
+def test_a_batch_says_whether_a_search_found_the_same_minimum(tmp_path: Path) -> None:
+    campaign(tmp_path)
+    path = write(tmp_path, friction(), defaults="defaults: {figures: false}\n")
+    assert linid("batch", path, "--out", tmp_path / "o").exit_code == 0
+    said = json.loads((tmp_path / "o" / "friction" / "parameters.json").read_text(encoding="utf-8"))["search_check"]
+    assert said.startswith("An independent search from random candidates (seed 2) found the same minimum")

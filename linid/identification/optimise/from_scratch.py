@@ -9,7 +9,7 @@ polished by least squares, many in few steps, the best in more.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,6 +37,10 @@ _THOROUGH = 2  # pole pitches whose field shapes are looked at closely
 _SHAPE_APART = 0.1
 _SPACING_APART = 0.04  # of a turn, between the windings
 _FRICTION_RIVALS, _RIVALS = 8, 4  # of the polished candidates, that are polished further
+# Of the mean square of residuals: candidates in one valley differ by up to a twentieth, others by a third and more.
+_ALIKE = 0.1
+_TOGETHER = 4  # candidates of the friction that are polished before one is followed to a goal
+_POLISHED = 19  # candidates in all, at the most usual
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,22 @@ class Scratch:
     cost: float
     evaluations: int
     history: tuple[Generation, ...]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where a search may end before its time: it only looks whether what another one found is found again.
+
+    total, wheels: cost of all data and of the free wheels alone at which it ends, dimensionless; candidates: that it
+    may simulate, all stages together; a stage that has begun is ended.
+    """
+
+    total: float
+    wheels: float
+    candidates: int
+
+
+_NO_GOAL = Goal(0.0, 0.0, 2**62)
 
 
 class Archive:
@@ -92,40 +112,109 @@ def explored(
 
 
 def search_from_scratch(
-    problem: Problem, recordings: Sequence[Recording], seed: int, progress: Progress | None = None
+    problem: Problem,
+    recordings: Sequence[Recording],
+    seed: int,
+    progress: Progress | None = None,
+    goal: Goal | None = None,
 ) -> Scratch:
     """Minimise a fit's coarse problem from random candidates alone.
 
     problem: over a box that no regression has drawn (`scratch_space`); recordings: those of the fit; seed: of all that
-    is random here. Source of the generations: DEAP, as in `search`.
+    is random here; goal: pole pitch after pole pitch is followed to its end until it is reached, None: all are, and
+    the best is taken. Source of the generations: DEAP, as in `search`.
     """
     draws = random.Random(seed)
     seeds = [draws.randrange(2**32) for _ in range(32)]
     space, cost = problem.space, Cost(problem)
-    starts = _friction_starts(problem, cost, seeds[0])
+    aim = _NO_GOAL if goal is None else goal
+    starts = _friction_starts(problem, cost, seeds[0], aim.wheels)
     driven = tuple(r for r in recordings if r.kind != "free_wheel")
+    batches = iter([starts])
     if driven and MOTORS[space.model.kind].phases and "electrical_wavenumber" in space.names:
-        starts = _motor_starts(problem, cost, driven, starts, seeds[1:])
-    elif driven or not _wheels(problem):
-        starts = np.vstack([starts, explored(cost, starts.shape[1], _FRICTION, _APART, seeds[1])])
-    history: list[Generation] = []
-    total = len(starts) + min(_RIVALS, len(starts)) + 1
+        batches = _motor_starts(problem, cost, driven, starts, seeds[1:])
+    elif driven or not free_wheel_parts(problem):
+        batches = iter([np.vstack([starts, explored(cost, starts.shape[1], _FRICTION, _APART, seeds[1])])])
+    if goal is None:
+        batches = iter([np.vstack(list(batches))])
+    descent = _Descent(problem, cost, aim, progress)
+    for batch in batches:
+        descent.follow(batch)
+        if descent.ended:
+            break
+    assert descent.best is not None
+    # Whoever passes a goal may be on the way to a lower minimum. Weights follow the residuals, so that the last steps
+    # may end a little higher.
+    descent.kept(polished_to_the_end(problem, cost, descent.best.point))
+    return Scratch(descent.best.point, descent.best.cost, cost.evaluations, tuple(descent.history))
 
-    def kept(found: LeastSquaresFit) -> LeastSquaresFit:
-        best = min([found.cost, *(line.best for line in history)])
-        history.append(Generation(SCRATCH, len(history) + 1, cost.evaluations, best, found.cost))
-        if progress is not None:
-            progress("search from scratch", len(history), total, best)
+
+class _Descent:
+    """The polishing of candidates, and its best cost after each. total: cost function that counts them."""
+
+    def __init__(self, problem: Problem, total: Cost, goal: Goal, progress: Progress | None) -> None:
+        self.problem, self.total, self.goal, self.progress = problem, total, goal, progress
+        self.history: list[Generation] = []
+        self.best: LeastSquaresFit | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Whether the goal is reached or may be sought no longer."""
+        reached = self.best is not None and self.best.cost <= self.goal.total
+        return reached or self.total.evaluations >= self.goal.candidates
+
+    def follow(self, starts: Array) -> None:
+        """Polish candidates, starts (m, p): all in few steps, the best that move apart in more, until the goal."""
+        few: list[LeastSquaresFit] = []
+        for start in starts:
+            few.append(self.polished(start, _FEW))
+            if self.ended:
+                return
+        few.sort(key=lambda one: one.cost)
+        self.total.evaluations += len(few)  # at most
+        for one in moving_apart(self.problem, few, _RIVALS):
+            self.polished(one.point, _MORE)
+            if self.ended:
+                return
+
+    def polished(self, start: Array, ending: Ending) -> LeastSquaresFit:
+        """The least squares from a candidate, start (p,)."""
+        ending = replace(ending, cost=self.goal.total)
+        return self.kept(levenberg_marquardt(self.problem, self.total, start, ending=ending, final=False))
+
+    def kept(self, found: LeastSquaresFit) -> LeastSquaresFit:
+        """What was found, written down."""
+        if self.best is None or found.cost < self.best.cost:
+            self.best = found
+        number = len(self.history) + 1
+        self.history.append(Generation(SCRATCH, number, self.total.evaluations, self.best.cost, found.cost))
+        if self.progress is not None:
+            self.progress("search from scratch", number, max(_POLISHED, number), self.best.cost)
         return found
 
-    def polished(start: Array, ending: Ending) -> LeastSquaresFit:
-        return kept(levenberg_marquardt(problem, cost, start, ending=ending, final=False))
 
-    few = sorted((polished(start, _FEW) for start in starts), key=lambda one: one.cost)
-    more = min((polished(one.point, _MORE) for one in few[:_RIVALS]), key=lambda one: one.cost)
-    # Weights follow the residuals, so the last steps may end a little higher.
-    last = min(more, kept(polished_to_the_end(problem, cost, more.point)), key=lambda one: one.cost)
-    return Scratch(last.point, last.cost, cost.evaluations, tuple(history))
+def moving_apart(problem: Problem, few: Sequence[LeastSquaresFit], count: int) -> list[LeastSquaresFit]:
+    """The first `count` of some fits, best first, of which no two move alike.
+
+    Shapes of a field that push alike lie far apart in their parameters, and would all be polished to one minimum.
+    """
+    chosen: list[tuple[LeastSquaresFit, list[Array]]] = []
+    for fit in few:
+        rows = [row[0] for row in problem.residuals(fit.point[None, :], fit.offsets[None, :])]
+        if not any(_alike(rows, others) for _, others in chosen):
+            chosen.append((fit, rows))
+        if len(chosen) == count:
+            break
+    return [fit for fit, _ in chosen]
+
+
+def _alike(rows: Sequence[Array], others: Sequence[Array]) -> bool:
+    """Whether two fits' residuals (N,) of each part differ by far less than either of them."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return all(
+            np.mean((a - b) ** 2) <= _ALIKE * min(np.mean(a**2), np.mean(b**2))
+            for a, b in zip(rows, others, strict=True)
+        )
 
 
 def polished_to_the_end(problem: Problem, cost: Cost, point: Array) -> LeastSquaresFit:
@@ -133,10 +222,10 @@ def polished_to_the_end(problem: Problem, cost: Cost, point: Array) -> LeastSqua
     return levenberg_marquardt(problem, cost, point, ending=_LAST, final=False)
 
 
-def _friction_starts(problem: Problem, total: Cost, seed: int) -> Array:
+def _friction_starts(problem: Problem, total: Cost, seed: int, goal: float) -> Array:
     """A candidate (1, p) whose friction and mass the free wheels prefer; all else in the middle of the box. total: what
-    it takes is counted there."""
-    space, free = problem.space, _wheels(problem)
+    it takes is counted there; goal: cost that is enough."""
+    space, free = problem.space, free_wheel_parts(problem)
     motor = {p.name for p in MOTORS[space.model.kind].parameters}
     columns = [k for k, name in enumerate(space.names) if name not in motor]
     middle = np.full((1, len(space.names)), 0.5)
@@ -153,17 +242,33 @@ def _friction_starts(problem: Problem, total: Cost, seed: int) -> Array:
     rows = explored(of_friction, len(columns), _FRICTION, _APART, seed)
     held = replace(part, space=_held(space, motor, middle[0]))
     cost = Cost(held)
-    few = sorted(
-        (levenberg_marquardt(held, cost, row, ending=_FEW, final=False) for row in rows), key=lambda one: one.cost
-    )
-    more = [levenberg_marquardt(held, cost, one.point, ending=_MORE, final=False) for one in few[:_FRICTION_RIVALS]]
+    best = _polished_wheels(held, cost, rows, goal)
     total.evaluations += of_wheels.evaluations + cost.evaluations
     starts = middle.copy()
-    starts[:, columns] = min(more, key=lambda one: one.cost).point
+    starts[:, columns] = best.point
     return starts
 
 
-def _wheels(problem: Problem) -> tuple[FreeRun, ...]:
+def _polished_wheels(held: Problem, cost: Cost, rows: Array, goal: float) -> LeastSquaresFit:
+    """The best of candidates, rows (m, p), polished by the free wheels: many in few steps, the best in more.
+
+    goal: cost that is enough, for which a few candidates after the others are followed to their end; 0: all at once.
+    """
+
+    def polished(start: Array, ending: Ending) -> LeastSquaresFit:
+        return levenberg_marquardt(held, cost, start, ending=replace(ending, cost=goal), final=False)
+
+    size, rivals = (_TOGETHER, 1) if goal else (len(rows), _FRICTION_RIVALS)
+    found: list[LeastSquaresFit] = []
+    for first in range(0, len(rows), size):
+        few = sorted((polished(row, _FEW) for row in rows[first : first + size]), key=lambda one: one.cost)
+        found += [polished(one.point, _MORE) for one in few[:rivals]]
+        if found[-1].cost <= goal:
+            break
+    return min(found, key=lambda one: one.cost)
+
+
+def free_wheel_parts(problem: Problem) -> tuple[FreeRun, ...]:
     """The objectives of free wheels alone."""
     return tuple(
         part
@@ -180,8 +285,9 @@ def _held(space: SearchSpace, names: set[str], point: Array) -> SearchSpace:
 
 def _motor_starts(
     problem: Problem, cost: Cost, driven: Sequence[Recording], starts: Array, seeds: Sequence[int]
-) -> Array:
-    """Candidates (m, p) of a motor: pole pitch and spacing by what the force balance leaves, then its field's shape."""
+) -> Iterator[Array]:
+    """Candidates (m, p) of a motor at each pole pitch and spacing, by what the force balance leaves, best first, with
+    the shapes of its field that suit."""
     space = problem.space
     balance = ForceBalance(driven, space)
     reach = 3.0 / max(balance.stroke, 1e-9)
@@ -190,14 +296,13 @@ def _motor_starts(
     motor = MOTORS[space.model.kind]
     own = {p.name for p in motor.parameters}
     friction = {name: values[name] for name in space.names if name not in own}
-    told = bool(_wheels(problem))
-    rows = []
+    told = bool(free_wheel_parts(problem))
     for number, pitch in enumerate(pitches):
         found = motor.of_first_harmonic(decoded(balance, pitch, values["mass"]), space.fixed)
         base = space.encode({**found, **friction} if told else {**friction, **found})
         shaped = [k for k, name in enumerate(space.names) if name in dict(MOTORS[space.model.kind].shape)]
         if not shaped:
-            rows.append(base)
+            yield base[None, :]
             continue
 
         def of_shape(population: Array, base: Array = base, shaped: list[int] = shaped) -> Array:
@@ -206,8 +311,7 @@ def _motor_starts(
             return cost(whole)
 
         budget = _SHAPE if number < _THOROUGH else _SHAPE_ELSEWHERE
-        for shape in explored(of_shape, len(shaped), budget, _SHAPE_APART, seeds[1 + number]):
-            row = base.copy()
-            row[shaped] = shape
-            rows.append(row)
-    return np.array(rows)
+        shapes = explored(of_shape, len(shaped), budget, _SHAPE_APART, seeds[1 + number])
+        rows = np.repeat(base[None, :], shapes.shape[0], axis=0)
+        rows[:, shaped] = shapes
+        yield rows

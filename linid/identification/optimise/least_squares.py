@@ -226,6 +226,9 @@ def levenberg_marquardt(
         if watch is not None:
             watch(number, current)
         best = min(best, current)
+        if current <= ending.cost:
+            reason = f"a cost of {ending.cost:.4g} was all that was asked for"
+            break
         gains.append(gain)
         gained = sum(gains[-_VALLEY_STEPS:])
         if len(gains) >= _VALLEY_STEPS and gained < ending.valley_gain:

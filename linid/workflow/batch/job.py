@@ -20,6 +20,7 @@ from linid.errors import LinidError
 from linid.report.files import ANY, FileList
 
 if TYPE_CHECKING:
+    from linid.interface.settings import Settings
     from linid.workflow.batch.file import JobSpec
     from linid.workflow.run.outcome import Outcome
     from linid.workflow.run.reporter import Reporter
@@ -106,7 +107,9 @@ def _run(
     if resume and not again:
         clear_run(folder)
     files = tuple(Path(text) for text in spec.files)
-    request = Request(files, spec.settings, folder, resume=again, jobs=threads, line=f"batch job {spec.label}")
+    request = Request(
+        files, verified_settings(spec), folder, resume=again, jobs=threads, line=f"batch job {spec.label}"
+    )
     models = {key: Path(text) for key, text in spec.models.items()}
     return _COMMANDS[spec.command](_Call(spec, request, models, reporter, resume))
 
@@ -130,6 +133,22 @@ def _fit_friction(call: _Call) -> Outcome:
     from linid.workflow.commands.fit_friction import fit_friction
 
     return fit_friction(call.request, call.reporter, friction=call.models.get("friction"))
+
+
+def verified_settings(spec: JobSpec) -> Settings:
+    """The settings of a job; fits are verified by a search from scratch unless told otherwise, where that is quick.
+
+    Not where the shape of a field is searched too, which takes as long as the fit, nor with effects or other laws.
+    """
+    from linid.physics.motors.registry import MOTORS
+
+    settings = spec.settings
+    kinds = {"fit-friction": "friction", "fit-motor": spec.options.get("model", "")}
+    if "verify_search" in settings.model_fields_set or spec.command not in kinds or settings.effects or settings.law:
+        return settings
+    if MOTORS[kinds[spec.command]].shape:
+        return settings
+    return settings.model_copy(update={"verify_search": True})
 
 
 def _fit_motor(call: _Call) -> Outcome:
