@@ -102,7 +102,10 @@ class Drive(Description):
 
 
 class Measurement(Description):
-    """What the scope logs; a resolution of 0 means unquantised. Voltages only where the winding is described."""
+    """What the scope logs; a resolution of 0 means unquantised. Voltages only where the winding is described.
+
+    log_reference: the set position is logged too where the position loop is closed.
+    """
 
     sample_period_s: Positive = 1.0e-3
     position_resolution_m: NotNegative = 1.0e-7
@@ -111,6 +114,7 @@ class Measurement(Description):
     current_noise_rms_a: NotNegative = 3.0e-3
     voltage_resolution_v: NotNegative = 0.0
     voltage_noise_rms_v: NotNegative = 2.0e-2
+    log_reference: bool = False
 
 
 class AxisDescription(Description):

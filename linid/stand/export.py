@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import ConfigError, DataError, UsageError
-from linid.stand.layouts import LAYOUTS, Table, write_table
+from linid.stand.layouts import LAYOUTS, SET_POSITION, Table, write_table
 
 if TYPE_CHECKING:
     from linid.recording.recording import Recording
@@ -38,7 +38,7 @@ def write_campaign(
         f"{recording.name}.csv": write_table(_table(generated, recording), layout, decimal_mark)
         for recording in generated.recordings
     }
-    texts[CAMPAIGN_FILE] = campaign_yaml(generated)
+    texts[CAMPAIGN_FILE] = campaign_yaml(generated, layout)
     texts[TRUTH_FILE] = truth_yaml(generated)
     existing = [name for name in texts if (folder / name).exists()]
     if existing and not overwrite:
@@ -51,11 +51,17 @@ def write_campaign(
     return tuple(folder / name for name in texts)
 
 
-def campaign_yaml(generated: GeneratedCampaign) -> str:
-    """The campaign file of a generated campaign: recordings with kind, split and added mass in kg."""
+def campaign_yaml(generated: GeneratedCampaign, layout: str = "generic") -> str:
+    """The campaign file of a generated campaign: recordings with kind, split, added mass in kg and, where it is logged,
+    the column of the set position.
+
+    layout: of the exports, whose columns have names of its own.
+    """
+    reference = f", channels: {{reference: {SET_POSITION[layout]}}}"
     lines = [NOTICE + f"name: {_scalar(generated.description.name)}", "recordings:"]
     lines += [
-        f"  - {{file: {r.name}.csv, kind: {r.kind}, split: {r.split}, added_mass_kg: {r.added_mass:g}}}"
+        f"  - {{file: {r.name}.csv, kind: {r.kind}, split: {r.split}, added_mass_kg: {r.added_mass:g}"
+        f"{'' if r.reference is None else reference}}}"
         for r in generated.recordings
     ]
     return "\n".join(lines) + "\n"
@@ -66,7 +72,7 @@ def truth_yaml(generated: GeneratedCampaign) -> str:
     import yaml
 
     description = generated.description
-    measurement = description.measurement.model_dump()
+    measurement = description.measurement.model_dump(exclude={"log_reference"})
     if description.winding is None:
         measurement = {name: value for name, value in measurement.items() if not name.startswith("voltage_")}
     content: dict[str, Any] = {
@@ -118,6 +124,7 @@ def _table(generated: GeneratedCampaign, recording: Recording) -> Table:
         time_ms=1e3 * recording.t,
         position_mm=1e3 * recording.y,
         currents_a=recording.phase_currents,
+        reference_mm=None if recording.reference is None else 1e3 * recording.reference,
         position_decimals=_decimals(1e3 * measurement.position_resolution_m),
         current_decimals=_decimals(measurement.current_resolution_a),
         voltages_v=recording.phase_voltages,

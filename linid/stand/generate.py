@@ -12,8 +12,8 @@ from linid.arrays import Array
 from linid.errors import ConfigError, UsageError
 from linid.recording.recording import Recording
 from linid.stand.description import AxisDescription
-from linid.stand.measurement import measure, measure_voltages
-from linid.stand.mode_descriptions import FreeWheel, Mode, SineVoltage, SquareVoltage
+from linid.stand.measurement import measure, measure_voltages, quantise
+from linid.stand.mode_descriptions import FreeWheel, Mode, Moves, SinePosition, SineVoltage, SquareVoltage
 
 if TYPE_CHECKING:
     from linid.stand.plant import PlantRun
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class ExactMotion(NamedTuple):
     """Noise-free motion at the logged instants: t (n,) s, y (n,) m, v (n,) m/s, currents (3, n) A, voltages (3, n) V.
 
-    voltages: None where the winding is not described.
+    voltages: None where the winding is not described; reference: (n,) m, the set position, None where none is logged.
     """
 
     t: Array
@@ -31,6 +31,7 @@ class ExactMotion(NamedTuple):
     v: Array
     currents: Array
     voltages: Array | None = None
+    reference: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -117,13 +118,14 @@ def _exact(mode: Mode, description: AxisDescription) -> ExactMotion:
 
     if isinstance(mode, SineVoltage | SquareVoltage):
         return _driven_by_voltage(mode, description)
-    run = simulate(
-        description, command(mode, description), start_position=mode.start_position_m, added_mass=mode.added_mass_kg
-    )
+    told = command(mode, description)
+    run = simulate(description, told, start_position=mode.start_position_m, added_mass=mode.added_mass_kg)
     _check_motion(mode, description, run)
     winding = description.winding
     voltages = phase_voltages(winding, plant_parameters(description), run) if winding is not None else None
-    return ExactMotion(run.t, run.y, run.v, run.phase_currents, voltages)
+    logged = description.measurement.log_reference and isinstance(mode, SinePosition | Moves)
+    reference = told.y_reference[:: description.loops_per_sample] if logged else None
+    return ExactMotion(run.t, run.y, run.v, run.phase_currents, voltages, reference)
 
 
 def _driven_by_voltage(mode: SineVoltage | SquareVoltage, description: AxisDescription) -> ExactMotion:
@@ -175,6 +177,7 @@ def _recording(mode: Mode, description: AxisDescription, motion: ExactMotion, se
     voltages = None
     if motion.voltages is not None:
         voltages = measure_voltages(motion.voltages, description.measurement, seed=seed, index=index)
+    resolution, set_position = description.measurement.position_resolution_m, motion.reference
     return Recording(
         name=mode.name,
         t=motion.t.copy(),
@@ -184,4 +187,5 @@ def _recording(mode: Mode, description: AxisDescription, motion: ExactMotion, se
         kind="free_wheel" if coasting else "motor",
         split=mode.split,
         added_mass=mode.added_mass_kg,
+        reference=None if set_position is None else quantise(set_position, resolution),
     )

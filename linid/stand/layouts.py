@@ -17,8 +17,8 @@ PHASES = ("U", "V", "W")
 class Table:
     """What one scope export shows, in its units; period_ms: ms.
 
-    time_ms, position_mm: (n,) in ms and mm; currents_a: (3, n) in A; voltages_v: (3, n) in V, where the drive logs
-    them.
+    time_ms, position_mm: (n,) in ms and mm; currents_a: (3, n) in A; voltages_v: (3, n) in V and reference_mm: (n,) in
+    mm, the set position, where the drive logs them.
     """
 
     name: str
@@ -30,10 +30,11 @@ class Table:
     current_decimals: int
     voltages_v: Array | None = None
     voltage_decimals: int = 0
+    reference_mm: Array | None = None
 
 
 class Column(NamedTuple):
-    """One phase quantity's column: kind (Current or Voltage), phase, unit and the values as text."""
+    """One quantity's column after time and position: kind, phase (none: the set position), unit, values as text."""
 
     kind: str
     phase: str
@@ -43,7 +44,12 @@ class Column(NamedTuple):
     @property
     def label(self) -> str:
         """Such as `Phase Current U`."""
-        return f"Phase {self.kind} {self.phase}"
+        return f"Phase {self.kind} {self.phase}" if self.phase else "Set Position"
+
+    @property
+    def channel(self) -> str:
+        """Such as `PhaseCurrentU`."""
+        return f"Phase{self.kind}{self.phase}" if self.phase else "SetPos"
 
 
 def write_table(table: Table, layout: str, decimal_mark: str) -> str:
@@ -60,15 +66,14 @@ def _columns(table: Table, decimal_mark: str) -> tuple[list[str], list[str], lis
     quantities = [("Current", "A", table.currents_a, table.current_decimals)]
     if table.voltages_v is not None:
         quantities.append(("Voltage", "V", table.voltages_v, table.voltage_decimals))
-    return (
-        text(table.time_ms, 3),
-        text(table.position_mm, table.position_decimals),
-        [
-            Column(kind, phase, unit, text(row, places))
-            for kind, unit, rows, places in quantities
-            for phase, row in zip(PHASES, rows, strict=True)
-        ],
-    )
+    columns = [
+        Column(kind, phase, unit, text(row, places))
+        for kind, unit, rows, places in quantities
+        for phase, row in zip(PHASES, rows, strict=True)
+    ]
+    if table.reference_mm is not None:
+        columns.append(Column("Length", "", "mm", text(table.reference_mm, table.position_decimals)))
+    return text(table.time_ms, 3), text(table.position_mm, table.position_decimals), columns
 
 
 def _rows(t: list[str], y: list[str], phases: list[Column]) -> Rows:
@@ -93,7 +98,7 @@ def _generic(table: Table, decimal_mark: str) -> str:
 def _twincat(table: Table, decimal_mark: str) -> str:
     """Tab-separated; a keyed header block with one key/value pair per channel, and a time column per channel."""
     t, y, phases = _columns(table, decimal_mark)
-    channels = ("ActPos", *(f"Phase{column.kind}{column.phase}" for column in phases))
+    channels = ("ActPos", *(column.channel for column in phases))
     period = f"{table.period_ms:g}".replace(".", decimal_mark)
     keyed = {
         "Name": channels,
@@ -139,6 +144,13 @@ def _controldesk(table: Table, decimal_mark: str) -> str:
     return _join([*labelled, *body], _separator(decimal_mark))
 
 
+# How the column of the set position is called.
+SET_POSITION = {
+    "generic": "Set Position",
+    "twincat": "SetPos",
+    "elmo": "Set Position",
+    "controldesk": "Axis/Set Position",
+}
 LAYOUTS: dict[str, Callable[[Table, str], str]] = {
     "generic": _generic,
     "twincat": _twincat,

@@ -17,6 +17,8 @@ from linid.stand.description import AxisDescription
 from linid.stand.export import read_truth, write_campaign
 from linid.stand.generate import GeneratedCampaign, generate
 from linid.stand.layouts import LAYOUTS
+from linid.stand.mode_descriptions import SinePosition
+from linid.stand.modes import sine_position
 
 NAMES = ["freewheel_4", "square_current_2"]
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -157,3 +159,26 @@ def test_the_data_in_the_repository_are_those_of_seed_1(campaign: GeneratedCampa
         assert np.max(np.abs(table[:, 1] / 1e3 - recording.y)) < 1.5e-7, recording.name
         assert np.max(np.abs(table[:, 2:].T - motion.currents)) < 6 * 3e-3, recording.name
     assert sum(path.stat().st_size for path in folder.iterdir()) < 4_000_000
+
+
+@pytest.mark.parametrize("layout", list(LAYOUTS))
+def test_the_set_position_is_logged_where_the_loop_is_closed(
+    stand: AxisDescription, tmp_path: Path, layout: str
+) -> None:
+    """Read back as `reference`; the following error is the drive's, and recordings without a loop have no column."""
+    measurement = stand.measurement.model_copy(update={"log_reference": True})
+    described = stand.model_copy(update={"measurement": measurement})
+    names = ("sine_position_1", "sine_current_1")
+    generated = generate(described, seed=1, only=names)
+    write_campaign(generated, tmp_path, layout)
+    current, position = read_campaign(tmp_path / "campaign.yaml").recordings
+    assert current.reference is None and position.reference is not None
+    mode = next(mode for mode in stand.campaign if mode.name == "sine_position_1")
+    assert isinstance(mode, SinePosition)
+    told = mode.start_position_m + sine_position(mode, position.t)[0]
+    np.testing.assert_allclose(position.reference, told, atol=0.51e-7)
+    error = position.reference - position.y
+    exact = generated.exact["sine_position_1"]
+    assert 1e-5 < np.max(np.abs(error)) < 2e-3
+    np.testing.assert_allclose(error, told - exact.y, atol=2e-6)
+    assert "log_reference" not in (tmp_path / "truth.yaml").read_text(encoding="utf-8")
