@@ -169,7 +169,8 @@ field.
 same minimum: within 1 % of the cost on the coarse look at the data. A lower one is a warning. It follows pole pitch
 after pole pitch and ends where it comes to the fit's cost, and polishes what it found to the end: a third of a whole
 search, 3 s of processor time for friction and 4 s beside 9 s for the sine motor. In a batch that is the default
-(`verify_search: false` among the settings leaves it out). Not for theta, where it takes as long as the fit: there the
+(`verify_search: false` among the settings leaves it out), and the stand's batch takes 1.06 times its
+processor time. Not for theta, where it takes as long as the fit: there the
 fit always compares wide magnets with narrow ones, the rival that costs about as much (7 % here), and says where both
 will do; `verify_search: true` searches all the same.
 
