@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.errors import UsageError
+from linid.identification.guess.reading_periods import near_periods, peaking_periods
 from linid.identification.guess.scales import effect_range, force_scale, look_out
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.settings import Ending
-from linid.identification.signals.reading_spectrum import likely_periods
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.effects.effect import Effect, Outlook, Values
 from linid.physics.effects.registry import find_effect
@@ -31,8 +31,6 @@ _STRIDE = 5
 _CHUNK = 48  # candidates per batch
 _COORDINATE_STEP = 1e-4
 _FLOOR = 1e-5  # of a recording's mean square residual: what is below it does not count
-_PERIODS = 16  # periods of a reading error that are tried, with their doubles
-_SHORTEST_PERIOD = 0.3e-3  # m (rotary: rad)
 _SMALL = 0.02  # of an amplitude's range, the step of its column
 
 
@@ -336,23 +334,22 @@ def best_trial(regression: Regressed, effect: Effect, outlook: Outlook, known: V
     if effect.orders and outlook.field_wavenumber is None:
         grid = [_orders_pursued(regression, effect, grid, sizes)]
     if effect.period and effect.period not in known:
-        grid += [{**grid[0], effect.period: period} for period in _likely_periods(regression, outlook)]
-    trials = regression.trials(effect, grid, sizes)
-    inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
-    best = max(inside or trials, key=lambda trial: trial.explained)
+        rest = regression.rest()[: regression.part.rows.size]
+        periods = peaking_periods(regression.part, rest, regression.weights, outlook)
+        grid += [{**grid[0], effect.period: period} for period in periods]
+
+    def best_of(entries: list[Values]) -> Trial:
+        trials = regression.trials(effect, entries, sizes)
+        inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
+        return max(inside or trials, key=lambda trial: trial.explained)
+
+    best = best_of(grid)
+    if effect.period and effect.period not in known:
+        near = [{**best.values, effect.period: p} for p in near_periods(best.values[effect.period], outlook.stroke)]
+        best = max(best, best_of(near), key=lambda trial: trial.explained)
     held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}
     explained = best.explained if any(held.values()) else 0.0  # a drag that would have to push explains nothing
     return Trial(best.values, held, explained)
-
-
-def _likely_periods(regression: Regressed, outlook: Outlook) -> tuple[float, ...]:
-    """Periods of a reading error that could explain the residual; a strong second harmonic has half the period."""
-    longest = 0.2 * outlook.stroke
-    # Shorter ones pass too fast for the sampling at any speed above a tenth of the highest.
-    shortest = max(_SHORTEST_PERIOD, 0.2 * outlook.top_speed * outlook.period)
-    rest = regression.rest()[: regression.part.rows.size]
-    found = likely_periods(regression.part, rest, regression.weights, longest, shortest, _PERIODS)
-    return (*found, *(2.0 * period for period in found))
 
 
 def _orders_pursued(regression: Regressed, effect: Effect, grid: Sequence[Values], sizes: Values) -> Values:
