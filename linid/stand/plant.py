@@ -230,15 +230,22 @@ def thrust(y: float, i_q: float, p: PlantParameters) -> float:
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _rates(s: Any, i_reference: float, push: float, p: PlantParameters) -> Any:
-    """Time derivatives of (y, v, w, i_q, work, loss)."""
-    y, v, w, i_q = s[0], s[1], s[2], s[3]
+def friction_rates(v: float, w: float, p: PlantParameters) -> tuple[float, float, float]:
+    """The bristles' rate in m/s, the force against the motion in N and the power lost in W; v in m/s, w in m."""
     pull = p.sigma_0 * abs(v) * w / stribeck(v, p)
     w_rate = v - pull
     resist = p.sigma_0 * w + p.sigma_1 * w_rate + p.sigma_2 * v
-    drive = thrust(y, i_q, p) + push + p.constant_force
     # What friction takes beyond the energy stored in the bristles, sigma_0 w w'.
     loss = p.sigma_0 * w * pull + p.sigma_1 * w_rate * v + p.sigma_2 * v * v
+    return w_rate, resist, loss
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _rates(s: Any, i_reference: float, push: float, p: PlantParameters) -> Any:
+    """Time derivatives of (y, v, w, i_q, work, loss)."""
+    y, v, w, i_q = s[0], s[1], s[2], s[3]
+    w_rate, resist, loss = friction_rates(v, w, p)
+    drive = thrust(y, i_q, p) + push + p.constant_force
     return v, (drive - resist) / p.mass, w_rate, (i_reference - i_q) / p.current_lag, drive * v, loss
 
 

@@ -16,7 +16,7 @@ from numba import njit
 from linid.arrays import Array
 from linid.physics.kernel_cache import lock_compilation
 from linid.stand.modes import loop_times, voltage_wave
-from linid.stand.plant import PlantParameters, phase_constant, plant_parameters, stribeck
+from linid.stand.plant import PlantParameters, friction_rates, phase_constant, plant_parameters
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription, Winding
@@ -126,12 +126,10 @@ def _rates(s: Array, wave: float, p: PlantParameters, c: Circuit, out: Array) ->
         out[3 + j] = 0.0
         for k in range(3):
             out[3 + j] += c.inverse[j, k] * (drop[k] - mean if c.star else drop[k])
-    pull = p.sigma_0 * abs(v) * w / stribeck(v, p)
-    w_rate = v - pull
-    resist = p.sigma_0 * w + p.sigma_1 * w_rate + p.sigma_2 * v
+    w_rate, resist, loss = friction_rates(v, w, p)
     push = force + p.constant_force
     out[0], out[1], out[2] = v, (push - resist) / p.mass, w_rate
-    out[6], out[7] = push * v, p.sigma_0 * w * pull + p.sigma_1 * w_rate * v + p.sigma_2 * v * v
+    out[6], out[7] = push * v, loss
     out[8], out[9] = supplied, heat
 
 

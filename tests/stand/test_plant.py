@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 from linid.stand.description import AxisDescription, SineMotor, ThetaMotor
 from linid.stand.modes import Command, command
 from linid.stand.plant import PlantRun, motor_harmonics, phase_currents, plant_parameters, simulate, thrust
+from tests.stand.printed_friction import printed_friction
 
 
 def constant(n: int, *, control: int = 0, current: float = 0.0, push: float = 0.0, v0: float = 0.0) -> Command:
@@ -110,15 +111,7 @@ def test_motion_agrees_with_an_implicit_solver_of_the_printed_equations(sine_sta
 
     def rates(t: float, s: np.ndarray) -> list[float]:
         y, v, w = s
-        g = friction.coulomb_force_n + (friction.static_force_n - friction.coulomb_force_n) * math.exp(
-            -((v / friction.stribeck_velocity_m_per_s) ** 2)
-        )
-        w_rate = v - friction.bristle_stiffness_n_per_m * abs(v) * w / g
-        resist = (
-            friction.bristle_stiffness_n_per_m * w
-            + friction.bristle_damping_n_s_per_m * w_rate
-            + friction.viscous_friction_n_s_per_m * v
-        )
+        w_rate, resist = printed_friction(friction, v, w)
         i_q = amplitude * -math.expm1(-t / sine_stand.drive.current_time_constant_s)
         force = 0.0
         for j in (1, 2, 3):

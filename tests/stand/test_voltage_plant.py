@@ -26,6 +26,7 @@ from linid.stand.layouts import LAYOUTS
 from linid.stand.mode_descriptions import SineVoltage, SquareVoltage
 from linid.stand.modes import command, loop_times, voltage_wave
 from linid.stand.voltage_plant import VoltageRun, simulate_by_voltage
+from tests.stand.printed_friction import printed_friction
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "stand_by_voltage.yaml"
 THETA = {
@@ -109,15 +110,7 @@ def integrated(axis: AxisDescription, mode: SineVoltage | SquareVoltage, t: np.n
         drop = level * np.array(mode.phases or turning) - constants * v - winding.resistance_ohm * currents
         if winding.connection == "star":  # the neutral takes the potential at which the currents' rates sum to zero
             drop = drop - (inverse @ drop).sum() / inverse.sum()
-        g = friction.coulomb_force_n + (friction.static_force_n - friction.coulomb_force_n) * math.exp(
-            -((v / friction.stribeck_velocity_m_per_s) ** 2)
-        )
-        w_rate = v - friction.bristle_stiffness_n_per_m * abs(v) * w / g
-        resist = (
-            friction.bristle_stiffness_n_per_m * w
-            + friction.bristle_damping_n_s_per_m * w_rate
-            + friction.viscous_friction_n_s_per_m * v
-        )
+        w_rate, resist = printed_friction(friction, v, w)
         push = float(constants @ currents) - resist
         return np.concatenate([[v, push / (axis.mass_kg + mode.added_mass_kg), w_rate], inverse @ drop])
 
