@@ -18,7 +18,7 @@ from linid.diagnosis.proposed.describe import described, in_the_model, with_form
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import LEAST_CLOSED, WORTH, Proposal, judged_families, propose
-from linid.diagnosis.proposed.regression import Regression
+from linid.diagnosis.proposed.regression import Regression, closed_share, held_squares
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
@@ -126,11 +126,8 @@ def _lead(judge: Judge, start: Fitted, seed: int) -> Lead | None:
 
 def _left(problem: Problem, best: Fitted) -> float:
     """Share of a problem's excess on the judging rows that another model leaves."""
-    mine = problem.held
-    weights = problem.weights[mine] ** 2
-    noise = float(weights @ problem.noise[mine])
-    whole = float(weights @ problem.residual[mine] ** 2) - noise
-    return max(float(weights @ best.residual[mine] ** 2) - noise, 0.0) / max(whole, 1e-300)
+    had, left = (held_squares(problem, one) for one in (problem.residual, best.residual))
+    return max(1.0 - closed_share(problem, had, left), 0.0)
 
 
 def lacking_term(

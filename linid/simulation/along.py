@@ -39,9 +39,6 @@ PIECES = 8
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
 
 
-DECAYED = 50.0  # exponential decays beyond this are below rounding
-
-
 class MeasuredMotion(NamedTuple):
     """A measured motion: y (n,) in m and v (n,) in m/s, smoothed; inputs: (3, n); standstill: (n,) true where the axis
     rests, and its bristle balances the other forces; wanted: (n,) where the bristle is, or empty for everywhere."""
@@ -144,7 +141,7 @@ def bristle_along(axis, bristles, resistance, w, way, want_means):
             rest = -rest
         started = w - rest
         passed = abs(part / rest)
-        decay = math.exp(-passed) if passed < DECAYED else 0.0
+        decay = math.exp(-passed)
         w = rest + started * decay
         if want_means:
             first, second = decay_means(passed, decay)
@@ -339,7 +336,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 terms,
                 candidates,
                 stretch_of(candidates, inputs, candidate, r, 0, b - a),
-                MeasuredMotion(motion.y[a:b], motion.v[a:b], inputs.sampled[:, a:b], motion.standstill[a:b], wanted),
+                MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.inputs[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
                 AlongTraces(

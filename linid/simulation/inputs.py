@@ -13,8 +13,8 @@ from linid.arrays import Array, Integers
 from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
-from linid.simulation.splines_at import CONTINUOUS
 
+CONTINUOUS = 1e-6  # of an input: what rounding leaves of the difference between both sides of a sample
 LONGEST_KEPT = 100_000  # samples of a recording whose coefficients are kept: 13 MB
 
 
@@ -95,6 +95,7 @@ def _block(recording: Recording, voltages: bool) -> _Block:
 
 
 def _spline_block(recording: Recording, voltages: bool) -> _Block:
+    """One recording's part, computed."""
     channels = recording.phase_currents
     if voltages:
         channels = recording.phase_voltages if recording.kind != "free_wheel" else None

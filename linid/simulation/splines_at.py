@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from linid.simulation.binding import inlined
 
-CONTINUOUS = 1e-6  # of an input: what rounding leaves of the difference between both sides of a sample
-
 
 @inlined
 def spline_at(c, k, row, x):

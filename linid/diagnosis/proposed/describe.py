@@ -11,7 +11,7 @@ from linid.arrays import Array
 from linid.diagnosis.proposed.curve import term_curve
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import Proposal
-from linid.diagnosis.proposed.regression import Regression, closed_draws, closed_share
+from linid.diagnosis.proposed.regression import Regression, closed_draws, closed_share, held_squares
 from linid.diagnosis.proposed.resembling import refined_by, resemblances
 from linid.diagnosis.proposed.short_formula import FoundFormula
 from linid.diagnosis.proposed.words import next_experiment, not_on, sentence, term_labels
@@ -62,10 +62,7 @@ def with_formula(
 
     proposal: with the regression of the formula.
     """
-    low, high = closed_interval(proposal)
-    without = not_on(problem, proposal, judged)
-    words = sentence(problem, proposal, without, low, high)
-    return replace(term, closed=proposal.closed, low=low, high=high, sentence=words)
+    return _told_anew(term, problem, proposal, judged, closed_interval(proposal))
 
 
 def in_the_model(
@@ -75,16 +72,23 @@ def in_the_model(
 
     residual: (n,) m/s^2 of that model.
     """
-    mine = problem.held
-    block = np.unique(problem.rows.block[mine], return_inverse=True)[1]
-    squares = [(x * problem.weights)[mine] ** 2 for x in (problem.residual, residual)]
-    had, left = (np.asarray(np.bincount(block, one), dtype=np.float64) for one in squares)
+    had, left = (held_squares(problem, one) for one in (problem.residual, residual))
     closed = min(closed_share(problem, had, left), 1.0)
-    low, high = _interval(closed_draws(problem, had, left, _RESAMPLES), closed)
-    proposal = replace(proposal, closed=closed)
-    words = sentence(problem, proposal, not_on(problem, proposal, judged), low, high)
+    interval = _interval(closed_draws(problem, had, left, _RESAMPLES), closed)
     short = None if term.short is None else replace(term.short, closed=closed)
-    return replace(term, closed=closed, low=low, high=high, sentence=words, short=short)
+    return _told_anew(replace(term, short=short), problem, replace(proposal, closed=closed), judged, interval)
+
+
+def _told_anew(
+    term: ProposedTerm,
+    problem: Problem,
+    proposal: Proposal,
+    judged: Sequence[Regression],
+    interval: tuple[float, float],
+) -> ProposedTerm:
+    low, high = interval
+    words = sentence(problem, proposal, not_on(problem, proposal, judged), low, high)
+    return replace(term, closed=proposal.closed, low=low, high=high, sentence=words)
 
 
 def closed_interval(proposal: Proposal) -> tuple[float, float]:

@@ -196,6 +196,13 @@ class Regression:
         return np.asarray(np.sum(fitted, axis=0))
 
 
+def held_squares(problem: Problem, residual: Array) -> Array:
+    """Weighted squares (b,) of a model's residual (n,) in m/s^2 per block of the judging rows."""
+    mine = problem.held
+    block = np.unique(problem.rows.block[mine], return_inverse=True)[1]
+    return np.asarray(np.bincount(block, (residual * problem.weights)[mine] ** 2), dtype=np.float64)
+
+
 def closed_share(problem: Problem, had: Array, left: Array) -> float:
     """Share of the excess over the floor that is closed. had, left: squares (b,) per block of judging rows, before and
     after."""

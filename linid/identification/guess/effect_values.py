@@ -333,7 +333,8 @@ def best_trial(regression: Regressed, effect: Effect, outlook: Outlook, known: V
     lower = {p.name: p.lower for p in effect.parameters}
     if effect.orders and outlook.field_wavenumber is None:
         grid = [_orders_pursued(regression, effect, grid, sizes)]
-    if effect.period and effect.period not in known:
+    seeks_period = bool(effect.period) and effect.period not in known
+    if seeks_period:
         rest = regression.rest()[: regression.part.rows.size]
         periods = peaking_periods(regression.part, rest, regression.weights, outlook)
         grid += [{**grid[0], effect.period: period} for period in periods]
@@ -344,7 +345,7 @@ def best_trial(regression: Regressed, effect: Effect, outlook: Outlook, known: V
         return max(inside or trials, key=lambda trial: trial.explained)
 
     best = best_of(grid)
-    if effect.period and effect.period not in known:
+    if seeks_period:
         near = [{**best.values, effect.period: p} for p in near_periods(best.values[effect.period], outlook.stroke)]
         best = max(best, best_of(near), key=lambda trial: trial.explained)
     held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}

@@ -108,7 +108,6 @@ def _refitted(campaign: Campaign, file: Path, folder: Path, reporter: Reporter) 
 
 def _simulated(campaign: Campaign, unit: FunctionalUnit, folder: Path, reporter: Reporter) -> Campaign:
     """The campaign beside what a functional unit makes of it, each motion written as soon as it is there."""
-
     from linid import api
     from linid.report.files import columns_csv_text, file_stems
 

@@ -183,7 +183,6 @@ def trace_csv(trace: Trace, currents: Any = None) -> str:
 
     currents: (3, n) A, simulated, for three columns more.
     """
-
     columns = [trace.t, trace.y_measured, trace.y_simulated, trace.velocity_simulated]
     unit = "rad" if trace.axis == "rotary" else "m"
     names = ["t (s)", f"y_measured ({unit})", f"y_simulated ({unit})", f"v ({unit}/s)"]
