@@ -13,7 +13,9 @@ CERTAINTY, LEAST_CERTAINTY = 3.0, 1.0
 LEAST_GAIN = 0.01
 LEAST_SHARE = 0.002  # of the gap's power: what large effects leave of their own form is no further cause
 # What takes that little of the gap must bring the model to the floor: else it mends the form of what takes the rest.
-LEAST_PORTION, TO_THE_FLOOR = 0.01, 0.9
+# A share of the power is that of the recording with the largest gap: what takes that much of the log power is a cause
+# of the gap in most recordings.
+LEAST_PORTION, TO_THE_FLOOR, LEAST_LOG_SHARE = 0.01, 0.9, 0.1
 LIKELY = 0.5  # of what it leaves: an effect that closes that much is not told from another of the same arguments
 LEAST_CLOSED, MOST_OF_POWER = 0.15, 0.5
 # What closes less, as on machines whose floor no model reaches, must be beyond doubt and no trifle, neither in the
@@ -27,12 +29,14 @@ LEAST_POWER_ALONE = 0.3  # floors in the power of the judged rows: a recording w
 @dataclass(frozen=True)
 class Part:
     """An effect of the final model with what its absence costs; without: the model fitted again without it; share: of
-    the power that all effects together take from the base, what comes back without it."""
+    the power that all effects together take from the base, what comes back without it; log_share: the same of the log
+    power."""
 
     name: str
     evidence: Evidence
     without: Fitted
     share: float = 1.0
+    log_share: float = 0.0
 
 
 def stands(part: Part) -> bool:
@@ -57,7 +61,8 @@ def stands(part: Part) -> bool:
 
 def is_trifle(part: Part, share: float) -> bool:
     """Whether an effect that stands the tests is no cause of the gap all the same. share: of the gap, by the budget."""
-    return share < LEAST_PORTION and part.evidence.closed < TO_THE_FLOOR
+    little = share < LEAST_PORTION and part.log_share < LEAST_LOG_SHARE
+    return little and part.evidence.closed < TO_THE_FLOOR
 
 
 def is_likely(part: Part) -> bool:

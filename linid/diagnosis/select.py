@@ -314,8 +314,9 @@ def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> P
     without = without_effect(judge.fits, full, name)
     rows = judged(judge, full, name)
     evidence = compare(judge.fits, without, full, rows)
-    whole = compare(judge.fits, base, full, rows).power
-    return Part(name, evidence, without, evidence.power / max(whole, abs(evidence.power), 1e-300))
+    whole = compare(judge.fits, base, full, rows)
+    share = evidence.power / max(whole.power, abs(evidence.power), 1e-300)
+    return Part(name, evidence, without, share, evidence.gain / max(whole.gain, abs(evidence.gain), 1e-300))
 
 
 def judged(judge: Judge, full: Fitted, name: str) -> NDArray[np.bool_]:

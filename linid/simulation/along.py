@@ -187,6 +187,12 @@ def bristle_at_rest(axis, bristles, resistance, w, force, dt):
     return w + min(1.0, dt / REST_AVERAGE) * (held - w)
 
 
+@inlined
+def just_set_off(v, breakaway):
+    """Whether an axis with this speed need not slide yet; breakaway: its bristle's largest deflection in m."""
+    return abs(v) * SETTLING_TIME < SETTLING * breakaway
+
+
 @compiled
 def begun(terms, axis, bristles, course, motion, currents, w):
     """The bristle at the first sample in m; w: as given, or nan. Hidden states and elements start too.
@@ -195,13 +201,15 @@ def begun(terms, axis, bristles, course, motion, currents, w):
     """
     t, y, v = course.t_start, motion.y[0], motion.v[0]
     if axis.on & terms.acts.advance:
-        start_states(terms, axis, t, y, v, currents)
+        # What an axis that stood brings along is that of its rest: the sign of its first speed is chance.
+        stood = motion.standstill[0] or just_set_off(v, bristles.static / bristles.sigma_0)
+        start_states(terms, axis, t, y, 0.0 if stood else v, currents)
     if math.isnan(w):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents)
         if not motion.standstill[0] and motion.y.size > START_SAMPLES:
             resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0))
             breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
-            if abs(v) * SETTLING_TIME < SETTLING * breakaway:
+            if just_set_off(v, breakaway):
                 held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
                 w = min(max(held, -breakaway), breakaway)
     terms.law.share_out(axis, bristles, w)

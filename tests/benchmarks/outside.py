@@ -93,12 +93,13 @@ def line(name: str, key: Key, answer: Answer, seconds: float) -> str:
     proposal = answer.proposal
     said, mark = "nothing proposed", ""
     if proposal is not None:
-        mark = grade(proposal.arguments, truth) if truth else "no cause outside"
+        form = f"a finer form of {'+'.join(proposal.refines)}" if proposal.refines else "no cause outside"
+        mark = grade(proposal.arguments, truth) if truth else form
         closed = closed_of(answer)
         said = f"{'+'.join(proposal.arguments)}, closes {'?' if closed is None else f'{closed:.2f}'}"
     best = "" if answer.oracle is None else f" of {answer.oracle:.2f}"
-    hidden = "+".join(key.effects) or "nothing"
-    return f"{name} {hidden} ({'+'.join(truth)}): {answer.status}, {said}{best} {mark} [{seconds:.0f} s]"
+    hidden, named = "+".join(key.effects) or "nothing", "+".join(answer.named) or "-"
+    return f"{name} {hidden} ({'+'.join(truth)}): {answer.status}, {named}; {said}{best} {mark} [{seconds:.0f} s]"
 
 
 def summary(keys: dict[str, Key], answers: dict[str, Answer]) -> list[str]:

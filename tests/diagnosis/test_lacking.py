@@ -37,6 +37,8 @@ def test_what_takes_next_to_nothing_is_a_trifle_unless_it_brings_the_model_to_th
     part = Part("phase_gain_imbalance", EVIDENCE, model())
     assert is_trifle(part, 0.005) and is_trifle(part, -0.05) and not is_trifle(part, 0.02)
     assert not is_trifle(replace(part, evidence=replace(EVIDENCE, closed=0.95)), 0.005)
+    # What takes half of the logarithm shows in most recordings, though one where it does not has all the power.
+    assert not is_trifle(replace(part, log_share=0.5), -0.05) and is_trifle(replace(part, log_share=0.02), -0.05)
     assert is_likely(part) and not is_likely(replace(part, evidence=replace(EVIDENCE, closed=0.3)))
 
 

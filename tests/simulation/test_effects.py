@@ -159,12 +159,27 @@ def test_prediction_windows_start_from_the_hidden_states_along_the_motion() -> N
     model = Model("sine", effects)
     part = Ahead(model, (replace(RUN, y=y),), 8, 1, project=False, skip_jumps=False, guided=False)
     params = model.vector(values)[None, :]
-    warm = rms((part.simulate(params) - part.measured)[0])
+    # The first windows hang on the bristle as the axis is let go, which takes them as long as the smoothing reaches.
+    later = np.repeat(part.segments.first * RUN.period > 0.1, part.segments.count)
+    warm = rms((part.simulate(params) - part.measured)[0, later])
     along = part.simulator.along(params, part.motion.y, part.motion.v, part.motion.standstill, np.full((1, 1), np.nan))
     dts = part.simulator.inputs.dts[part.segments.recording]
     starts = along.starts(part.flat_first, part.motion.y, part.motion.v, dts)[:, :, :3]
-    cold = rms((part.simulator.run(params, part.segments, starts)[0] - part.measured)[0])
+    cold = rms((part.simulator.run(params, part.segments, starts)[0] - part.measured)[0, later])
     assert warm < 0.1 * cold, (warm, cold)
+
+
+@pytest.mark.parametrize("name", ["cable_force", "backlash"])
+@pytest.mark.parametrize("speed", [0.0, 1e-4, -1e-4, 0.5, -0.5])
+def test_an_axis_that_has_just_set_off_starts_from_the_states_of_rest(name: str, speed: float) -> None:
+    """The first speed of an axis that stood is noise, whose sign says nothing of where hysteresis or play are."""
+    model = Model("sine", (name,))
+    params = model.vector(AXIS | SAMPLES[name])[None, :]
+    y = START[0] + speed * RUN.t
+    v = np.full(RUN.t.size, speed)
+    simulator = Simulator(model, pack_inputs((RUN,)), 8, 1)
+    along = simulator.along(params, y, v, np.zeros(RUN.t.size, dtype=np.bool_), np.full((1, 1), np.nan))
+    assert along.states[0, 0, 0] == (0.0 if abs(speed) < 0.1 else math.copysign(1.0, speed))
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n != "backlash"])
