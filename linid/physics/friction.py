@@ -21,7 +21,7 @@ PARAMETERS = (
 
 
 # Beyond this exponent the decay is below rounding, and the exponential is not worth its time.
-_DECAYED = 50.0
+DECAYED = 50.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -40,7 +40,7 @@ def stribeck_fall(
     """Steady friction level g(v) and v dg/dv, both in N (eq. 42). Arguments as in `stribeck`."""
     ratio = abs(v) / stribeck_velocity
     power = ratio * ratio if exponent == 2.0 else ratio**exponent
-    if power > _DECAYED:
+    if power > DECAYED:
         return coulomb, 0.0
     excess = (static - coulomb) * math.exp(-power)
     return coulomb + excess, -exponent * power * excess

@@ -19,7 +19,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from linid.physics.kernel_cache import announce_compilation, cache_folder, lock_compilation
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
-from linid.simulation import along, currents, kernel, kernel_by_voltage
+from linid.simulation import along, currents, kernel, kernel_by_voltage, slopes
 from linid.simulation.bundle import Bundle
 from linid.simulation.terms import terms_of
 
@@ -163,14 +163,28 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool
 
 @cache  # under all arguments: where some are left out it would keep another copy
 def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kernel:
+    folder = _kept_in()
+    terms = terms_of(model, bare, law)
+    simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
+    entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with, currents.current_tasks_with)
+    return Kernel(*(_entry(entry(terms), folder) for entry in entries))
+
+
+@cache
+def load_slopes() -> Callable[..., None]:
+    """The compiled simulation with derivatives (slopes.py), of all motors under LuGre friction without effects."""
+    entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, True, LUGRE)), _kept_in())
+    return entry
+
+
+@cache
+def _kept_in() -> Path:
+    """The folder that kernels are kept in: one for this process alone, where none can be written to."""
     folder = cache_folder()
     lock_compilation()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        folder = Path(tempfile.mkdtemp(prefix="linid-kernel-"))
-    terms = terms_of(model, bare, law)
-    simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
-    entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with, currents.current_tasks_with)
-    return Kernel(*(_entry(entry(terms), folder) for entry in entries))
+        return Path(tempfile.mkdtemp(prefix="linid-kernel-"))
+    return folder

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from linid.arrays import Array, Integers
 from linid.physics.effects.registry import find_effect
 from linid.physics.electrical import WINDING_CODES
-from linid.physics.laws.registry import find_law
+from linid.physics.laws.registry import LUGRE, find_law
 from linid.physics.model import Model
 from linid.simulation.along import AlongTraces, MeasuredMotion
-from linid.simulation.compiled import Kernel, load_kernel
+from linid.simulation.compiled import Kernel, load_kernel, load_slopes
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
+from linid.simulation.lanes import padded
+from linid.simulation.slopes import FORCE_STEP, Tangents
 from linid.simulation.steering import UNSTEERED, Steering
 from linid.simulation.threads import summed
 
@@ -140,6 +142,40 @@ class Simulator:
         states = Starts(np.ascontiguousarray(starts), self._kept, given)
         steps = self._simulate(params, segments, states, guided, traces)
         return y_out, v_out, steps
+
+    def has_slopes(self, guided: bool) -> bool:
+        """Whether `slopes` knows this model: LuGre without effects, its motor's force by measured position alone."""
+        plain = self.model.mask == 0 and not self.model.winding and find_law(self.model.law).steps == LUGRE
+        powered = bool(np.any(self.inputs.powered))
+        return plain and (guided or not powered) and not self.model.states and self.steering.y.size == 0
+
+    def slopes(
+        self, params: Array, tangents: Array, segments: Segments, starts: Array, start_slopes: Array
+    ) -> tuple[Array, Array]:
+        """Positions (samples,) in m over all segments, guided, and their derivatives (samples, K) in K directions.
+
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts: (S, 3) as in `run`; start_slopes:
+        (S, 3, K), of w only where it is given. The steps are differentiated as they are taken, their lengths held:
+        what the simulation does in closed form, exactly; forces of the motor by differences, to some 1e-7.
+        Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
+        """
+        count, width = tangents.shape[0], padded(tangents.shape[0])
+        offsets = segments.out_offsets
+        out = offsets, np.empty(int(offsets[-1])), np.empty((int(offsets[-1]), width))
+        table, moved = np.zeros((8, width)), np.zeros((segments.count.size, 3, width))
+        table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes
+        along = Tangents(count, table, np.ascontiguousarray(starts), moved, self._kept)
+        guide = self._guide if np.any(self.inputs.powered) else np.empty((4, 1))
+        scheme = Scheme(True, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
+        candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
+        kernel = load_slopes()
+
+        def work(piece: tuple[int, int]) -> int:
+            kernel(candidates, self.inputs, segments, scheme, along, *piece, out)
+            return 0
+
+        self._spread(work, segments.count.size)
+        return out[1], out[2][:, :count]
 
     def run_by_voltage(
         self, params: Array, segments: Segments, starts: Array, start_currents: Array, *, guided: bool = False

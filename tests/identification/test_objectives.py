@@ -1,13 +1,17 @@
-"""Which objective with which internal step each recording follows."""
+"""Which objective with which internal step each recording follows, and the derivatives of their residuals."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.choose import FULL, Look, make_parts
 from linid.identification.objectives.free_run import FreeRun
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import Linearisation
 from linid.identification.settings import FitSettings
+from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.model import Model
 from tests.identification.stand import stand
 
@@ -27,3 +31,25 @@ def test_internal_steps_are_those_asked_for(asked: int | None, look: Look, expec
     (ahead,) = (part for part in parts if isinstance(part, Ahead))
     (free,) = (part for part in parts if isinstance(part, FreeRun))
     assert (ahead.substeps, free.substeps) == expected
+
+
+def test_derivatives_carried_along_are_those_of_differences(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of free wheels and of windows of a motor, by parameters and start offsets. Differences jump where steps do."""
+    campaign = stand(only=("freewheel_1", "freewheel_2", "sine_position_1"))
+    model = Model("theta")
+    free, driven = campaign.recordings[:2], campaign.recordings[2:]
+    searched = ("force_constant", "electrical_wavenumber", "winding_displacement", "coulomb_force", "bristle_damping")
+    bounds = tuple(SearchParameter(n, campaign.truth[n] / 2.0, campaign.truth[n] * 2.0, True) for n in searched[:4])
+    space = SearchSpace(model, (*bounds, SearchParameter(searched[4], 0.05, 5.0, True)), dict(campaign.truth))
+    problem = Problem(space, (FreeRun(model, free, 2, 1), Ahead(model, driven, 2, 1)))
+    x = np.concatenate([np.array([0.5, 0.52, 0.48, 0.5, 0.4]), np.ones(problem.nuisances)])
+    line = Linearisation(problem, Cost(problem))
+    line.reweight(x)
+    assert problem.carries_slopes
+    base, slopes = line.differences(x)
+    assert np.array_equal(base, line.residuals(x))
+    monkeypatch.setattr(Problem, "carries_slopes", False)
+    differences = line.differences(x, central=True)[1]
+    assert np.all(np.median(np.abs(slopes - differences), axis=0) <= 1e-5 * np.abs(differences).max(axis=0))
+    far = np.linalg.norm(slopes - differences, axis=0) / np.linalg.norm(differences, axis=0)
+    assert np.all(far < 2e-2)

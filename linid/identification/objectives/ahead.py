@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array, Integers
-from linid.identification.objectives.objective import TRAVEL_CLASSES, travel_class
+from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
 from linid.identification.objectives.start_states import predicted_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
-from linid.physics.model import Model
+from linid.physics.model import MASS, Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
+
+_START_STEP = 1e-5  # of search coordinates, over which the bristle at a window's start is differentiated
 
 
 @dataclass
@@ -87,13 +89,40 @@ class Ahead:
         motion = self.motion
         if self.model.effect_states:  # a bristle is told along the motion
             return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
+        return np.asarray(self.simulator.run(params, self.segments, self._starts(params), guided=self.guided)[0])
+
+    def _starts(self, params: Array) -> Array:
+        """Start states (C, S, 3 or more) of all windows: the bristle as it is along the motion."""
+        motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(
             params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=self.begins
         )
         dts = self.simulator.inputs.dts[self.segments.recording]
-        starts = along.starts(self.flat_first, motion.y, motion.v, dts)
-        return np.asarray(self.simulator.run(params, self.segments, starts, guided=self.guided)[0])
+        return along.starts(self.flat_first, motion.y, motion.v, dts)
+
+    @property
+    def carries_slopes(self) -> bool:
+        """Whether `slopes` knows this model's derivatives over these recordings."""
+        return self.guided and self.simulator.has_slopes(guided=True)
+
+    def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+        """Residuals (N,) in m at params (VECTOR_SIZE,), and their derivatives (N, K) in K directions; offsets: (0,),
+        there are none.
+        """
+        tangents = directions.params
+        # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
+        acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
+        starts = self._starts(np.vstack([params, params + _START_STEP * tangents[acting]]))
+        moved = np.zeros((starts.shape[1], 3, len(tangents)))
+        moved[:, 2, acting] = (starts[1:, :, 2] - starts[0, :, 2]).T / _START_STEP
+        y, slopes = self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
+        if self.project:
+            begins = self.segments.out_offsets
+            for s, length in enumerate(self.segments.count):
+                basis, block = self.bases[int(length)], slopes[begins[s] : begins[s + 1]]
+                block -= basis @ (basis.T @ block)
+        return self._projected((y - self.measured)[None])[0], slopes
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) prediction errors in m, each window without its straight line. params: (C, VECTOR_SIZE);
@@ -101,6 +130,10 @@ class Ahead:
         """
         errors = self.simulate(params)
         errors -= self.measured
+        return self._projected(errors)
+
+    def _projected(self, errors: Array) -> Array:
+        """Errors (C, N), each window without its straight line."""
         if not self.project:
             return errors
         offsets_out = self.segments.out_offsets

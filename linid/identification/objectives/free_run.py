@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array
+from linid.identification.objectives.objective import Directions
 from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -72,7 +73,26 @@ class FreeRun:
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) position errors in m. params: (C, VECTOR_SIZE); offsets: (C, nuisances), position and speed."""
-        errors = self.simulate(params, offsets)[0] - self.motion.measured
+        return self._projected(self.simulate(params, offsets)[0] - self.motion.measured)
+
+    @property
+    def carries_slopes(self) -> bool:
+        """Whether `slopes` knows this model's derivatives over these recordings."""
+        return self.simulator.has_slopes(guided=False)
+
+    def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+        """Residuals (N,) in m at params (VECTOR_SIZE,) and offsets (nuisances,), and their derivatives (N, K) in K
+        directions."""
+        count = len(directions.offsets)
+        moved = np.zeros((len(self.recordings), 3, count))
+        moved[:, :2] = (directions.offsets.reshape(count, -1, 2) * self.scale).transpose(1, 2, 0)
+        moved[~self.moving, 1] = 0.0
+        start = self.starts(offsets[None])[0]
+        y, slopes = self.simulator.slopes(params, directions.params, self.segments, start, moved)
+        return self._projected((y - self.motion.measured)[None])[0], self._projected(slopes.T).T
+
+    def _projected(self, errors: Array) -> Array:
+        """Errors (C, N), without start position and speed of free wheels where these are projected out."""
         if self.project:
             edges = self.simulator.inputs.sample_offsets
             for index, recording in enumerate(self.recordings):

@@ -6,7 +6,7 @@ class share one unknown noise level; groups keep the order in time for the uncer
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol, TypeGuard
 
 import numpy as np
 
@@ -34,6 +34,31 @@ class Part(Protocol):
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) residuals in the part's unit; params: (C, VECTOR_SIZE); offsets: (C, nuisances)."""
         ...
+
+
+class Directions(NamedTuple):
+    """K directions in which residuals are differentiated: params (K, VECTOR_SIZE) SI, offsets (K, nuisances)."""
+
+    params: Array
+    offsets: Array
+
+
+class Differentiable(Part, Protocol):
+    """A part whose simulation carries its derivatives along."""
+
+    @property
+    def carries_slopes(self) -> bool:
+        """Whether it does so for this model and these recordings."""
+        ...
+
+    def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+        """Residuals (N,) at params (VECTOR_SIZE,) and offsets (nuisances,), and their derivatives (N, K)."""
+        ...
+
+
+def carries_slopes(part: Part) -> TypeGuard[Differentiable]:
+    """Whether derivatives of a part's residuals come with its simulation instead of by differences."""
+    return bool(getattr(part, "carries_slopes", False))
 
 
 def travel_class(span: Array, full: float) -> Integers:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.identification.objectives.objective import Part
+from linid.identification.objectives.objective import Directions, Part, carries_slopes
 from linid.identification.space.search_space import SearchSpace
 
 _CHUNK_FLOATS = 8_000_000  # residuals held at once during a population run, 64 MB
+_TANGENT_STEP = 1e-5  # of search coordinates, of which parameters are powers or straight lines
 LOST = 1e6  # cost of a candidate whose simulation failed
 
 
@@ -38,6 +39,32 @@ class Problem:
         out, at = [], 0
         for part in self.parts:
             out.append(part.residuals(params, offsets[:, at : at + part.nuisances]))
+            at += part.nuisances
+        return out
+
+    @property
+    def carries_slopes(self) -> bool:
+        """Whether `slopes` knows the derivatives of all parts."""
+        return all(carries_slopes(part) for part in self.parts)
+
+    def slopes(self, point: Array, offsets: Array, shifts: Array) -> list[tuple[Array, Array]]:
+        """Residuals (N,) of each part and their derivatives (N, p + S) by the search coordinates, then by shifts (those
+        of a part without offsets end before).
+
+        point: (p,) search coordinates; offsets: (nuisances,) start offsets; shifts: (S, nuisances) directions of these.
+        """
+        size = point.size
+        steps = _TANGENT_STEP * np.eye(size)
+        params = self.space.vectors(np.concatenate([point[None], point + steps, point - steps]))
+        tangents = (params[1 : 1 + size] - params[1 + size :]) / (2.0 * _TANGENT_STEP)
+        out, at = [], 0
+        for part in self.parts:
+            assert carries_slopes(part)
+            own, count = slice(at, at + part.nuisances), size + (len(shifts) if part.nuisances else 0)
+            directions = Directions(np.zeros((count, params.shape[1])), np.zeros((count, part.nuisances)))
+            directions.params[:size] = tangents
+            directions.offsets[size:] = shifts[: count - size, own]
+            out.append(part.slopes(params[0], offsets[own], directions))
             at += part.nuisances
         return out
 

@@ -1,0 +1,270 @@
+"""Derivatives of a step by parameters, start and forces, many columns side by side: LuGre friction without effects.
+
+A step is differentiated as the simulation takes it, its length and branches held. What it takes of the base run is
+computed once; the columns then cost some hundred sums and products each, as lanes (lanes.py), and no exponential.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from linid.physics.friction import glide_weights
+from linid.simulation.binding import inlined
+from linid.simulation.friction_slopes import level_slopes, phi_slopes, phi_to_4
+from linid.simulation.lanes import lanes_at
+
+
+class Columns(NamedTuple):
+    """Slopes of the parameters of friction and of the mass by the columns, lanes each."""
+
+    coulomb: Any
+    static: Any
+    velocity: Any
+    exponent: Any
+    sigma_0: Any
+    sigma_1: Any
+    sigma_2: Any
+    mass: Any
+
+
+class Motions(NamedTuple):
+    """Slopes of position, speed and bristle by the columns."""
+
+    y: Any
+    v: Any
+    w: Any
+
+
+class Pushes(NamedTuple):
+    """Slopes of the outer force at a step's start, middle and end by the columns."""
+
+    start: Any
+    middle: Any
+    end: Any
+
+
+class Predictor(NamedTuple):
+    """What the half step by implicit Euler is made of; level: friction at the start; middle: in the middle."""
+
+    level: Any
+    middle: Any
+    v: Any
+    w: Any
+    v_mid: Any
+    force: Any
+    mass: Any
+    sigma_0: Any
+    sigma_1: Any
+    turn: Any  # sign of the speed
+    rate: Any
+    half: Any
+    relax: Any
+    pull: Any
+    inverse: Any
+
+
+class Linear(NamedTuple):
+    """What the step of the linearised equations is made of, in the names of `lugre_step` and `linear_step`."""
+
+    turn: Any
+    rate: Any
+    load: Any
+    share: Any  # fall over level
+    free: Any  # 1 where no bound holds the bristle's slope
+    lowest: Any  # the bound that moves, or 0
+    lowest_by_rate: Any
+    over: Any  # 1 / (sigma_0 + sigma_1 rate)
+    slope: Any
+    w_rate: Any
+    v_rate: Any
+    jerk: Any
+    damping: Any
+    spring: Any
+    difference: Any
+    v_turn: Any
+    w_turn: Any
+    phi: Any
+
+
+@inlined
+def columns_at(table, width, block):
+    """The parameters' slopes of one block of lanes; table: (8, width)."""
+    at = block
+    return Columns(
+        lanes_at(table, at),
+        lanes_at(table, at + width),
+        lanes_at(table, at + 2 * width),
+        lanes_at(table, at + 3 * width),
+        lanes_at(table, at + 4 * width),
+        lanes_at(table, at + 5 * width),
+        lanes_at(table, at + 6 * width),
+        lanes_at(table, at + 7 * width),
+    )
+
+
+@inlined
+def predictor_of(bristles, motion, middle, h):
+    """What the predicted middle (`predicted`) of a step of h seconds hangs on."""
+    coulomb, static, velocity, exponent, sigma_0, sigma_1, sigma_2, mass = bristles
+    level = level_slopes(motion.v, coulomb, static, velocity, exponent)
+    at_middle = level_slopes(middle.v, coulomb, static, velocity, exponent)
+    rate = sigma_0 * abs(motion.v) / level.level
+    half = 0.5 * h
+    relax = 1.0 / (1.0 + half * rate)
+    pull = half * (sigma_0 - sigma_1 * rate) * relax
+    inverse = 1.0 / (mass + half * (sigma_1 + sigma_2 + pull))
+    turn = math.copysign(1.0, motion.v)
+    return Predictor(
+        level, at_middle, motion.v, motion.w, middle.v, motion.force, mass, sigma_0, sigma_1, turn, rate, half, relax,
+        pull, inverse,
+    )  # fmt: skip
+
+
+@inlined
+def level_lanes(by, v, columns):
+    """Slopes of friction's level or fall: by speed, and by its parameters."""
+    steady = by[1] * columns.coulomb + by[2] * columns.static
+    return by[0] * v + steady + by[3] * columns.velocity + by[4] * columns.exponent
+
+
+@inlined
+def predicted_lanes(p, motion, force, columns):
+    """Slopes of the predicted middle: of speed, bristle, level and fall."""
+    level = level_lanes(p.level.level_by, motion.v, columns)
+    stiff = abs(p.v) * columns.sigma_0 + (p.sigma_0 * p.turn) * motion.v
+    rate = (1.0 / p.level.level) * (stiff - p.rate * level)
+    relax = (-p.half * p.relax * p.relax) * rate
+    softer = columns.sigma_0 - p.rate * columns.sigma_1 - p.sigma_1 * rate
+    pull = (p.half * p.relax) * softer + (p.half * (p.sigma_0 - p.sigma_1 * p.rate)) * relax
+    held = columns.mass + p.half * (columns.sigma_1 + columns.sigma_2 + pull)
+    pushed = p.mass * motion.v + p.v * columns.mass + p.half * force - p.w * pull - p.pull * motion.w
+    v_mid = p.inverse * (pushed - p.v_mid * held)
+    w_mid = p.relax * (motion.w + p.half * v_mid) + (p.w + p.half * p.v_mid) * relax
+    level_mid = level_lanes(p.middle.level_by, v_mid, columns)
+    return v_mid, w_mid, level_mid, level_lanes(p.middle.fall_by, v_mid, columns)
+
+
+@inlined
+def linear_of(bristles, motion, middle, mean, rise, h):
+    """What the linearised step (`lugre_step`) of h seconds hangs on; mean, rise: of the outer force, in N."""
+    sigma_0, sigma_1, sigma_2, mass = bristles[4:]
+    v, w = motion.v, motion.w
+    turn = 0.0 if middle.v == 0.0 else math.copysign(1.0, middle.v)
+    rate = sigma_0 * abs(middle.v) / middle.level
+    load = turn * sigma_0 * middle.w / middle.level
+    share, over = middle.fall / middle.level, 1.0 / (sigma_0 + sigma_1 * rate)
+    by_rate = -0.5 * mass * over / h
+    wished = 1.0 - load * (1.0 - share)
+    lowest = max(-1.0, by_rate * rate)
+    slope = min(max(wished, lowest), 2.0)
+    free = 1.0 if slope == wished else 0.0
+    moves = 1.0 if slope == lowest and lowest > -1.0 and free == 0.0 else 0.0
+    w_rate = middle.v - rate * w + slope * (v - middle.v)
+    v_rate = (mean - 0.5 * rise - sigma_0 * w - sigma_1 * w_rate - sigma_2 * v) / mass
+    damping = (sigma_1 * slope + sigma_2) / mass * h
+    spring = (sigma_0 - sigma_1 * rate) / mass * h
+    difference = 0.5 * (rate * h - damping)
+    phi = phi_slopes(-0.5 * (damping + rate * h), difference * difference - spring * slope * h)
+    v_turn, w_turn = difference * v_rate - spring * w_rate, slope * h * v_rate - difference * w_rate
+    return Linear(
+        turn, rate, load, share, free, moves * lowest, moves * by_rate, over, slope, w_rate, v_rate, rise / mass,
+        damping, spring, difference, v_turn, w_turn, phi,
+    )  # fmt: skip
+
+
+@inlined
+def bristle_lanes(linear, bristles, middle, at_middle, columns):
+    """Slopes of the bristle's rate sigma_0 |v|/g and of its slope by speed; at_middle: those of the middle."""
+    sigma_0, sigma_1, mass = bristles.sigma_0, bristles.sigma_1, bristles.mass
+    v_mid, w_mid, level, fall = at_middle
+    per_level = 1.0 / middle.level
+    rate = per_level * (abs(middle.v) * columns.sigma_0 + (sigma_0 * linear.turn) * v_mid - linear.rate * level)
+    bent = middle.w * columns.sigma_0 + sigma_0 * w_mid
+    load = (per_level * linear.turn) * bent - (per_level * linear.load) * level
+    bound = (1.0 / mass) * columns.mass - linear.over * (
+        columns.sigma_0 + sigma_1 * rate + linear.rate * columns.sigma_1
+    )
+    slope = (-linear.free * (1.0 - linear.share)) * load
+    slope = slope + (linear.free * linear.load * per_level) * (fall - linear.share * level)
+    return rate, slope + linear.lowest * bound + linear.lowest_by_rate * rate
+
+
+@inlined
+def linear_lanes(linear, bristles, base, h, rates, motion, pushes, columns):
+    """Slopes after the linearised step. base: v and w at its start, v in the middle; rates: slopes of the bristle's
+    rate, of its slope and of the speed in the middle."""
+    sigma_0, sigma_1, sigma_2, mass = bristles[4:]
+    v, w, v_mid = base
+    rate, slope, v_mid_by = rates
+    x, phi, per_mass = linear, linear.phi, 1.0 / mass
+    rise = pushes.end - pushes.start
+    force = (1.0 / 6.0) * (pushes.start + 4.0 * pushes.middle + pushes.end) - 0.5 * rise
+    jerk = per_mass * (rise - x.jerk * columns.mass)
+    w_rate = v_mid_by - w * rate - x.rate * motion.w + (v - v_mid) * slope + x.slope * (motion.v - v_mid_by)
+    held = w * columns.sigma_0 + sigma_0 * motion.w + x.w_rate * columns.sigma_1 + sigma_1 * w_rate
+    v_rate = per_mass * (force - held - v * columns.sigma_2 - sigma_2 * motion.v - x.v_rate * columns.mass)
+    per_mass_h = per_mass * h
+    damping = per_mass_h * (x.slope * columns.sigma_1 + sigma_1 * slope + columns.sigma_2)
+    damping = damping - (x.damping * per_mass) * columns.mass
+    spring = per_mass_h * (columns.sigma_0 - x.rate * columns.sigma_1 - sigma_1 * rate)
+    spring = spring - (x.spring * per_mass) * columns.mass
+    rate, slope, rising = h * rate, h * slope, h * x.slope
+    difference, trace = 0.5 * (rate - damping), -0.5 * (rate + damping)
+    square = (2.0 * x.difference) * difference - rising * spring - x.spring * slope
+    v_turn = x.v_rate * difference + x.difference * v_rate - x.w_rate * spring - x.spring * w_rate
+    w_turn = x.v_rate * slope + rising * v_rate - x.w_rate * difference - x.difference * w_rate
+    e_1, e_2, e_3 = phi.even
+    o_1, o_2, o_3 = phi.odd
+    jerky = x.jerk * rising
+    v_by, w_by, y_by = phi_lanes(x, jerky, phi.even_by_trace, phi.odd_by_trace)
+    v_square, w_square, y_square = phi_lanes(x, jerky, phi.even_by_square, phi.odd_by_square)
+    v_new = e_1 * v_rate + o_1 * v_turn + (e_2 + o_2 * x.difference) * jerk + (x.jerk * o_2) * difference
+    w_new = e_1 * w_rate + o_1 * w_turn + (o_2 * x.jerk) * slope + (o_2 * rising) * jerk
+    gain = e_2 * v_rate + o_2 * v_turn + (e_3 + o_3 * x.difference) * jerk + (x.jerk * o_3) * difference
+    gain = gain + y_by * trace + y_square * square
+    return Motions(
+        motion.y + h * (motion.v + h * gain),
+        motion.v + h * (v_new + v_by * trace + v_square * square),
+        motion.w + h * (w_new + w_by * trace + w_square * square),
+    )
+
+
+@inlined
+def phi_lanes(linear, jerky, even, odd):
+    """How speed, bristle and displacement change with the phi functions, whose derivatives are even and odd."""
+    x = linear
+    v = even[0] * x.v_rate + odd[0] * x.v_turn + (even[1] + odd[1] * x.difference) * x.jerk
+    w = even[0] * x.w_rate + odd[0] * x.w_turn + odd[1] * jerky
+    y = even[1] * x.v_rate + odd[1] * x.v_turn + (even[2] + odd[2] * x.difference) * x.jerk
+    return v, w, y
+
+
+@inlined
+def slid_weights(bristles, h):
+    """Weights of fast sliding over h seconds (`glide_weights`), and their derivatives by log(sigma_2 / mass)."""
+    z = -bristles.sigma_2 * h / bristles.mass
+    glide = glide_weights(bristles.sigma_2, bristles.mass, h)
+    first, second, third = glide
+    return glide, (z * (first - second), z * (second - 2.0 * third), z * (third - 3.0 * phi_to_4(z)[3]))
+
+
+@inlined
+def slid_lanes(weights, bristles, v, mean, rise, h, motion, pushes_and_columns):
+    """Slopes after a step of fast sliding (`sliding_step`) from speed v; mean, rise: of the outer force, in N."""
+    pushes, columns = pushes_and_columns
+    first, second, third = weights[0]
+    first_by, second_by, third_by = weights[1]
+    sigma_0, sigma_2, mass = bristles.sigma_0, bristles.sigma_2, bristles.mass
+    turn, per_mass = math.copysign(1.0, v), 1.0 / mass
+    drag = turn * bristles.coulomb
+    rate, jerk = (mean - drag - 0.5 * rise - sigma_2 * v) * per_mass, rise * per_mass
+    rises = pushes.end - pushes.start
+    force = (1.0 / 6.0) * (pushes.start + 4.0 * pushes.middle + pushes.end) - 0.5 * rises - turn * columns.coulomb
+    rates = per_mass * (force - sigma_2 * motion.v - v * columns.sigma_2 - rate * columns.mass)
+    jerks = per_mass * (rises - jerk * columns.mass)
+    decay = (1.0 / sigma_2) * columns.sigma_2 - per_mass * columns.mass
+    v_new = first * rates + second * jerks + (first_by * rate + second_by * jerk) * decay
+    gain = second * rates + third * jerks + (second_by * rate + third_by * jerk) * decay
+    w = (turn / sigma_0) * columns.coulomb - (drag / (sigma_0 * sigma_0)) * columns.sigma_0
+    return Motions(motion.y + h * (motion.v + h * gain), motion.v + h * v_new, w)
