@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.objective import Directions
 from linid.identification.signals.error_dynamics import bristle_along, position_answers
 from linid.identification.signals.motion import current_noise, with_inputs_moved
 from linid.identification.space.search_space import SearchSpace
@@ -70,6 +71,11 @@ class WhitenedAhead(Ahead):
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) whitened prediction errors, dimensionless. params: (C, VECTOR_SIZE); offsets: (C, 0)."""
         return self.whiten(super().residuals(params, offsets))
+
+    def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+        """Whitened residuals (N,) and their derivatives (N, K), dimensionless; arguments as in `Ahead.slopes`."""
+        errors, slopes = super().slopes(params, offsets, directions)
+        return self.whiten(errors[None])[0], self.whiten(slopes.T).T
 
     def whiten(self, errors: Array) -> Array:
         """Errors (C, samples) in m of all windows, whitened (C, N)."""

@@ -19,6 +19,9 @@ from linid.identification.space.field_vector import FieldVector, field_vector
 
 _COORDINATE_STEP = 1e-5
 _OFFSET_STEP = 0.3
+# Standard deviations by which all residuals together change over the whole search box, of a coordinate that is left where
+# it is: exact derivatives tell a direction however little it matters, and steps would go as far as they may.
+_UNTOLD = 1e-3
 _OFFSET_LIMIT = 1e4
 _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
@@ -165,7 +168,9 @@ class Linearisation:
         for kind, change in enumerate(changes):
             self._share_out(out, kind, change)
         base = np.concatenate([row * weight for (row, _), weight in zip(found, self.weights, strict=True)])
-        return _finite(base, out)
+        base, out = _finite(base, out)
+        out[:, np.einsum("nk,nk->k", out, out) < _UNTOLD**2] = 0.0
+        return base, out
 
     def _share_out(self, out: Array, kind: int, change: Array) -> None:
         """Give each recording its rows of what shifting all start positions (kind 0) or speeds (1) changes, (N,)."""
