@@ -73,7 +73,7 @@ class WhitenedAhead(Ahead):
         return self.whiten(super().residuals(params, offsets))
 
     def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
-        """Whitened residuals (N,) and their derivatives (N, K), dimensionless; arguments as in `Ahead.slopes`."""
+        """Whitened residuals (N,) and derivatives (N, K), dimensionless. params: (VECTOR_SIZE,); offsets: (0,)."""
         errors, slopes = super().slopes(params, offsets, directions)
         return self.whiten(errors[None])[0], self.whiten(slopes.T).T
 
