@@ -20,6 +20,7 @@ from linid.simulation.forces import (
     force_once,
     friction_factor,
     friction_load,
+    just_set_off,
     keep_states,
     level_factor,
     motor_forces,
@@ -31,8 +32,6 @@ from linid.simulation.forces import (
 from linid.simulation.splines_at import late_inputs
 
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
-SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
-SETTLING_TIME = 0.1  # s before a recording for which its first speed is taken to have lasted
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
 PIECES = 8
@@ -185,12 +184,6 @@ def bristle_at_rest(axis, bristles, resistance, w, force, dt):
     most = resistance.level * (bristles.static + resistance.load)
     held = min(max(force / resistance.factor, -most), most) / bristles.sigma_0
     return w + min(1.0, dt / REST_AVERAGE) * (held - w)
-
-
-@inlined
-def just_set_off(v, breakaway):
-    """Whether an axis with this speed need not slide yet; breakaway: its bristle's largest deflection in m."""
-    return abs(v) * SETTLING_TIME < SETTLING * breakaway
 
 
 @compiled

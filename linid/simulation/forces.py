@@ -14,6 +14,8 @@ from linid.physics.motors.motor import MAX_HARMONICS
 from linid.simulation.binding import allocating, compiled, inlined
 
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
+SETTLING = 20.0  # breakaway deflections of travel, after which a bristle surely slides
+SETTLING_TIME = 0.1  # s before a recording for which its first speed is taken to have lasted
 
 
 class Axis(NamedTuple):
@@ -219,6 +221,12 @@ def emf_constants(terms, axis, t, y, v, currents):
         factor = thrust_factor(terms, axis, t, y, v, currents)
         e_1, e_2, e_3 = factor * e_1, factor * e_2, factor * e_3
     return e_1, e_2, e_3
+
+
+@inlined
+def just_set_off(v, breakaway):
+    """Whether an axis with this speed need not slide yet; breakaway: its bristle's largest deflection in m."""
+    return abs(v) * SETTLING_TIME < SETTLING * breakaway
 
 
 @compiled
