@@ -7,7 +7,8 @@ from dataclasses import replace
 from linid.diagnosis.held_out_tests import Part, is_likely, is_trifle
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence
-from linid.diagnosis.lacking import does_without_effects, with_effects_of
+from linid.diagnosis.lacking import does_without_effects, with_effects_of, worse_somewhere
+from linid.diagnosis.report_data import Change, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.physics.model import Model
 from tests.diagnosis.machine import Noise
@@ -51,3 +52,24 @@ def test_a_term_takes_the_place_of_effects_that_leave_most_to_a_term_beside_them
     assert not does_without_effects(by_term=0.32, by_effects=0.42, beside=0.84, its_shape=False)
     # Half of what effects and term leave together is told by anything.
     assert does_without_effects(by_term=0.01, by_effects=0.22, beside=0.1, its_shape=True)
+
+
+def changes(*ahead: tuple[float, float]) -> list[RecordingChange]:
+    """Held-out recordings with the errors 0.1 s ahead, in um, without and with a term."""
+    return [
+        RecordingChange(f"r{n}", "motor", "held_out", {"ahead": Change(before, after, 0.1)})
+        for n, (before, after) in enumerate(ahead)
+    ]
+
+
+def test_a_term_that_mends_most_is_not_given_up_for_a_rise_of_next_to_nothing() -> None:
+    mended = (1600.0, 40.0)
+    assert not worse_somewhere(changes(mended, (1.0, 17.0), (250.0, 235.0)))
+    assert worse_somewhere(changes(mended, (1.0, 170.0), (250.0, 235.0)))
+    # Where nothing is mended, a rise is one; one within what the windows tell is none.
+    assert worse_somewhere(changes((30.0, 28.0), (1.0, 17.0))) and not worse_somewhere(
+        changes((30.0, 31.0), (1.0, 1.05))
+    )
+    # A simulation that ran away is no mending of anything.
+    assert worse_somewhere(changes((30.0, float("inf")), (1.0, 0.5))) and worse_somewhere(changes((1.0, float("nan"))))
+    assert not worse_somewhere([])
