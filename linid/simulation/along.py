@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
+from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import Scheme, course_of, stretch_of
@@ -256,10 +257,10 @@ def between(terms, axis, course, motion, k, currents, before):
 
 
 @allocating
-def along_one(terms, candidates, stretch, motion, w, kept, found):
+def along_one(terms, candidates, stretch, motion, w, kept, before, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
-    w: start deflection in m, nan if not given; kept: places of the hidden states that are wanted.
+    w: start deflection in m, nan if not given; kept: places of the wanted hidden states; before: as of `shared_with`.
     """
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
@@ -272,9 +273,8 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
     # Where nothing but the motion acts on the bristle, it can be followed in parts.
     skipping = motion.wanted.size > 0 and not want_a and not (on & acts.between or on & acts.sensor)
     memory = FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
-    goal = -1  # the next wanted sample
     motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
-    k = -1
+    goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
         if skipping and k > goal:
@@ -313,7 +313,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, found):
             if on & acts.between:
                 resistance = between(terms, axis, course, motion, k, currents, resistance)
             way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
-            w, mean, late = terms.law.along(axis, bristles, resistance, w, way, want_a)
+            w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
             if want_a:  # the bristle's rate is a difference of w: the equation's right-hand side would amplify noise
                 found.a[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
 
@@ -322,14 +322,20 @@ def along_tasks_with(terms: Bundle) -> Any:
     """`along_tasks` with these terms, for Python to call."""
 
     def along_tasks(candidates, inputs, motion, starts, kept, begin, end, found):
-        """`along_one` for tasks begin..end-1; task = candidate * recordings + recording.
+        """`along_one` for tasks begin..end-1; task = recording * candidates + candidate.
 
         inputs: packed recordings; motion: of all of them; starts: (candidates, recordings) deflections in m.
         """
-        recordings = inputs.dts.size
+        count, on = starts.shape[0], candidates.on & terms.chosen | terms.always
+        longest = 0
+        for r in range(inputs.dts.size):
+            longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
+        before = followed_before(longest)
         for number in range(begin, end):
-            candidate = number // recordings
-            r = number % recordings
+            r = number // count
+            candidate = number % count
+            if candidate == 0:
+                before.params[:] = np.nan
             a = inputs.sample_offsets[r]
             b = inputs.sample_offsets[r + 1]
             wanted = motion.wanted[a:b] if motion.wanted.size > 0 else motion.wanted
@@ -340,6 +346,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.inputs[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
+                shared_with(terms, on, candidates.params[candidate], before),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],

@@ -37,10 +37,12 @@ class PhiSlopes(NamedTuple):
 
 
 @compiled
-def level_slopes(v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float) -> LevelSlopes:
+def level_slopes(
+    v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float, bent: bool
+) -> LevelSlopes:
     """The steady friction curve with its derivatives (eq. 42).
 
-    v, stribeck_velocity: m/s; coulomb, static: N; exponent: alpha, 0.5 to 2.
+    v, stribeck_velocity: m/s; coulomb, static: N; exponent: alpha, 0.5 to 2; bent: whether its derivative is wanted.
     """
     ratio = abs(v) / stribeck_velocity
     power = ratio * ratio if exponent == 2.0 else ratio**exponent
@@ -48,7 +50,7 @@ def level_slopes(v: float, coulomb: float, static: float, stribeck_velocity: flo
     excess = (static - coulomb) * decay
     by_speed = exponent * power / v if v != 0.0 else 0.0
     by_velocity = -exponent * power / stribeck_velocity
-    by_exponent = power * math.log(ratio) if ratio > 0.0 else 0.0
+    by_exponent = power * math.log(ratio) if bent and ratio > 0.0 else 0.0
     bend = -exponent * excess * (1.0 - power)  # of the fall, by the power
     share = exponent * power * decay
     return LevelSlopes(

@@ -104,11 +104,11 @@ def columns_at(table, width, block):
 
 
 @inlined
-def predictor_of(bristles, motion, middle, h):
-    """What the predicted middle (`predicted`) of a step of h seconds hangs on."""
+def predictor_of(bristles, motion, middle, h, bent):
+    """What the predicted middle (`predicted`) of a step of h seconds hangs on; bent: as in `level_slopes`."""
     coulomb, static, velocity, exponent, sigma_0, sigma_1, sigma_2, mass = bristles
-    level = level_slopes(motion.v, coulomb, static, velocity, exponent)
-    at_middle = level_slopes(middle.v, coulomb, static, velocity, exponent)
+    level = level_slopes(motion.v, coulomb, static, velocity, exponent, bent)
+    at_middle = level_slopes(middle.v, coulomb, static, velocity, exponent, bent)
     rate = sigma_0 * abs(motion.v) / level.level
     half = 0.5 * h
     relax = 1.0 / (1.0 + half * rate)

@@ -62,11 +62,12 @@ class Tangents(NamedTuple):
 
 class Carried(NamedTuple):
     """What goes along with a simulation: slopes (3 * width) of y, v and w; (width) of the force now; (points * width)
-    of the forces at the recording's points, those of one point without a motor."""
+    of the forces at the recording's points, those of one point without a motor; bent: whether alpha is a direction."""
 
     motion: Any
     force: Any
     forces: Any
+    bent: Any
 
 
 class Under(NamedTuple):
@@ -127,7 +128,7 @@ def carry_followed(bristles, table, carried, motion, middle, outer, step, h):
     """Take the slopes along a followed step. outer: forces in its middle and at its end; step: the first point of its
     base step (-1: no motor), and the shares of that at its middle and end."""
     width = table.shape[1]
-    predictor = predictor_of(bristles, motion, middle, h)
+    predictor = predictor_of(bristles, motion, middle, h, carried.bent)
     mean, rise = impulse(motion.force, outer[0], outer[1])
     linear = linear_of(bristles, motion, middle, mean, rise, h)
     base = motion.v, motion.w, middle.v
@@ -215,7 +216,7 @@ def start_bristles(bristles, table, carried, motion):
     """Put in the slopes of a bristle that follows from the model at the start (`steady_bristle`)."""
     coulomb, static, velocity, exponent, sigma_0 = bristles[:5]
     width = table.shape[1]
-    level = level_slopes(motion.v, coulomb, static, velocity, exponent)
+    level = level_slopes(motion.v, coulomb, static, velocity, exponent, carried.bent)
     slides, turn = abs(motion.v) > 0.0, math.copysign(1.0, motion.w)
     breaks = 1.0 if not slides and abs(motion.force) >= static else 0.0
     for block in range(0, width, LANES):
@@ -230,7 +231,7 @@ def start_bristles(bristles, table, carried, motion):
 def carried_from(axis, course, first, force_slopes, tangents, s):
     """The slopes at sample `first`."""
     width = tangents.table.shape[1]
-    carried = Carried(np.empty(3 * width), np.zeros(width), force_slopes.reshape(-1))
+    carried = Carried(np.empty(3 * width), np.zeros(width), force_slopes.reshape(-1), np.any(tangents.table[3] != 0.0))
     point = 2 * first * course.substeps if axis.powered else 0
     for c in range(width):
         carried.force[c] = force_slopes[point, c]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -118,9 +119,10 @@ class Ahead:
         moved[:, 2, acting] = (starts[1:, :, 2] - starts[0, :, 2]).T / _START_STEP
         y, slopes = self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
         if self.project:
-            begins = self.segments.out_offsets
-            for s, length in enumerate(self.segments.count):
-                basis, block = self.bases[int(length)], slopes[begins[s] : begins[s + 1]]
+            edges = np.concatenate([[0], np.flatnonzero(np.diff(self.segments.count)) + 1, [self.segments.count.size]])
+            for a, b in pairwise(edges):  # windows of one length after another
+                basis, rows = self.bases[int(self.segments.count[a])], self.segments.out_offsets[[a, b]]
+                block = slopes[rows[0] : rows[1]].reshape(b - a, len(basis), -1)
                 block -= basis @ (basis.T @ block)
         return self._projected((y - self.measured)[None])[0], slopes
 

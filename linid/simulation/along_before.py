@@ -1,0 +1,69 @@
+"""What candidates along one measured motion share: the bristle's way where nothing that decides it differs.
+
+Candidates that differ in their motor or effects alone, as most columns of a Jacobian do, share most of it: where a
+bristle begins an interval with the same bits, it ends it with the same ones.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.physics.laws.law import MOST_OWN
+from linid.physics.model import LAW_START
+from linid.simulation.binding import allocating, inlined
+
+FRICTION = 5  # parameters before sigma_1, which decide the bristle along a motion
+
+
+class Followed(NamedTuple):
+    """How the bristle went last along a recording. params: what decided it, (FRICTION + MOST_OWN,); per sample
+    (samples,) the deflections in m that it began (nan: unknown) and ended the way to the next one with, and both means
+    between; all empty where it is not shared."""
+
+    params: Any
+    begun: Any
+    ended: Any
+    mean: Any
+    late: Any
+
+
+@allocating
+def followed_before(samples):
+    """Room for the way along a recording of at most so many samples, of which nothing is known."""
+    begun = np.full(samples, np.nan)
+    return Followed(
+        np.full(FRICTION + MOST_OWN, np.nan), begun, np.empty(samples), np.empty(samples), np.empty(samples)
+    )
+
+
+@allocating
+def shared_with(terms, on, params, before):
+    """The way of the candidate before, forgotten if other parameters decide it, or empty where effects act on it."""
+    if terms.law.elements > 0 or on & terms.acts.level or on & terms.acts.load:
+        nothing = before.begun[0:0]
+        return Followed(before.params, nothing, nothing, nothing, nothing)
+    other = False
+    for k in range(FRICTION + MOST_OWN):
+        value = params[k if k < FRICTION else LAW_START + k - FRICTION]
+        other = other or before.params[k] != value
+        before.params[k] = value
+    if other:
+        before.begun[:] = math.nan
+    return before
+
+
+@inlined
+def bristle_or_before(terms, axis, bristles, resistance, w, way, wanted, before):
+    """The law's `along`, or what it was when it began with the same deflection. wanted: after which sample, and whether
+    means are."""
+    k, want_means = wanted
+    known = before.begun.size > 0
+    if known and before.begun[k] == w:
+        return before.ended[k], before.mean[k], before.late[k]
+    ended, mean, late = terms.law.along(axis, bristles, resistance, w, way, want_means)
+    if known:
+        before.begun[k], before.ended[k], before.mean[k], before.late[k] = w, ended, mean, late
+    return ended, mean, late
