@@ -15,7 +15,7 @@ from linid.physics.model import MOTOR_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, inputs_then, stretch_of
-from linid.simulation.forces import axis_of, bristles_of, force_once, motor_forces
+from linid.simulation.forces import axis_of, bristles_of, force_once, just_set_off, motor_forces
 from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
@@ -213,17 +213,18 @@ def carry_over_sample(terms, axis, bristles, course, n, table, carried, going):
 
 @compiled
 def start_bristles(bristles, table, carried, motion):
-    """Put in the slopes of a bristle that follows from the model at the start (`steady_bristle`)."""
+    """Put in the slopes of a bristle that follows from the model at the start (`started`)."""
     coulomb, static, velocity, exponent, sigma_0 = bristles[:5]
     width = table.shape[1]
     level = level_slopes(motion.v, coulomb, static, velocity, exponent, carried.bent)
-    slides, turn = abs(motion.v) > 0.0, math.copysign(1.0, motion.w)
+    slides = abs(motion.v) > 0.0 and not just_set_off(motion.v, static / sigma_0)
+    turn = math.copysign(1.0, motion.w)
     breaks = 1.0 if not slides and abs(motion.force) >= static else 0.0
     for block in range(0, width, LANES):
         columns = columns_at(table, width, block)
         held = (turn * breaks) * columns.static + (1.0 - breaks) * lanes_at(carried.force, block)
         if slides:
-            held = turn * level_lanes(level.level_by, turn * lanes_at(carried.motion, block + width), columns)
+            held = turn * level_lanes(level.level_by, lanes_at(carried.motion, block + width), columns)
         put_lanes(carried.motion, block + 2 * width, (1.0 / sigma_0) * (held - motion.w * columns.sigma_0))
 
 
