@@ -77,8 +77,8 @@ class FreeRun:
 
     @property
     def carries_slopes(self) -> bool:
-        """Whether `slopes` knows this model's derivatives over these recordings."""
-        return self.simulator.has_slopes(guided=False)
+        """Whether `slopes` is to be used: not in the search, whose descents end elsewhere with it."""
+        return not self.project and self.simulator.has_slopes(guided=False)
 
     def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
         """Residuals (N,) in m at params (VECTOR_SIZE,) and offsets (nuisances,), and their derivatives (N, K) in K
@@ -89,7 +89,7 @@ class FreeRun:
         moved[~self.moving, 1] = 0.0
         start = self.starts(offsets[None])[0]
         y, slopes = self.simulator.slopes(params, directions.params, self.segments, start, moved)
-        return self._projected((y - self.motion.measured)[None])[0], self._projected(slopes.T).T
+        return y - self.motion.measured, slopes
 
     def _projected(self, errors: Array) -> Array:
         """Errors (C, N), without start position and speed of free wheels where these are projected out."""

@@ -21,7 +21,7 @@ _COORDINATE_STEP = 1e-5
 _OFFSET_STEP = 0.3
 # Standard deviations by which all residuals together change over the search box, of a coordinate that is left where it
 # is: exact derivatives tell a direction however little it matters, and steps would go as far as they may.
-_UNTOLD = 1e-3
+_UNTOLD = 1e-6
 _OFFSET_LIMIT = 1e4
 _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
