@@ -212,7 +212,7 @@ def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares,
     """The selection with its shares and, where a gap stays, the term that the recordings ask for; without the effects
     in whose stead the term acts."""
     shares = shares_of(base.judge, found.base, found.best, means.seed)
-    lead = lead_of(base.judge, found, shares.unexplained[0], means)
+    lead = lead_of(base, found, shares.unexplained[0], means)
     if lead is not None and lead.start is not found.best:
         found = with_effects_of(found, lead.start)
         shares = shares_of(base.judge, found.base, found.best, means.seed)

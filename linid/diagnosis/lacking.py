@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from linid.arrays import Array
+from linid.diagnosis.base import Base
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely
@@ -16,6 +17,7 @@ from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.proposed.describe import described, in_the_model, with_formula
+from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import LEAST_CLOSED, WORTH, Proposal, judged_families, propose
@@ -61,18 +63,22 @@ class Lead:
     start: Fitted
 
 
-def lead_of(judge: Judge, found: Selection, unexplained: float, means: Means) -> Lead | None:
+def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> Lead | None:
     """The term that the recordings ask for, beside all effects found or, where effects of the library only lend
     themselves to something else, in their stead; None where they ask for none.
 
     unexplained: share of the gap that the effects leave.
     """
+    judge = base.judge
     rows = judged_rows(judge, found.best)
     excess = judge.excess(found.best.residual, rows)
     if leaves_nothing(excess, judge.fits.level(found.best.residual, found.best.floor, rows), unexplained):
         return None
     means.watch("term", 0, 3)
     beside = _lead(judge, found.best, means.seed)
+    cancelled = _cancelled(base, found, means.seed)
+    if cancelled is not None and _level_with(judge, cancelled) < _level_with(judge, beside):
+        return cancelled
     if not found.parts:
         return beside
     beside_left = 1.0 if beside is None else 1.0 - beside.proposal.closed
@@ -126,6 +132,34 @@ def _lead(judge: Judge, start: Fitted, seed: int) -> Lead | None:
     judged = judged_families(problem)
     proposal = propose(problem, judged)
     return None if proposal is None else Lead(problem, tuple(judged), proposal, start)
+
+
+def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:
+    """The force that a loop's input cancels, sought from where a regression beside a free periodic force puts the
+    base; None where no loop does so, or an effect is such a force.
+
+    What takes the input's thrust away, or only passes, would hide what is cancelled.
+    """
+    fits = base.judge.fits
+    if not fits.coordinates.limits or any(find_effect(part.name).force is not None for part in found.parts):
+        return None
+    start = fits.at(found.base.model, base.rivals[0], {}, found.base.recordings)
+    problem = problem_of(base.judge, start, seed)
+    judged = judged_families(problem, _is_a_force)
+    proposal = propose(problem, judged)
+    return None if proposal is None else Lead(problem, tuple(judged), proposal, start)
+
+
+def _is_a_force(family: Family) -> bool:
+    return not family.passing and not family.wanders and "motor_force" not in family.arguments
+
+
+def _level_with(judge: Judge, lead: Lead | None) -> float:
+    """The criterion on held-out rows of the model with a term, infinite where no model can have it."""
+    joined = None if lead is None else with_term(judge, lead.start, lead.problem, lead.proposal, None)
+    if joined is None:
+        return math.inf
+    return judge.fits.level(joined.fitted.residual, joined.fitted.floor, judge.balance.split)
 
 
 def _left(problem: Problem, best: Fitted) -> float:

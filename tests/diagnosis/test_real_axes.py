@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +16,10 @@ from tests.identification.test_real_axes import DRIVE_GAIN, emps, force_error
 from tests.shared_data import shared
 
 
-def diagnosed(machine: str, campaign: str) -> Found:
-    """The diagnosis of a machine's campaign file."""
+def diagnosed(machine: str, campaign: str, *without: str) -> Found:
+    """The diagnosis of a machine's campaign file; without: effects that are left out of the library."""
     inputs = read(shared("real", machine, campaign))
-    return diagnose(machine, inputs.recordings, "force", known=inputs.known, means=Means(2))
+    return diagnose(machine, inputs.recordings, "force", known=inputs.known, without=without, means=Means(2))
 
 
 def test_emps_lacks_a_friction_that_knows_the_direction() -> None:
@@ -66,6 +67,18 @@ def test_a_motor_that_cogs_is_told_though_its_loop_cancels_the_cogging() -> None
     assert 0.35 < values["coulomb_force"] / values["force_constant"] < 0.42
     orders = {values[f"cogging_order_{k}"] for k in range(1, 9)}
     assert {7.0, 14.0} <= orders
+
+
+@pytest.mark.exhaustive
+def test_what_a_loop_cancels_is_a_term_of_the_turn_where_the_library_lacks_it() -> None:
+    found = diagnosed("odrive", "campaign.yaml", "cogging")
+    term = found.diagnosis.proposal
+    assert found.diagnosis.verdict.effects == () and term is not None and term.kept
+    assert term.arguments == ("position",) and term.closed > 0.6
+    wavenumbers = {float(k) for k in re.findall(r"cos\(([\d.]+) ?\* ?y\)", term.effect)}
+    assert {7.0, 14.0} <= wavenumbers and all(k == round(k) for k in wavenumbers), term.effect
+    ahead = found.diagnosis.measures["ahead"]
+    assert ahead.after < 0.5 * ahead.before
 
 
 @pytest.mark.exhaustive

@@ -15,6 +15,8 @@ from linid.physics.effects.effect import ARGUMENTS
 PASSING = ("time", "campaign_time", "recording")
 NEAR = 0.004  # of the stroke: what a reversal or a rest leaves behind is drawn by the logarithm of the way since
 _BRIEF = 0.03  # s, a rest that hardly counts
+TURN = 2.0 * math.pi  # rad
+_TURNS = 2.0  # from which on an axis comes back to the same angles
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,8 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
     }
     if problem.field is not None:
         found["pole_phase"] = Argument("position", "y", length, rows.y, 2.0 * math.pi / problem.field)
+    if problem.rotary and float(np.ptp(rows.y)) > _TURNS * TURN:
+        found["turn"] = Argument("position", "y", length, rows.y, TURN)
     if np.any(problem.push != 0.0):
         found["motor_force"] = Argument("motor_force", "F", force, problem.push)
         found["force_size"] = Argument("motor_force", "abs(F)", force, np.abs(problem.push))

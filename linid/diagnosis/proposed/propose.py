@@ -81,12 +81,14 @@ def tested(problem: Problem, regression: Regression) -> Proposal | None:
     return Proposal(regression.family, gain, min(closed, 1.0), low, chance, regression)
 
 
-def judged_families(problem: Problem) -> list[Regression]:
-    """The best families, that with the largest gain first."""
+def judged_families(problem: Problem, able: Callable[[Family], bool] = lambda family: True) -> list[Regression]:
+    """The best of the families that are able, that with the largest gain first."""
     arguments = arguments_of(problem)
     shared = {0.0: Sums(problem, 0.0), WAVE_PIECE: Sums(problem, WAVE_PIECE)}
     kept: list[Regression] = []
     for family in _all_families(problem, arguments, Leftover(problem).of_rows):
+        if not able(family):
+            continue
         regression = Regression(shared[family.local], family)
         if regression.best[1] < LEAST_GAIN:
             continue

@@ -21,6 +21,7 @@ LEAST_PART = 0.03  # of what is left: a wave that takes less is none
 SHORTEST, HIGHEST = 1.0 / 600.0, 60.0  # wave, as a share of the stroke; frequency in Hz
 _OVERSAMPLED = 4  # cells per shortest wave's half
 _LEAST_CYCLES = 2.0  # over the whole range; slower ones are curves
+_HIGHEST_ORDER = 250  # waves per turn
 _CLASSES, _GATES = 16, 16  # of velocity, in each of which a wave may have another phase; functions of it
 _SLOW = 0.5  # Hz, up to which the running time of a campaign may sway something
 _NYQUIST = 0.4  # of the rows' rate
@@ -54,9 +55,11 @@ def wave_families(
     axes = [(arguments["position"], 2.0 * math.pi / (SHORTEST * stroke)), (arguments["time"], highest)]
     if "campaign_time" in arguments:
         axes.append((arguments["campaign_time"], 2.0 * math.pi * _SLOW))
+    if "turn" in arguments:
+        axes.append((arguments["turn"], 2.0 * math.pi * _HIGHEST_ORDER / arguments["turn"].period))
     for argument, top in axes:
         for sort in _sorts(problem, argument):
-            found = _strongest(problem, argument.values, sort, top, left)
+            found = _strongest(problem, argument, sort, top, left)
             if found:
                 yield _family(problem, arguments, argument, sort, found)
 
@@ -90,10 +93,13 @@ def _columns(problem: Problem, x: Array, sort: _Sort, wavenumber: float) -> Arra
 
 
 def _strongest(
-    problem: Problem, x: Array, sort: _Sort, top: float, left: Callable[[Array], Array]
+    problem: Problem, argument: Argument, sort: _Sort, top: float, left: Callable[[Array], Array]
 ) -> tuple[float, ...]:
-    """Wavenumbers in rad per unit of x (n,), one after the other by what they take of what is left."""
+    """Wavenumbers in rad per unit of an argument, one after the other by what they take of what is left; those of a
+    periodic one are whole multiples of its own."""
     found: list[float] = []
+    own = 2.0 * math.pi / argument.period if argument.period else 0.0
+    x = argument.values % argument.period if own else argument.values
     columns = np.empty((x.size, 0))
     rest = left(columns)
     whole = float(np.sum(rest**2))
@@ -103,7 +109,12 @@ def _strongest(
         best = int(np.argmax(gain))
         if gain[best] < LEAST_PART * whole:
             break
-        wavenumber = _refined(problem, x, sort, rest, float(grid[best]), float(grid[1]))
+        if own:
+            wavenumber = own * max(round(float(grid[best]) / own), 1)
+            if wavenumber in found:
+                break
+        else:
+            wavenumber = _refined(problem, x, sort, rest, float(grid[best]), float(grid[1]))
         found.append(wavenumber)
         columns = np.hstack([columns, _columns(problem, x, sort, wavenumber)])
         rest = left(columns)

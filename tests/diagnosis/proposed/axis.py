@@ -35,14 +35,15 @@ def axis(
     memory: float = 0.0,
     rotary: bool = False,
     rests: bool = False,
+    stroke: float = STROKE,
 ) -> Problem:
     """Swings over the stroke with a known mass, Coulomb and viscous friction and force constant fitted.
 
     missing: force (n,) in N that the model lacks; noise: deviation in m/s^2; memory: of the noise, from row to row;
-    rests: whether the axis stops on its way, for 0.05 to 0.5 s.
+    rests: whether the axis stops on its way, for 0.05 to 0.5 s; stroke: in m or rad.
     """
     random = np.random.default_rng(seed)
-    bare = _bare(random, rotary, rests)
+    bare = _bare(random, rotary, rests, stroke)
     driven = bare.push
     force = np.zeros(driven.size)
     for _ in range(_TURNS if missing is not None else 0):  # the drive moves the axis so whatever is missing
@@ -76,13 +77,13 @@ def axis(
     )
 
 
-def _bare(random: np.random.Generator, rotary: bool, rests: bool) -> Problem:
+def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float) -> Problem:
     """The motion alone, without any residual."""
     owner = np.repeat(np.arange(RECORDINGS), LENGTH)
     t = np.tile(np.arange(LENGTH) * STEP, RECORDINGS)
-    y, v, a = np.full(t.size, STROKE / 2.0), np.zeros(t.size), np.zeros(t.size)
+    y, v, a = np.full(t.size, stroke / 2.0), np.zeros(t.size), np.zeros(t.size)
     for share, low, high in ((0.6, 0.3, 0.5), (0.25, 0.9, 1.4)):
-        size = 0.5 * STROKE * share * random.uniform(0.7, 1.0, RECORDINGS)[owner]
+        size = 0.5 * stroke * share * random.uniform(0.7, 1.0, RECORDINGS)[owner]
         rate = 2.0 * np.pi * random.uniform(low, high, RECORDINGS)[owner]
         angle = rate * t + random.uniform(0.0, 2.0 * np.pi, RECORDINGS)[owner]
         y, v, a = y + size * np.sin(angle), v + size * rate * np.cos(angle), a - size * rate**2 * np.sin(angle)

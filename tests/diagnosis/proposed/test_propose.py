@@ -78,6 +78,14 @@ def test_a_hidden_force_gets_its_own_arguments(name: str) -> None:
     assert proposal.p_value == pytest.approx(0.01)
 
 
+def test_waves_of_a_turn_have_whole_orders() -> None:
+    """What a shaft meets once or so often per turn, on an axis that turns for long."""
+    problem = axis(lambda p: 0.5 * np.sin(7.0 * p.rows.y) + 0.3 * np.cos(3.0 * p.rows.y), rotary=True, stroke=20.0)
+    proposal = propose(problem, judged_families(problem))
+    assert proposal is not None and proposal.arguments == ("position",) and proposal.closed > 0.95
+    assert proposal.family.form == "waves of 1.114, 0.4775 per rad, force"  # 7 and 3 over 2 pi
+
+
 def test_nothing_is_proposed_on_noise_alone() -> None:
     for seed in range(20):
         problem = axis(None, seed, memory=0.3 * (seed % 3))
