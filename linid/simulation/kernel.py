@@ -19,7 +19,6 @@ from linid.simulation.forces import (
     axis_of,
     bristles_of,
     force_once,
-    just_set_off,
     keep_states,
     motor_forces,
     reading_error,
@@ -84,13 +83,11 @@ def set_states(start, kept, p):
 def started(terms, axis, bristles, t, start, kept, currents):
     """The motion at the first sample, at t seconds with these currents."""
     y, v, w = start[0], start[1], start[2]
-    # What an axis that stood brings along is that of its rest: the sign of its first speed is chance.
-    before = 0.0 if just_set_off(v, bristles.static / bristles.sigma_0) else v
     if axis.on & terms.acts.advance:
-        start_states(terms, axis, t, y, before, currents)
+        start_states(terms, axis, t, y, v, currents)
         set_states(start, kept, axis.p)
     if math.isnan(w):  # not given: the bristle that goes with steady sliding, or holds the resting axis
-        w = steady_bristle(terms, axis, bristles, t, y, before, currents)
+        w = steady_bristle(terms, axis, bristles, t, y, v, currents)
     if terms.law.elements > 0:
         terms.law.share_out(axis, bristles, w)
         set_states(start, kept, axis.p)

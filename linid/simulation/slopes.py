@@ -15,7 +15,7 @@ from linid.physics.model import MOTOR_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, inputs_then, stretch_of
-from linid.simulation.forces import axis_of, bristles_of, force_once, just_set_off, motor_forces
+from linid.simulation.forces import axis_of, bristles_of, force_once, motor_forces
 from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
@@ -217,7 +217,7 @@ def start_bristles(bristles, table, carried, motion):
     coulomb, static, velocity, exponent, sigma_0 = bristles[:5]
     width = table.shape[1]
     level = level_slopes(motion.v, coulomb, static, velocity, exponent, carried.bent)
-    slides = abs(motion.v) > 0.0 and not just_set_off(motion.v, static / sigma_0)
+    slides = abs(motion.v) > 0.0
     turn = math.copysign(1.0, motion.w)
     breaks = 1.0 if not slides and abs(motion.force) >= static else 0.0
     for block in range(0, width, LANES):

@@ -15,6 +15,9 @@ from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 
 _GROUP = 0.02  # s, residuals of free runs are grouped in bins of this length
+# Of a recording's highest speed: an axis that starts slower is taken to have stood, its bristle in balance. The sign of
+# such a speed, which is noise or one of the first samples under a current that jumps, would bend it to one side.
+_RESTS = 0.02
 
 
 @dataclass
@@ -39,7 +42,8 @@ class FreeRun:
         self.motion = measure_motion(self.recordings)
         first = self.simulator.inputs.sample_offsets[:-1]
         self.start = np.column_stack([self.motion.y[first], self.motion.v[first]])
-        self.moving = self.start[:, 1] != 0.0
+        fastest = np.maximum.reduceat(np.abs(self.motion.v), first)
+        self.moving = np.abs(self.start[:, 1]) > _RESTS * fastest
         noise = np.maximum(self.motion.position_noise, 1e-12)
         # Offsets are searched in units of their own uncertainty, so that all Jacobian columns have like size.
         self.scale = np.column_stack([noise, np.maximum(self.motion.speed_noise, 1e-9)])
