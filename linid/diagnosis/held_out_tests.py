@@ -46,6 +46,9 @@ def stands(part: Part) -> bool:
     effect = find_effect(part.name)
     if abs(part.share) < LEAST_SHARE:
         return False
+    # What lowers the logarithm and adds to the power has moved the model from one half of the rows to the other.
+    if e.power < 0.0 and e.certainty < SURE:
+        return False
     # Which recordings an effect acts in was chosen by what it explains there; few blocks judge a single one.
     alone = CERTAINTY + (SURE - CERTAINTY) * (1.0 - e.closed)
     least = alone if effect.per_recording else max(LEAST_CERTAINTY, CERTAINTY * (1.0 - e.closed))

@@ -84,3 +84,10 @@ def test_marks_are_not_searched() -> None:
     model = Model("sine", ("payload_change", "cogging"))
     held = preset_of(model, {"payload_recordings": 6.0, "payload_mass": 0.2, "cogging_order_1": 1.0})
     assert held == {"payload_recordings": 6.0, "cogging_order_1": 1.0}
+
+
+def test_what_adds_to_the_power_must_be_beyond_doubt() -> None:
+    worse = Evidence(gain=3.6, certainty=2.6, closed=0.23, power=-5e5, power_closed=0.0)
+    assert not stands(Part("cable_force", worse, NOTHING))
+    assert stands(Part("cable_force", replace(worse, power=1.0), NOTHING))
+    assert stands(Part("cable_force", replace(worse, certainty=6.0), NOTHING))
