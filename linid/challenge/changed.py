@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from linid.challenge.hidden_axis import AxisKind, HiddenAxis
-from linid.challenge.make import HiddenCampaign, Plan, make_campaign, recorded
+from linid.challenge.hidden_axis import HiddenAxis
+from linid.challenge.make import HiddenCampaign, Kind, Plan, make_campaign, recorded
+from linid.challenge.truth import Truth
 from linid.errors import UsageError
 
-# Factor of a change, or its inverse, drawn log-uniformly.
+# What may change, by the name that a diagnosis has for it: the factor, or its inverse, is drawn log-uniformly.
 FACTORS: dict[str, tuple[float, float]] = {
-    "coulomb_force": (1.1, 1.6),
-    "force_constant": (1.04, 1.25),
-    "viscous_friction": (1.4, 3.0),
-    "mass": (1.04, 1.3),
+    "friction_level_change": (1.1, 1.6),
+    "force_constant_change": (1.04, 1.25),
+    "viscous_friction_change": (1.4, 3.0),
+    "payload_change": (1.04, 1.3),
 }
 # Of ten campaigns: how many parameters change, or what else comes.
 SCENARIOS = ("one", "one", "one", "one", "two", "two", "effect", "effect", "nothing", "nothing")
@@ -32,52 +33,44 @@ _STRENGTH = (0.1, 1.0)
 _ATTEMPTS = 10
 
 
-@dataclass(frozen=True)
-class ChangedAxis:
-    """The recordings of an axis as commissioned and of later; factors: by which its parameters have changed since."""
+def make_changed(plan: Plan, index: int) -> HiddenCampaign:
+    """Axis number `index` (from 0) of a plan as it is later, with its recordings of the commissioning.
 
-    scenario: str
-    commissioned: HiddenCampaign
-    later: HiddenCampaign
-    factors: dict[str, float]
-
-    @property
-    def causes(self) -> tuple[str, ...]:
-        """What has come since: changed parameters and effects, by name."""
-        return (*self.factors, *(effect.name for effect in self.later.effects))
-
-
-def make_changed(seed: int, index: int, axes: tuple[AxisKind, ...] = ("phase",)) -> ChangedAxis:
-    """Axis number `index` (from 0) of a seed, recorded twice; axes: the kinds to draw from. Raises UsageError where no
-    change will do."""
-    commissioned = make_campaign(Plan(seed, kinds=("none",), axes=axes), index)
-    block = np.random.default_rng([seed, 11, index // len(SCENARIOS)]).permutation(len(SCENARIOS))
+    Raises UsageError where no change will do.
+    """
+    before = make_campaign(plan, index)
+    block = np.random.default_rng([plan.seed, 11, index // len(SCENARIOS)]).permutation(len(SCENARIOS))
     scenario = SCENARIOS[block[index % len(SCENARIOS)]]
     for attempt in range(_ATTEMPTS):
-        random = np.random.default_rng([seed, 12, index, attempt])
+        random = np.random.default_rng([plan.seed, 12, index, attempt])
         factors = _factors(random, {"one": 1, "two": 2}.get(scenario, 0))
         names = (str(random.choice(EFFECTS)),) if scenario == "effect" else ()
         wanted = tuple(_log_uniform(random, *_STRENGTH) for _ in names)
-        axis = changed(commissioned.description, factors)
-        later = recorded(axis, "single" if names else "none", names, wanted, random, several=False)
+        axis = changed(before.description, factors)
+        kind: Kind = "unchanged" if scenario == "nothing" else "changed"
+        later = recorded(axis, kind, names, wanted, random, several=False)
         if later is not None:
-            return ChangedAxis(scenario, commissioned, later, factors)
-    raise UsageError(f"axis {index + 1} of seed {seed}", "does not move once it has changed", "Take another seed.")
+            # Shares of the gap to the commissioned model are not those of the gap to the axis' own base.
+            untold = Truth(None, {}, 0.0)
+            return replace(later, truth=untold, commissioned=before.recordings, factors=factors)
+    raise UsageError(f"axis {index + 1} of seed {plan.seed}", "does not move once it has changed", "Take another seed.")
 
 
 def changed(axis: HiddenAxis, factors: dict[str, float]) -> HiddenAxis:
     """The axis with some parameters times a factor; breakaway goes with Coulomb friction."""
     factor = {name: factors.get(name, 1.0) for name in FACTORS}
+    level, viscous = factor["friction_level_change"], factor["viscous_friction_change"]
     friction = axis.friction.model_copy(
         update={
-            "coulomb_force_n": axis.friction.coulomb_force_n * factor["coulomb_force"],
-            "static_force_n": axis.friction.static_force_n * factor["coulomb_force"],
-            "viscous_friction_n_s_per_m": axis.friction.viscous_friction_n_s_per_m * factor["viscous_friction"],
+            "coulomb_force_n": axis.friction.coulomb_force_n * level,
+            "static_force_n": axis.friction.static_force_n * level,
+            "viscous_friction_n_s_per_m": axis.friction.viscous_friction_n_s_per_m * viscous,
         }
     )
-    constant = axis.motor.force_constant_n_per_a * factor["force_constant"]
+    constant = axis.motor.force_constant_n_per_a * factor["force_constant_change"]
     motor = axis.motor.model_copy(update={"force_constant_n_per_a": constant})
-    return axis.model_copy(update={"friction": friction, "motor": motor, "mass_kg": axis.mass_kg * factor["mass"]})
+    mass = axis.mass_kg * factor["payload_change"]
+    return axis.model_copy(update={"friction": friction, "motor": motor, "mass_kg": mass})
 
 
 def _factors(random: np.random.Generator, count: int) -> dict[str, float]:

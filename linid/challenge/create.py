@@ -7,8 +7,9 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import TypeVar
 
+from linid.challenge.changed import make_changed
 from linid.challenge.files import KEYS_FILE, Key, key_of, write_hidden_campaign, write_keys
-from linid.challenge.make import Plan, make_campaign
+from linid.challenge.make import Plan, assignment, make_campaign
 from linid.challenge.term import plan_body
 from linid.errors import UsageError
 
@@ -37,7 +38,8 @@ def make_challenge(
         raise UsageError(str(keys_path), "exists", "Name another file by --keys.")
 
     def one(index: int) -> tuple[str, Key]:
-        campaign = make_campaign(plan, index)
+        make = make_changed if assignment(plan, index)[0] == "changed" else make_campaign
+        campaign = make(plan, index)
         write_hidden_campaign(campaign, folder)
         return campaign.name, key_of(campaign)
 

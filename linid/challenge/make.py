@@ -22,9 +22,9 @@ from linid.errors import UsageError
 from linid.stand.measurement import measure
 from linid.stand.mode_descriptions import FreeWheel, Mode, SlowRamp
 
-Kind = Literal["single", "pair", "none", "unknown", "crowd"]
+Kind = Literal["single", "pair", "none", "unknown", "crowd", "changed", "unchanged"]
 # Of ten campaigns with the first four kinds.
-_SHARES: dict[Kind, int] = {"single": 6, "pair": 2, "none": 1, "unknown": 1, "crowd": 2}
+_SHARES: dict[Kind, int] = {"single": 6, "pair": 2, "none": 1, "unknown": 1, "crowd": 2, "changed": 2}
 # Effects that a kind hides at once (a crowd: as many as drawn uniformly from this range).
 _LEAST: dict[Kind, int] = {"pair": 2, "crowd": 3}
 _MOST_AT_ONCE = 6
@@ -101,7 +101,8 @@ class Measured:
 @dataclass(frozen=True)
 class HiddenCampaign:
     """A campaign, its fresh twin and its key. strength: effect name -> strength (see `linid.challenge.strength`);
-    truth: each effect's share of the gap (see `linid.challenge.truth`)."""
+    truth: each effect's share of the gap (see `linid.challenge.truth`); commissioned: recordings of the axis as it was
+    before it changed, factors: by which its parameters have changed since."""
 
     name: str
     kind: Kind
@@ -111,6 +112,8 @@ class HiddenCampaign:
     recordings: tuple[Measured, ...]
     fresh: tuple[Measured, ...] = field(default_factory=tuple)
     truth: Truth = field(default_factory=lambda: Truth(0.0, {}, 0.0))
+    commissioned: tuple[Measured, ...] = ()
+    factors: dict[str, float] = field(default_factory=dict)
 
 
 def assignment(plan: Plan, index: int) -> tuple[Kind, tuple[str, ...], tuple[float, ...]]:
@@ -131,7 +134,7 @@ def assignment(plan: Plan, index: int) -> tuple[Kind, tuple[str, ...], tuple[flo
         pool = tuple(name for name in plan.names(kind) if axis in ENTRIES[name].axes)
         count = 2 if kind == "pair" else int(random.integers(plan.crowd[0], plan.crowd[1] + 1))
         names = tuple(map(str, random.choice(pool, min(count, len(pool)), replace=False)))
-    elif kind != "none":
+    elif kind not in ("none", "changed"):  # what changes is drawn later
         pool = plan.names(kind)
         turn, position = divmod(number * block.count(kind) + kinds[:place].count(kind), len(pool))
         order = np.random.default_rng([plan.seed, 3, turn, int(kind == "unknown")]).permutation(len(pool))

@@ -2,7 +2,8 @@
 
 Rules: a single effect counts 1 when the entry with the largest share has its name, and one half when that entry has
 one rival (a name that these recordings cannot tell apart) which is it. A name counts as wrong when neither it nor one
-of its rivals is hidden (`linid.challenge.budget`).
+of its rivals is hidden (`linid.challenge.budget`). Of an axis that has changed since commissioning, the entry with the
+largest share is to be one of the causes, by its own name.
 """
 
 from __future__ import annotations
@@ -85,6 +86,9 @@ def score_line(name: str, key: Key, answer: Answer) -> Line:
     elif key.kind == "pair":
         top_1 = 1.0 if set(answer.named) == hidden else 0.0
         top_3 = 1.0 if hidden <= set(answer.named[:3]) else top_1
+    elif key.kind == "changed":
+        top_1 = float(bool(answer.named) and answer.named[0] in hidden)
+        top_3 = float(bool(hidden & set(answer.named[:3])))
     return Line(
         name,
         key.kind,
@@ -126,6 +130,7 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
         "pairs_one_named": rate(
             _marks(pairs, lambda x: x.top_1 == 0 and bool(set(x.answer.named) & set(x.hidden)) and not x.wrong)
         ),
+        **_since_commissioning(lines),
         "interval_coverage": _coverage(lines),
         "failed": rate(_marks(lines, lambda x: x.answer.status == FAILED)),
     }
@@ -149,20 +154,34 @@ def score(keys: Mapping[str, Key], answers: Mapping[str, Answer], bins: Sequence
     )
 
 
+def _since_commissioning(lines: Sequence[Line]) -> dict[str, Rate]:
+    """Rates of axes that were recorded twice: as commissioned, and later, changed or not."""
+    changed, unchanged = _of(lines, "changed"), _of(lines, "unchanged")
+    causes = [cause in line.answer.named for line in changed for cause in line.hidden]
+    names = [entry.effect in line.ledger.absent for line in (*changed, *unchanged) for entry in line.answer.entries]
+    return {
+        "changed_first": rate(_marks(changed, lambda x: x.top_1)),
+        "changed_found": rate(map(float, causes)),
+        "changed_wrong": rate(map(float, names)),
+        "unchanged_alarms": rate(_marks(unchanged, lambda x: x.answer.status not in ("none", FAILED))),
+    }
+
+
 def confusion(lines: Sequence[Line]) -> tuple[tuple[str, ...], tuple[str, ...], tuple[tuple[float, ...], ...]]:
-    """Key against verdict for all campaigns but pairs and crowds; effects outside the library are one row `unknown`.
+    """Key against verdict for all campaigns but those with several causes; what is outside the library is one row
+    `unknown`.
 
     A verdict of several names counts in equal parts for each.
     """
     cells: dict[tuple[str, str], float] = {}
     for line in lines:
-        if line.kind in ("pair", "crowd"):
+        if line.kind in ("pair", "crowd") or len(line.hidden) > 1:
             continue
-        row = line.hidden[0] if line.kind == "single" else line.kind
+        row = line.hidden[0] if line.kind in ("single", "changed") else line.kind
         said = line.answer.named or (line.answer.status,)
         for name in said:
             cells[row, name] = cells.get((row, name), 0.0) + 1 / len(said)
-    last = ("none", "unknown", "partly explained", "explained", FAILED)
+    last = ("none", "unchanged", "unknown", "partly explained", "explained", FAILED)
     rows = sorted({row for row, _ in cells} - set(last)) + [n for n in last if any(r == n for r, _ in cells)]
     said_names = sorted({c for _, c in cells} | {r for r, _ in cells} - set(last) - set(last))
     columns = [n for n in said_names if n not in last] + [n for n in last if any(c == n for _, c in cells) or n in rows]

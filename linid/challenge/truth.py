@@ -57,9 +57,9 @@ _LEAST_FLOOR = 0.3  # of the median: no recording counts more than that however 
 @dataclass(frozen=True)
 class Truth:
     """gap: held-out mean square of what the base misses after its linear refit, in floors of the sensors' noise;
-    shares: effect -> its share of the gap; unexplained: share that no listed effect has."""
+    shares: effect -> its share of the gap; unexplained: share that no listed effect has. gap None: not told."""
 
-    gap: float
+    gap: float | None
     shares: dict[str, float]
     unexplained: float
 

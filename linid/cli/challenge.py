@@ -88,7 +88,7 @@ def _numbers(ctx: click.Context, parameter: click.Parameter, value: str) -> tupl
     default=",".join(KINDS),
     show_default=True,
     metavar="A,B",
-    help="Kinds of campaigns; also: crowd (three to six effects at once).",
+    help="Kinds of campaigns; also: crowd (three to six effects at once), changed (recorded twice).",
 )
 @click.option(
     "--laws",
@@ -135,6 +135,9 @@ def make(
     **plan: Any,
 ) -> None:
     """Make campaigns that hide one effect, two, none, one outside the library, or a crowd of three to six.
+
+    Those of the kind `changed` are recorded twice: as commissioned, and later, when parameters have changed, an effect
+    has come, or nothing has.
 
     \b
     Example:

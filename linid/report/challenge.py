@@ -31,6 +31,10 @@ LABELS = {
     "pairs_both_named": "pairs: both named",
     "pairs_both_visible": "... where each closes half of what the other leaves",
     "pairs_one_named": "pairs: one named, none wrong",
+    "changed_first": "changed since commissioning: a cause named first",
+    "changed_found": "... of all causes: named",
+    "changed_wrong": "... of all names, also of unchanged axes: not there",
+    "unchanged_alarms": "unchanged since commissioning: any alarm",
     "interval_coverage": "fresh gaps within their 95 % intervals",
     "failed": "diagnosis failed",
 }

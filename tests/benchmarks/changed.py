@@ -1,11 +1,10 @@
-"""What has changed since commissioning: `python -m tests.benchmarks.changed FOLDER [--make N --seed S] [--jobs J]`.
+"""What is other than in a simulator: `python -m tests.benchmarks.changed FOLDER --base fmu [--make N --seed S]`.
 
-Makes axes in FOLDER (those there are kept), fits each as it was commissioned, and diagnoses its later recordings
-against that model. Prints what was named of each, and how often the first name is a cause, other names are none, and
-an axis that is what it was is called so.
---base mujoco or fmu: the model is exported to that simulator, which runs the later recordings, and these are diagnosed
-against its motions alone, as against a simulator that nobody here has written. Open-loop runs of a motor by its
-phase currents lose step, so --axes q_linear is what a simulator says most of.
+Makes axes that are recorded twice in FOLDER (`linid challenge make --kinds changed`; a challenge that is there is
+kept), fits each as it was commissioned, and exports that model to a simulator, MuJoCo or an FMU, which runs the later
+recordings. These are diagnosed against its motions alone, as against a simulator that nobody here has written.
+`--base linid` does what `linid challenge run` does. Prints what was named of each, and the rates of the score.
+Open-loop runs of a motor by its phase currents lose step, so --axes q_linear is what a simulator says most of.
 """
 
 from __future__ import annotations
@@ -16,50 +15,26 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from linid.challenge.changed import make_changed
-from linid.challenge.files import CAMPAIGN_FILE, write_hidden_campaign
+from linid.challenge.answers import read_answer
+from linid.challenge.create import make_challenge
+from linid.challenge.files import CAMPAIGN_FILE, COMMISSIONED_FOLDER, DIAGNOSIS_FILE, KEYS_FILE, read_keys
 from linid.challenge.hidden_axis import AXES
+from linid.challenge.make import Plan
 from linid.challenge.run import in_processes
+from linid.challenge.score import score
 from linid.export.target import Exported
+from linid.workflow.commands.challenge import diagnose_with_linid
 
 if TYPE_CHECKING:
     from linid.api import Campaign, Fit
-    from linid.challenge.hidden_axis import AxisKind
 
-KEY, MODEL = "key.json", "commissioned.json"
 BASES = ("linid", "mujoco", "fmu")
-COMMISSIONED, LATER = "commissioned", "later"
-# Which parameter an effect stands for where it acts in every recording.
-MEANS = {
-    "friction_level_change": "coulomb_force",
-    "payload_change": "mass",
-    "force_constant_change": "force_constant",
-    "viscous_friction_change": "viscous_friction",
-}
-
-
-def make_one(folder: Path, seed: int, index: int, axes: tuple[AxisKind, ...]) -> tuple[str, float]:
-    """Write one axis, twice recorded, with its key."""
-    name = f"axis_{index + 1:04d}"
-    if not (folder / name / KEY).exists():
-        made = make_changed(seed, index, axes)
-        write_hidden_campaign(made.commissioned, folder / name / COMMISSIONED, fresh=False)
-        write_hidden_campaign(made.later, folder / name / LATER, fresh=False)
-        key = {"scenario": made.scenario, "causes": made.causes, "factors": made.factors}
-        motor = made.later.description
-        key["motor"] = motor.motor.kind if motor.kind == "phase" else "force"
-        (folder / name / KEY).write_text(json.dumps(key, indent=1), encoding="utf-8")
-    return name, 0.0
-
-
-def answer_of(base: str) -> str:
-    """The file of a diagnosis against a base."""
-    return "answer.json" if base == "linid" else f"answer_{base}.json"
+RATES = ("changed_first", "changed_found", "changed_wrong", "unchanged_alarms", "failed")
 
 
 def in_mujoco(fitted: Fit, campaign: Campaign) -> Campaign:
@@ -99,31 +74,22 @@ def in_unit(fitted: Fit, campaign: Campaign, folder: Path) -> Campaign:
 def answer_one(folder: Path, name: str, base: str) -> tuple[str, float]:
     """Fit the commissioned model and diagnose against it, or its export (what there is already is kept)."""
     import linid
-    from linid.identification.model_file import model_to_text
+    from linid.interface.stages import base_kind
 
-    place = folder / name
-    key = json.loads((place / KEY).read_text(encoding="utf-8"))
-    (before,) = (place / COMMISSIONED).glob(f"*/{CAMPAIGN_FILE}")
-    (after,) = (place / LATER).glob(f"*/{CAMPAIGN_FILE}")
-    if not (place / MODEL).exists():
-        fitted = linid.fit(linid.read(before), key["motor"])
-        (place / MODEL).write_text(model_to_text(fitted.result), encoding="utf-8")
-    begun = perf_counter()
-    if not (place / answer_of(base)).exists():
-        model, later = linid.load(place / MODEL), linid.read(after)
+    out = folder / f"results_{base}" / name
+    begun = process_time()
+    if not (out / DIAGNOSIS_FILE).exists():
+        out.mkdir(parents=True, exist_ok=True)
         if base == "linid":
-            found = linid.diagnose(later, since=model)
+            diagnose_with_linid(folder / name / CAMPAIGN_FILE, out, 1)
         else:
-            run = in_mujoco(model, later) if base == "mujoco" else in_unit(model, later, place)
-            found = linid.diagnose(run, key["motor"], simulated=True)
-        (place / answer_of(base)).write_text(json.dumps(found.to_dict(), allow_nan=False), encoding="utf-8")
-    return name, perf_counter() - begun
-
-
-def named(answer: dict[str, object]) -> list[str]:
-    """Causes in the order of their shares; changed parameters by their own names."""
-    names = [str(name).partition(":")[0] for name in answer["verdict"]["effects"]]  # type: ignore[index]
-    return [MEANS.get(name, name) for name in names]
+            before = linid.read(folder / COMMISSIONED_FOLDER / name / CAMPAIGN_FILE)
+            kind = base_kind(before.recordings)
+            model, later = linid.fit(before, kind), linid.read(folder / name / CAMPAIGN_FILE)
+            run = in_mujoco(model, later) if base == "mujoco" else in_unit(model, later, out)
+            found = linid.diagnose(run, kind, simulated=True)
+            (out / DIAGNOSIS_FILE).write_text(json.dumps(found.to_dict(), allow_nan=False), encoding="utf-8")
+    return name, process_time() - begun
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -136,34 +102,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--base", choices=BASES, default="linid")
     parser.add_argument("--axes", default="phase", help=f"kinds of axes, of {', '.join(AXES)}")
     options = parser.parse_args(arguments)
-    axes = tuple(options.axes.split(","))
-    made = [(options.folder, options.seed, index, axes) for index in range(options.make)]
-    for _ in in_processes(make_one, made, options.jobs):
-        pass
-    names = sorted(path.parent.name for path in options.folder.glob(f"*/{KEY}"))
-    first = wrong = alarms = quiet = causes = said = found = 0
-    tasks = [(options.folder, name, options.base) for name in names]
+    if not (options.folder / KEYS_FILE).exists():
+        plan = Plan(options.seed, kinds=("changed",), axes=tuple(options.axes.split(",")))
+        make_challenge(plan, options.make, options.folder, jobs=options.jobs)
+    keys = read_keys(options.folder / KEYS_FILE)
+    tasks = [(options.folder, name, options.base) for name in keys]
+    answers = {}
     for name, seconds in in_processes(answer_one, tasks, options.jobs):
-        key = json.loads((options.folder / name / KEY).read_text(encoding="utf-8"))
-        answer = json.loads((options.folder / name / answer_of(options.base)).read_text(encoding="utf-8"))
-        said_names, true = named(answer), list(key["causes"])
-        if true:
-            causes += 1
-            first += bool(said_names) and said_names[0] in true
-            found += len(set(said_names) & set(true))
-        else:
-            quiet += 1
-            alarms += bool(said_names)
-        said += len(said_names)
-        wrong += len([one for one in said_names if one not in true])
-        factors = ", ".join(f"{k} x {x:.3f}" for k, x in key["factors"].items())
-        status = answer["verdict"]["status"]
-        print(
-            f"{name} {key['scenario']}: {'+'.join(true) or '-'} ({factors}) -> {status}, {'+'.join(said_names) or '-'} "
-            f"[{seconds:.0f} s]",
-            flush=True,
-        )
-    print(f"cause named first {first} of {causes}; wrong {wrong} of {said} names; falsely alarmed {alarms} of {quiet}")
+        answers[name] = read_answer(options.folder / f"results_{options.base}" / name)
+        true = [f"{cause} {told.get('factor', '')}".strip() for cause, told in keys[name].parameters.items()]
+        said = "+".join(answers[name].named) or "-"
+        print(f"{name} {'+'.join(true) or '-'} -> {answers[name].status}, {said} [{seconds:.0f} s]", flush=True)
+    rates = score({name: keys[name] for name in answers}, answers).rates
+    print("; ".join(f"{name} {rates[name].count:g} of {rates[name].total}" for name in RATES))
 
 
 if __name__ == "__main__":

@@ -55,16 +55,19 @@ def make(
 
 def diagnose_with_linid(path: Path, out: Path, jobs: int, without: Sequence[str] = ()) -> Any:
     """The project's own diagnosis of a campaign file into `out`, and then its forecast against fresh recordings.
-    without: effects of the library that are left out of consideration."""
+
+    Where there are recordings of the commissioning, against the model that is fitted to those. without: effects of the
+    library that are left out of consideration."""
     from linid import api
     from linid.challenge.answers import FRESH_FILE
     from linid.challenge.checks import fresh_gaps, fresh_text
-    from linid.challenge.files import CAMPAIGN_FILE, DIAGNOSIS_FILE, FRESH_FOLDER
+    from linid.challenge.files import CAMPAIGN_FILE, COMMISSIONED_FOLDER, DIAGNOSIS_FILE, FRESH_FOLDER
     from linid.diagnosis.measures import measure_gaps
     from linid.report.result_files import MODEL_AFTER
     from linid.workflow.commands.diagnose import diagnose_campaign
 
-    found = diagnose_campaign(path, out, jobs, without)
+    before = path.parent.parent / COMMISSIONED_FOLDER / path.parent.name / CAMPAIGN_FILE
+    found = diagnose_campaign(path, out, jobs, without, since=before if before.exists() else None)
     fresh = path.parent.parent / FRESH_FOLDER / path.parent.name / CAMPAIGN_FILE
     if fresh.exists():
         stated = json.loads((out / DIAGNOSIS_FILE).read_text(encoding="utf-8"))
@@ -94,7 +97,8 @@ def true_effects_closure(path: Path, effects: Sequence[str]) -> tuple[float, dic
 def oracle(
     folder: Path, reporter: Reporter, *, keys: Path | None = None, jobs: int = 1, resume: bool = False
 ) -> Outcome:
-    """For every campaign the closure that its true effects reach, into results/NAME/oracle.json.
+    """For every campaign the closure that its true effects reach, into results/NAME/oracle.json; not for axes that were
+    recorded twice, whose model is given.
 
     Raises DataError when the keys cannot be read, Interrupted after Ctrl-C or SIGTERM.
     """
@@ -107,7 +111,7 @@ def oracle(
     tasks = [
         (folder / name / CAMPAIGN_FILE, key.effects, results / name / ORACLE_FILE, more.get("plan"))
         for name, key in sealed.items()
-        if not (resume and (results / name / ORACLE_FILE).exists())
+        if key.kind not in ("changed", "unchanged") and not (resume and (results / name / ORACLE_FILE).exists())
     ]
     with reporter:
         try:

@@ -166,14 +166,20 @@ def _complete(found: Found, folder: RunFolder, request: Request, reporter: Repor
     return outcome
 
 
-def diagnose_campaign(path: Path, out: Path, jobs: int, without: Sequence[str] = ()) -> Diagnosis:
+def diagnose_campaign(
+    path: Path, out: Path, jobs: int, without: Sequence[str] = (), since: Path | None = None
+) -> Diagnosis:
     """Diagnose a campaign file into a folder, without figures or a word: for many campaigns at once. without: effects
-    of the library that are left out of consideration."""
+    of the library that are left out of consideration; since: campaign file of the commissioning, whose fitted model is
+    the base."""
     import json
 
     from linid import api
 
-    found = api.diagnose(replace(api.read(path), name=path.parent.name), without=without, jobs=jobs)
+    begun = None if since is None else api.read(since)
+    given = None if begun is None else api.fit(begun, base_kind(begun.recordings), jobs=jobs)
+    campaign = replace(api.read(path), name=path.parent.name)
+    found = api.diagnose(campaign, since=given, without=without, jobs=jobs)
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "diagnosis.json", json.dumps(found.to_dict(), indent=1, allow_nan=False) + "\n")
     _write_models(found.found, out)
