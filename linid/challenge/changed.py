@@ -18,7 +18,15 @@ FACTORS: dict[str, tuple[float, float]] = {
     "force_constant_change": (1.04, 1.25),
     "viscous_friction_change": (1.4, 3.0),
     "payload_change": (1.04, 1.3),
+    "breakaway_change": (1.15, 1.6),
 }
+# rad of the field, either way, by which it stands elsewhere: less is hardly more thrust, and a quarter turn is none.
+TURN = "commutation_change"
+_TURNS = (0.3, 0.8)
+# Windings that are uneven by less, as a share of 120 degrees, leave no ripple by which a turned field could be told
+# from another force constant.
+_UNEVEN = 0.01
+_LEAST_BREAKAWAY = 1.02  # of the Coulomb force
 # Of ten campaigns: how many parameters change, or what else comes.
 SCENARIOS = ("one", "one", "one", "one", "two", "two", "effect", "effect", "nothing", "nothing")
 EFFECTS = (
@@ -43,7 +51,7 @@ def make_changed(plan: Plan, index: int) -> HiddenCampaign:
     scenario = SCENARIOS[block[index % len(SCENARIOS)]]
     for attempt in range(_ATTEMPTS):
         random = np.random.default_rng([plan.seed, 12, index, attempt])
-        factors = _factors(random, {"one": 1, "two": 2}.get(scenario, 0))
+        factors = _factors(before.description, random, {"one": 1, "two": 2}.get(scenario, 0))
         names = (str(random.choice(EFFECTS)),) if scenario == "effect" else ()
         wanted = tuple(_log_uniform(random, *_STRENGTH) for _ in names)
         axis = changed(before.description, factors)
@@ -57,29 +65,40 @@ def make_changed(plan: Plan, index: int) -> HiddenCampaign:
 
 
 def changed(axis: HiddenAxis, factors: dict[str, float]) -> HiddenAxis:
-    """The axis with some parameters times a factor; breakaway goes with Coulomb friction."""
+    """The axis with some parameters times a factor, or its field turned by some rad; breakaway goes with Coulomb
+    friction."""
     factor = {name: factors.get(name, 1.0) for name in FACTORS}
     level, viscous = factor["friction_level_change"], factor["viscous_friction_change"]
     friction = axis.friction.model_copy(
         update={
             "coulomb_force_n": axis.friction.coulomb_force_n * level,
-            "static_force_n": axis.friction.static_force_n * level,
+            "static_force_n": axis.friction.static_force_n * level * factor["breakaway_change"],
             "viscous_friction_n_s_per_m": axis.friction.viscous_friction_n_s_per_m * viscous,
         }
     )
     constant = axis.motor.force_constant_n_per_a * factor["force_constant_change"]
-    motor = axis.motor.model_copy(update={"force_constant_n_per_a": constant})
+    offset = axis.motor.commutation_offset_rad + factors.get(TURN, 0.0) / _waves(axis)
+    motor = axis.motor.model_copy(update={"force_constant_n_per_a": constant, "commutation_offset_rad": offset})
     mass = axis.mass_kg * factor["payload_change"]
     return axis.model_copy(update={"friction": friction, "motor": motor, "mass_kg": mass})
 
 
-def _factors(random: np.random.Generator, count: int) -> dict[str, float]:
-    """So many parameters with the factors by which they change."""
+def _factors(axis: HiddenAxis, random: np.random.Generator, count: int) -> dict[str, float]:
+    """So many parameters with the factors by which they change, the field's phase with its turn in rad."""
+    uneven = abs(_waves(axis) * axis.motor.winding_displacement_rad * 3.0 / (2.0 * math.pi) - 1.0) > _UNEVEN
+    known = [*FACTORS, TURN] if axis.kind == "phase" and uneven else list(FACTORS)
+    stuck = axis.friction.static_force_n / axis.friction.coulomb_force_n
     out = {}
-    for name in map(str, random.choice(list(FACTORS), count, replace=False)):
-        factor = _log_uniform(random, *FACTORS[name])
-        out[name] = factor if random.random() < 0.5 else 1.0 / factor
+    for name in map(str, random.choice(known, count, replace=False)):
+        size = _log_uniform(random, *(_TURNS if name == TURN else FACTORS[name]))
+        up = random.random() < 0.5 or (name == "breakaway_change" and stuck / size < _LEAST_BREAKAWAY)
+        out[name] = size if up else -size if name == TURN else 1.0 / size
     return out
+
+
+def _waves(axis: HiddenAxis) -> int:
+    """Turns of the field for one of the motor's angles: theta's count half."""
+    return 1 if axis.motor.kind == "sine" else 2
 
 
 def _log_uniform(random: np.random.Generator, low: float, high: float) -> float:

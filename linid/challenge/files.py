@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from linid.challenge.changed import TURN
 from linid.challenge.hidden_axis import HiddenAxis, truth
 from linid.challenge.make import HiddenCampaign, Measured
 from linid.challenge.strength import VISIBLE
@@ -72,7 +73,9 @@ def key_of(campaign: HiddenCampaign) -> Key:
         }
         for effect in campaign.effects
     }
-    parameters |= {name: {"factor": factor} for name, factor in campaign.factors.items()}
+    parameters |= {
+        name: {"turn_rad" if name == TURN else "factor": factor} for name, factor in campaign.factors.items()
+    }
     axis = campaign.description
     return Key(
         campaign.kind,

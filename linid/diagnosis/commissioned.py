@@ -120,10 +120,14 @@ def parameter_changes(
             continue
         (estimate,) = (estimates[name] for name in effect.amplitudes)
         before = next(e for e in since.estimates if e.name == effect.changes)
+        # Within its interval the given value moves too: what the model has now is the sum of both.
+        own = after.value(effect.changes)
         relative = effect.changes in _SHARES
-        value = before.value * (1.0 + estimate.value) if relative else before.value + estimate.value
+        size, factor = (own, 1.0 + estimate.value) if relative else (1.0, 1.0)
+        if effect.changes == "commutation_offset":  # told as a displacement
+            size = after.value("electrical_wavenumber")
+        value = own + size * estimate.value
         # No better known than what has changed.
-        size, factor = (before.value, 1.0 + estimate.value) if relative else (1.0, 1.0)
         half = math.hypot(size * _half(estimate), factor * _half(before))
         low, high = value - half, value + half
         out.append(ParameterChange(effect.changes, before.unit, effect.name, before.value, value, low, high))

@@ -164,6 +164,15 @@ class JointFit(Criterion):
         """What was searched in a fit."""
         return self._as_posed(fitted)[0].coordinates
 
+    def room(self, fitted: Fitted) -> Array:
+        """How far each unknown of a fit may still go, down and up (k, 2): of those that are told, to the ends of their
+        intervals; of all others without end."""
+        posed, x = self._as_posed(fitted)
+        told = self.coordinates.told
+        free = (-np.inf, np.inf)
+        ends = np.array([(c.lower, c.upper) if c.name in told else free for c in posed.coordinates])
+        return np.asarray(ends - x[:, None])
+
     def _as_posed(self, fitted: Fitted) -> tuple[Posed, Array]:
         """A fit as it was posed, and its unknowns (p,)."""
         return self._posed(fitted.model, fitted.values, fitted.held | fitted.preset, fitted.shape)

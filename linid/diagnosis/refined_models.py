@@ -96,7 +96,11 @@ def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[s
     """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
     runs on workers."""
     space, point = item[1].space(fitted)
-    return model_to_text(refine(space, point, fitted, settings=_settings(seed, max(jobs, least), _USUAL)))
+    settings = _settings(seed, max(jobs, least), _USUAL)
+    if not {p.name for p in item[1].model.with_effects(()).parameters} & set(space.names):
+        # A free run adds up all that a held base is off by, and whatever is not held would have to answer for it.
+        settings = replace(settings, objective="ahead")
+    return model_to_text(refine(space, point, fitted, settings=settings))
 
 
 def _settings(seed: int, jobs: int, end: Ending) -> FitSettings:

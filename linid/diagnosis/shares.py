@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from linid.arrays import Array
 from linid.diagnosis.joint import Fitted
@@ -146,6 +147,7 @@ class _Ledger:
         bare = fits.at(base, {k: x for k, x in best.values.items() if k in own}, {}, best.recordings)
         # What the base absorbs it absorbs where no effect is known.
         _, self.base_columns, self.base_ridge = self._columns(bare)
+        self.base_room = fits.room(bare)
         self.owners = {p.name: name for name in effects for p in find_effect(name).parameters}
 
     def sums(self, x: Array) -> Array:
@@ -186,16 +188,26 @@ class _Ledger:
         return {name: self.without_base(one + over) for name, one in caused.items()}, self.without_base(everything)
 
     def without_base(self, x: Array) -> Array:
-        """x (n,) less what the base's own parameters make of it on the fitted rows."""
-        return np.asarray(x + self._steps(x, self.base_columns, self.base_ridge) @ self.base_columns)
+        """x (n,) less what the base's own parameters make of it on the fitted rows, as far as they may go."""
+        steps = self._steps(x, self.base_columns, self.base_ridge, self.base_room)
+        return np.asarray(x + steps @ self.base_columns)
 
-    def _steps(self, x: Array, columns: Array, ridge: Array) -> Array:
-        """Changes of unknowns that bring x (n,) to its least square on the fitted rows."""
+    def _steps(self, x: Array, columns: Array, ridge: Array, room: Array | None = None) -> Array:
+        """Changes of unknowns that bring x (n,) to its least square on the fitted rows; room: within which they stay,
+        (k, 2), None: anywhere."""
         matrix = columns[:, self.fitted]
         norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix) + ridge**2) + 1e-300
         scaled = matrix / norms[:, None]
         normal = scaled @ scaled.T + np.diag((ridge / norms) ** 2)
-        return np.asarray(-np.linalg.lstsq(normal, scaled @ x[self.fitted], rcond=1e-9)[0] / norms)
+        pull = scaled @ x[self.fitted]
+        steps = -np.linalg.lstsq(normal, pull, rcond=1e-9)[0] / norms
+        if room is None or np.all((room[:, 0] <= steps) & (steps <= room[:, 1])):
+            return np.asarray(steps)
+        sizes, turned = np.linalg.eigh(normal)
+        roots = np.sqrt(np.maximum(sizes, 1e-9 * sizes[-1]))
+        low, high = np.minimum(room.T * norms, 0.0)[0], np.maximum(room.T * norms, 0.0)[1]
+        bounded = lsq_linear(roots[:, None] * turned.T, -(turned.T @ pull) / roots, (low - 1e-12, high + 1e-12))
+        return np.asarray(bounded.x / norms)
 
     def power(self, subset: Sequence[str]) -> Array:
         """What is left per block (places,) with these effects alone, the rest of the model fitted again by least

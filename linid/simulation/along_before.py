@@ -42,7 +42,7 @@ def followed_before(samples):
 @allocating
 def shared_with(terms, on, params, before):
     """The way of the candidate before, forgotten if other parameters decide it, or empty where effects act on it."""
-    if terms.law.elements > 0 or on & terms.acts.level or on & terms.acts.load:
+    if terms.law.elements > 0 or on & (terms.acts.level | terms.acts.load | terms.acts.static):
         nothing = before.begun[0:0]
         return Followed(before.params, nothing, nothing, nothing, nothing)
     other = False

@@ -76,7 +76,10 @@ def bristles_of(terms, axis, added_mass):
     mass = p[7] + added_mass
     if axis.on & terms.acts.mass:
         mass = max(mass + terms.mass(0.0, axis.on, p), LEAST_MASS * mass)
-    return Bristles(p[0], p[1], p[2], p[3], p[4], p[5], p[6], mass)
+    static = p[1]
+    if axis.on & terms.acts.static:
+        static = max(static + terms.static(0.0, axis.on, p), p[0])
+    return Bristles(p[0], static, p[2], p[3], p[4], p[5], p[6], mass)
 
 
 @inlined

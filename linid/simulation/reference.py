@@ -225,7 +225,9 @@ def _run_of(kind: str, values: dict[str, float], recording: Recording, effects: 
     mass = values["mass"] + recording.added_mass
     mass += sum(e.mass.py_func(terms.record, *own) for e, own in terms.active if e.mass is not None)
     delay = sum(e.delay.py_func(*own) for e, own in terms.active if e.delay is not None)
-    return _Run(kind, values, Friction.of(values), terms, spline, (float(t[0]), float(t[-1])), mass, delay)
+    more = sum(e.static.py_func(*own) for e, own in terms.active if e.static is not None)
+    known = values | {"static_force": max(values["static_force"] + more, values["coulomb_force"])} if more else values
+    return _Run(kind, values, Friction.of(known), terms, spline, (float(t[0]), float(t[-1])), mass, delay)
 
 
 def simulate_reference(

@@ -40,7 +40,7 @@ def _places(effect: Effect, term: str) -> Bundle:
 # whether it is on, `where` its states and parameters are in the flat vector.
 
 
-def _delayed(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+def _constant(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     @inlined
     def total(value, on, p):
         value = rest(value, on, p)
@@ -172,8 +172,9 @@ def _no_advance(on, h, t, y, v, a, currents, p):
 
 
 _CHAINS: dict[str, tuple[Any, Callable[..., Any]]] = {
-    "delay": (_no_scalar, _delayed),
+    "delay": (_no_scalar, _constant),
     "mass": (_no_scalar, _heavier),
+    "static": (_no_scalar, _constant),
     "drive": (_no_drive, _driven),
     "field": (_no_value, _moved),
     "thrust": (_no_value, _scaled),
@@ -215,7 +216,7 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
 
     law: of friction, whose steps these are.
 
-    One compiled function per term, of all effects: delay(value, on, p) and mass(value, on, p); drive(on, t, y, v,
+    One compiled function per term, of all effects: delay, mass and static(value, on, p); drive(on, t, y, v,
     currents, p) -> currents; initial(on, t, y, v, currents, p) and advance(on, h, t, y, v, a, currents, p) change p;
     load and pushed (N on the mass by the motor's force) (value, on, push, t, y, v, currents, p); all others (value, on,
     t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); law: those of the friction law (laws.py); acts:

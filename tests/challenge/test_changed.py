@@ -6,11 +6,12 @@ import json
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from linid.challenge.answers import Answer, BudgetEntry
-from linid.challenge.changed import FACTORS, SCENARIOS, changed, make_changed
+from linid.challenge.changed import FACTORS, SCENARIOS, TURN, changed, make_changed
 from linid.challenge.create import make_challenge
 from linid.challenge.files import Key, read_keys
 from linid.challenge.make import Plan, assignment
@@ -33,7 +34,7 @@ def proof(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Key
 
 
 def test_what_may_change_has_the_names_of_a_diagnosis() -> None:
-    assert set(FACTORS) == {effect.name for effect in EFFECTS if effect.changes}
+    assert {*FACTORS, TURN} == {effect.name for effect in EFFECTS if effect.changes}
 
 
 def test_an_axis_is_recorded_twice_and_the_key_says_what_has_changed(proof: tuple[Path, dict[str, Key]]) -> None:
@@ -42,7 +43,9 @@ def test_an_axis_is_recorded_twice_and_the_key_says_what_has_changed(proof: tupl
     for index, (name, key) in enumerate(keys.items()):
         made = make_changed(PLAN, index)
         assert (key.kind == "unchanged") == (not key.effects) and key.gap is None and key.shares == {}
-        assert {one: key.parameters[one]["factor"] for one in made.factors} == made.factors
+        assert {
+            one: key.parameters[one]["turn_rad" if one == TURN else "factor"] for one in made.factors
+        } == made.factors
         later, before = (
             yaml.safe_load((folder / place / name / "campaign.yaml").read_text()) for place in ("", "commissioned")
         )
@@ -73,9 +76,21 @@ def test_a_factor_changes_its_parameter_alone(calm: AxisDescription) -> None:
     assert stickier.coulomb_force_n == 2.0 * calm.friction.coulomb_force_n
     assert stickier.static_force_n == 2.0 * calm.friction.static_force_n
     assert stickier.viscous_friction_n_s_per_m == calm.friction.viscous_friction_n_s_per_m
+    stuck = changed(calm, {"breakaway_change": 2.0}).friction
+    assert stuck == calm.friction.model_copy(update={"static_force_n": 2.0 * calm.friction.static_force_n})
     weak = changed(calm, {"force_constant_change": 0.5})
     one, other = run_all(calm, [], only=[2])[0], run_all(weak, [], only=[2])[0]
     assert other.thrust[0] == pytest.approx(0.5 * one.thrust[0], rel=1e-6)
+
+
+def test_a_turned_field_takes_the_currents_with_it(calm: AxisDescription) -> None:
+    """As where an encoder was remounted and the drive commutates anew: the thrust is the same, the currents are not."""
+    (loop,) = (k for k, mode in enumerate(calm.campaign) if mode.name == "sine_position_2")
+    one, other = (run_all(axis, [], only=[loop])[0] for axis in (calm, changed(calm, {TURN: 0.5})))
+    assert other.y == pytest.approx(one.y, abs=1e-4)
+    flowing = np.max(np.abs(one.currents), axis=0) > 0.1 * np.max(np.abs(one.currents))
+    vectors = [np.exp(2j * np.pi * np.arange(3) / 3) @ run.currents[:, flowing] for run in (one, other)]
+    assert np.median(np.abs(np.angle(vectors[1] / vectors[0]))) == pytest.approx(0.5, abs=0.02)
 
 
 def test_the_diagnosis_is_given_the_commissioned_model(

@@ -127,6 +127,8 @@ SAMPLES: dict[str, dict[str, float]] = {
     },
     "load_dependent_friction": {"load_friction": 0.15},
     "force_constant_change": {"constant_change": 0.15},
+    "breakaway_change": {"static_change": 12.0},
+    "commutation_change": {"field_displacement": 1.5e-3},
     "viscous_friction_change": {"viscous_change": 2.0},
     "pole_pitch_error": {"pitch_error_2": 4e-4, "pitch_error_3": -3e-4, "pitch_low": -0.06, "pitch_high": 0.09},
 }

@@ -29,7 +29,7 @@ Acts = Literal["all", "one", "some"]
 Values = dict[str, float]
 
 COMMON_ARGUMENTS = ("t", "y", "v", "i_1", "i_2", "i_3", "record", "elapsed")
-STATELESS = ("delay", "mass")  # terms that get no hidden states
+STATELESS = ("delay", "mass", "static")  # terms that get no hidden states
 TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "delay": (),
     "drive": COMMON_ARGUMENTS,
@@ -40,6 +40,7 @@ TERM_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "level": COMMON_ARGUMENTS,
     "load": ("push", *COMMON_ARGUMENTS),
     "mass": ("record",),
+    "static": (),
     "sensor": COMMON_ARGUMENTS,
     "initial": COMMON_ARGUMENTS,
     "advance": ("h", "t", "y", "v", "a", *COMMON_ARGUMENTS[3:]),
@@ -111,9 +112,10 @@ class Effect:
     position in m that the motor's field sees; thrust -> factor on the motor force; friction -> factor on the whole
     bristle force, stiffness included; level -> factor on the sliding and breakaway friction alone; load(push, ...) -> N
     added to these two before that factor; force -> N on the mass; mass(record, *parameters) -> kg added to the moving
-    mass; sensor -> reading error in m; initial -> (s_1, ...) at the start (default 0);
-    advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, ..., *parameters) -> (s_1, ...) after h seconds, where
-    t, y, v, i are those of the middle of the step and a (m/s^2) is its mean acceleration.
+    mass; static(*parameters) -> N added to the static force, which stays above F_C; sensor -> reading error in m;
+    initial -> (s_1, ...) at the start (default 0); advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, ...,
+    *parameters) -> (s_1, ...) after h seconds, where t, y, v, i are those of the middle of the step and a (m/s^2) is
+    its mean acceleration.
 
     amplitudes: parameters that enter (nearly) linearly; the effect is absent where all are 0, their default.
     preset: parameters that are never searched but set by whoever fits. phase_only: parameters that exist only
@@ -164,6 +166,7 @@ class Effect:
     level: Any = None
     load: Any = None
     mass: Any = None
+    static: Any = None
     sensor: Any = None
     initial: Any = None
     advance: Any = None

@@ -15,8 +15,10 @@ from linid.physics import electrical, friction
 from linid.physics.effects import (
     asymmetric_friction,
     backlash,
+    breakaway_change,
     cable_force,
     cogging,
+    commutation_change,
     constant_force,
     current_offset,
     drive_train_backlash,
@@ -81,6 +83,8 @@ BUILT_IN: tuple[Effect, ...] = (
     load_dependent_friction.EFFECT,
     force_constant_change.EFFECT,
     viscous_friction_change.EFFECT,
+    breakaway_change.EFFECT,
+    commutation_change.EFFECT,
 )
 
 
