@@ -41,8 +41,8 @@ def in_mujoco(fitted: Fit, campaign: Campaign) -> Campaign:
     """The campaign with the motions beside it that MuJoCo has of the exported model."""
     import mujoco
 
-    from linid.export.targets.mujoco import TARGET
     from linid.export.targets.mujoco.run_axis import run
+    from linid.export.targets.mujoco.target import TARGET
     from linid.identification.signals.motion import measure_motion
 
     text = TARGET.files(Exported(fitted.result, "axis", recordings=campaign.recordings))["axis.xml"].decode()
@@ -64,7 +64,7 @@ def in_mujoco(fitted: Fit, campaign: Campaign) -> Campaign:
 def in_unit(fitted: Fit, campaign: Campaign, folder: Path) -> Campaign:
     """The campaign with the motions beside it that the exported FMU has."""
     import linid
-    from linid.export.targets.fmu import TARGET
+    from linid.export.targets.fmu.target import TARGET
 
     for name, content in TARGET.files(Exported(fitted.result, "axis", recordings=campaign.recordings)).items():
         (folder / name).write_bytes(content)
