@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from linid.report.display import display_unit
 from linid.report.numbers import format_number, with_interval
 from linid.report.page.pieces import Plot, base_layout, short
 from linid.report.style import MEASURED, MUTED
@@ -17,14 +18,21 @@ if TYPE_CHECKING:
 
     from linid.identification.result import FitResult
 
-PARAMETERS = ("coulomb_force", "viscous_friction", "force_constant", "mass")
+PARAMETERS = ("coulomb_force", "static_force", "viscous_friction", "force_constant", "commutation_offset", "mass")
+# Following errors in the drive's loops, by key in `diagnosis.json`.
+FOLLOWING = {
+    "without": "without feed-forward",
+    "base": "with the feed-forward of the model as it stands",
+    "full": "with that of the model of this day",
+}
 _HEIGHT = 260
 _DIGITS = 9  # of parameters that are known to many
 
 
 @dataclass(frozen=True)
 class Brief:
-    """A campaign in short: what has changed, as words."""
+    """A campaign in short: what has changed, as words; following: what the axis does under feed-forwards, "" where
+    nothing has changed or nothing tells."""
 
     campaign: str
     recorded: str
@@ -32,6 +40,7 @@ class Brief:
     changes: tuple[str, ...]
     effects: tuple[str, ...]
     ahead: float | None
+    following: str
 
 
 @dataclass(frozen=True)
@@ -63,6 +72,14 @@ class Visit:
         found = self.diagnosis["measures"].get(measure, {}).get(when)
         return None if found is None else float(found)
 
+    def following(self) -> dict[str, dict[str, Any]]:
+        """RMS following errors with their intervals in m (rotary: rad), by keys of `FOLLOWING`; none where nothing
+        tells them."""
+        told = self.diagnosis.get("compensation")
+        if not told or told["refused"]:
+            return {}
+        return {case: told[case]["rms"] for case in FOLLOWING}
+
     def rows(self) -> Iterator[tuple[object, ...]]:
         """Rows of the table: changed parameters, effects, what stays unexplained, the errors."""
         start = (self.label, self.recorded, self.diagnosis["verdict"]["status"])
@@ -74,6 +91,9 @@ class Visit:
             unexplained = self.diagnosis["budget"]["unexplained"]
             span = (unexplained["share"], unexplained["low"], unexplained["high"])
             yield *start, "unexplained", "share of the gap", *span, "1", 0.0
+        unit = "rad" if self.diagnosis["axis"] == "rotary" else "m"
+        for case, one in self.following().items():
+            yield *start, FOLLOWING[case], "following error", one["value"], one["low"], one["high"], unit, None
         for measure in self.diagnosis["measures"]:
             yield *start, measure, "error", self.error(measure), None, None, "SI", self.error(measure, "floor")
 
@@ -86,7 +106,16 @@ class Visit:
             changes.append(f"{name.replace('_', ' ')} {value} {unit_label(one['unit'])}{share}")
         effects = tuple(f"{e['effect'].replace('_', ' ')} {100.0 * e['share']:.2g} %" for e in self.effects())
         status = self.diagnosis["verdict"]["status"]
-        return Brief(self.label, self.recorded, status, tuple(changes), effects, self.error("ahead"))
+        ahead = self.error("ahead")
+        return Brief(self.label, self.recorded, status, tuple(changes), effects, ahead, self._following_words())
+
+    def _following_words(self) -> str:
+        found = self.following()
+        if not self.changed or not found:
+            return ""
+        display = display_unit("position", self.diagnosis["axis"], found["without"]["value"])
+        without, base, full = (format_number(display.factor * found[case]["value"]) for case in FOLLOWING)
+        return f"{base} {display.unit} with the model's feed-forward, {full} with today's ({without} with none)"
 
 
 def monitor_console(found: Sequence[Visit]) -> Table:
@@ -94,12 +123,13 @@ def monitor_console(found: Sequence[Visit]) -> Table:
     from rich.text import Text
 
     table = console_table("Since the model was identified")
-    for title in ("Campaign", "Recorded", "Changed parameters", "What else came"):
+    for title in ("Campaign", "Recorded", "Changed parameters", "What else came", "Following error"):
         table.add_column(title, overflow="fold")
     for one in found:
         brief = one.brief()
         nothing = "nothing" if not one.changed else "-"
-        cells = (brief.campaign, brief.recorded or "-", "; ".join(brief.changes) or nothing, _else(one, brief))
+        changed = "; ".join(brief.changes) or nothing
+        cells = (brief.campaign, brief.recorded or "-", changed, _else(one, brief), brief.following or "-")
         table.add_row(*(Text(cell) for cell in cells))
     return table
 

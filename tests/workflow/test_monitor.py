@@ -57,6 +57,15 @@ def test_a_heavier_machine_is_told_from_the_day_on_which_it_was(tmp_path: Path, 
     assert (mass["campaign"], mass["item"], mass["recorded"]) == ("late", "mass", "2026-11-02")
     assert float(mass["value"]) == pytest.approx(machine.MASS + HEAVIER, rel=2e-3)
     assert float(mass["commissioned"]) == machine.MASS
+    told = json.loads((out / "late" / "diagnosis.json").read_text(encoding="utf-8"))["compensation"]
+    found = {
+        row["item"]: float(row["value"])
+        for row in rows
+        if row["campaign"] == "late" and row["kind"] == "following error"
+    }
+    assert list(found.values()) == pytest.approx([told[case]["rms"]["value"] for case in ("without", "base", "full")])
+    early, late = summary["campaigns"]
+    assert early["following"] == "" and "with today's" in late["following"]
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "trend-mass" in page and "2026-05-02" in page
     # Nothing is done twice, and what was found stands.
