@@ -55,11 +55,12 @@ class Proposal:
 class Answer:
     """What a diagnosis said of one campaign.
 
-    entries: of its budget, the largest share first; unexplained: the share that it leaves; closure: share of the gap
-    closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of what the
-    others leave; covered, fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for
-    them; excess: held-out excess of the base over the floor, in floors; proposal: None where no term is proposed; law:
-    of friction, by the plant's name, None where it is not told.
+    entries: of its budget, the largest share first; unexplained: the share that it leaves; closure: share of the
+    gap closed by the verdict's model, oracle: by the true effects; weakest: the least that one of those closes of
+    what the others leave; ahead: held-out error 0.1 s ahead over that which the true term would leave; covered,
+    fresh: how many of how many gaps of fresh recordings lie in the 95 % intervals stated for them; excess: held-out
+    excess of the base over the floor, in floors; proposal: None where no term is proposed; law: of friction, by the
+    plant's name, None where it is not told.
     """
 
     status: str
@@ -68,6 +69,7 @@ class Answer:
     closure: float | None = None
     oracle: float | None = None
     weakest: float | None = None
+    ahead: float | None = None
     covered: int = 0
     fresh: int = 0
     excess: float | None = None
@@ -117,6 +119,7 @@ def read_answer(folder: Path) -> Answer:
         closure,
         _finite(known.get("closure")),
         None if not each or None in each else min(value for value in each if value is not None),
+        _over_oracle(body.get("measures", {}).get("ahead"), _finite(known.get("ahead"))),
         sum(gap["low"] <= gap["value"] <= gap["high"] for gap in gaps),
         len(gaps),
         excess,
@@ -148,6 +151,15 @@ def _entries(verdict: Mapping[str, Any], budget: Mapping[str, Any]) -> tuple[Bud
         for entry in budget["entries"]
     ]
     return tuple(sorted(found, key=lambda entry: -(entry.stated.share or 0.0)))
+
+
+def _over_oracle(measure: Mapping[str, Any] | None, left: float | None) -> float | None:
+    """Error 0.1 s ahead over the true term's. measure: before, after and floor in m; left: share of what the base
+    misses there, beyond the floor, that the true term leaves; None without one of them."""
+    before, after, floor = (_finite((measure or {}).get(name)) for name in ("before", "after", "floor"))
+    if left is None or before is None or after is None or floor is None:
+        return None
+    return after / math.hypot(floor, left * math.sqrt(max(before**2 - floor**2, 0.0)))
 
 
 def _proposal(body: Mapping[str, Any] | None) -> Proposal | None:

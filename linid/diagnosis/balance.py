@@ -143,6 +143,15 @@ class Balance:
         return np.asarray(smooth[self._part.rows])
 
     @cached_property
+    def blur(self) -> Array:
+        """Per recording (R,): the deviation in s of the moments that a row's bump is the mean of."""
+        out = []
+        for kernel, dt in zip(self._part.kernels, self._part.simulator.inputs.dts, strict=True):
+            place = np.arange(kernel.size) - (kernel.size - 1) / 2.0
+            out.append(float(dt) * math.sqrt(float(kernel @ place**2) / float(kernel.sum())))
+        return np.array(out)
+
+    @cached_property
     def split(self) -> NDArray[np.bool_]:
         """(n,) true where a row belongs to a held-out recording."""
         held = np.array([r.split == "held_out" for r in self.recordings])

@@ -11,6 +11,7 @@ from linid.arrays import Array
 from linid.diagnosis.base import Base
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.gap import Trace
+from linid.diagnosis.held_out_tests import LEAST_CLOSED as LEAST_CLOSED_SHARE
 from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
@@ -25,7 +26,7 @@ from linid.diagnosis.proposed.regression import Regression, closed_share, held_s
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
-from linid.diagnosis.select import Selection
+from linid.diagnosis.select import Selection, without_effect
 from linid.diagnosis.shares import judged_rows
 from linid.diagnosis.verdict import leaves_nothing
 from linid.identification.guess.effect_values import EffectColumns
@@ -92,7 +93,7 @@ def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> L
         lasting = _lead(judge, part.without, means.seed)
         if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:
             return lasting
-    return beside
+    return None if beside is None else _without_the_weak(judge, found, beside, means.seed)
 
 
 def does_without_effects(by_term: float, by_effects: float, beside: float, its_shape: bool) -> bool:
@@ -160,6 +161,21 @@ def _level_with(judge: Judge, lead: Lead | None) -> float:
     if joined is None:
         return math.inf
     return judge.fits.level(joined.fitted.residual, joined.fitted.floor, judge.balance.split)
+
+
+def _without_the_weak(judge: Judge, found: Selection, lead: Lead, seed: int) -> Lead:
+    """A lead without the effects that close next to nothing of the way to the floor and that nobody misses beside a
+    term: what is in no library lends them a little of what it does."""
+    weak = [part for part in found.parts if part.evidence.closed < LEAST_CLOSED_SHARE]
+    for part in sorted(weak, key=lambda one: one.evidence.closed):
+        start = part.without if lead.start is found.best else without_effect(judge.fits, lead.start, part.name)
+        instead = _lead(judge, start, seed)
+        if instead is None:
+            continue
+        one, with_it = instead.proposal, _left(instead.problem, lead.start) * (1.0 - lead.proposal.closed)
+        if 1.0 - one.closed - (one.closed - one.low) <= with_it:
+            lead = instead
+    return lead
 
 
 def _left(problem: Problem, best: Fitted) -> float:

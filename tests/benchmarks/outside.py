@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from functools import partial
 from pathlib import Path
+from statistics import median
 
 from linid.challenge.answers import ORACLE_FILE, Answer, read_answer
 from linid.challenge.create import make_challenge
@@ -98,6 +99,7 @@ def line(name: str, key: Key, answer: Answer, seconds: float) -> str:
         closed = closed_of(answer)
         said = f"{'+'.join(proposal.arguments)}, closes {'?' if closed is None else f'{closed:.2f}'}"
     best = "" if answer.oracle is None else f" of {answer.oracle:.2f}"
+    best += "" if answer.ahead is None else f", {answer.ahead:.1f} x the best error ahead"
     hidden, named = "+".join(key.effects) or "nothing", "+".join(answer.named) or "-"
     return f"{name} {hidden} ({'+'.join(truth)}): {answer.status}, {named}; {said}{best} {mark} [{seconds:.0f} s]"
 
@@ -118,6 +120,9 @@ def summary(keys: dict[str, Key], answers: dict[str, Answer]) -> list[str]:
             out.append(f"{name}: {one.count:g} of {one.total}, {one.value:.0%} ({one.low:.0%} to {one.high:.0%})")
     if score.closure is not None:
         out.append(f"closure over the true term's, median of {score.count}: {score.closure:.2f}")
+    ahead = [answer.ahead for answer in answers.values() if answer.another_cause and answer.ahead is not None]
+    if ahead:
+        out.append(f"error 0.1 s ahead over the true term's, median of {len(ahead)}: {median(ahead):.2f}")
     return out
 
 

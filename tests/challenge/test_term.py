@@ -12,9 +12,9 @@ from linid.challenge.create import make_challenge
 from linid.challenge.files import read_keys_file
 from linid.challenge.make import Plan
 from linid.challenge.term import plan_body, plan_of, true_term
-from linid.diagnosis.oracle import closure_of_term
+from linid.diagnosis.oracle import oracle_of_term
 from linid.errors import ConfigError
-from linid.workflow.commands.challenge import true_term_closure
+from linid.workflow.commands.challenge import true_term_oracle
 
 PLAN = Plan(31, effects=("soft_rail",), kinds=("unknown",), strength=(0.3, 0.6))
 
@@ -30,11 +30,11 @@ def test_the_true_term_closes_the_gap_and_a_shifted_one_does_not(tmp_path: Path)
     make_challenge(PLAN, 1, tmp_path / "made")
     plan = read_keys_file(tmp_path / "made" / "keys.yaml")[1]["plan"]
     path = tmp_path / "made" / "axis_0001" / "campaign.yaml"
-    closure = true_term_closure(path, ("soft_rail",), plan)
-    assert closure is not None and 0.97 < closure <= 1.0
-    assert true_term_closure(path, ("cogging",), plan) is None and true_term_closure(path, ("soft_rail",), None) is None
+    reached = true_term_oracle(path, ("soft_rail",), plan)
+    assert reached is not None and 0.97 < reached.closure <= 1.0 and 0.0 < reached.ahead < 0.2
+    assert true_term_oracle(path, ("cogging",), plan) is None and true_term_oracle(path, ("soft_rail",), None) is None
     recordings = api.read(path).recordings
     terms = true_term(plan_of(plan), 0)
     late = [np.roll(terms[r.name], r.y.size // 3) for r in recordings]
-    wrong = closure_of_term(recordings, "theta", late, {})
-    assert wrong is not None and wrong < 0.3
+    wrong = oracle_of_term(recordings, "theta", late, {})
+    assert wrong is not None and wrong.closure < 0.3 and wrong.ahead > 0.8

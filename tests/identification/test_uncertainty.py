@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from linid.identification.result import Estimate
 from linid.identification.uncertainty.covariance import _LEAST_SHARE, _with_deviations, _without_spurious
+from linid.identification.uncertainty.identifiability import inseparable_pairs
 
 
 def test_feigned_information_is_taken_off_in_every_direction() -> None:
@@ -35,3 +39,14 @@ def test_parameters_follow_those_whose_deviations_are_known_otherwise() -> None:
     factors = np.array([1e-3, 2.0])
     after = covariance(before * np.outer(factors, factors))
     np.testing.assert_allclose(_with_deviations(covariance(before), [0, 1], factors), after, rtol=1e-9, atol=1e-9)
+
+
+def test_a_parameter_found_to_be_zero_is_known_or_not_like_others() -> None:
+    """Relative to zero nothing is known: its pairs are told."""
+    zero = Estimate("viscous_friction", "b", "N s/m", 0.0, 0.2, -0.4, 0.4)
+    other = Estimate("coulomb_force", "F_C", "N", 5.0, 0.01, 4.98, 5.02)
+    names, correlation = (zero.name, other.name), np.array([[1.0, 0.999], [0.999, 1.0]])
+    ((first, second, rho, _),) = inseparable_pairs((zero, other), names, correlation, False, "linear", "force")
+    assert (first, second, rho) == (zero.name, other.name, 0.999)
+    exact = replace(zero, std=0.0)
+    assert inseparable_pairs((exact, other), names, correlation, False, "linear", "force") == ()

@@ -10,6 +10,7 @@ from scipy.interpolate import BSpline
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument
+from linid.diagnosis.proposed.wave_columns import wave_columns
 
 _DEGREE = 3
 _ENDS = 0.002  # of the rows on either side: a curve needs more than a handful of rows to be drawn by
@@ -32,7 +33,7 @@ class Side:
     def at(self, x: Array) -> Array:
         """The functions (m, k) at x (m,), in the argument's unit."""
         if self.wavenumbers:
-            columns = _waves(x, self.wavenumbers)
+            columns = wave_columns(x, self.wavenumbers)
             return np.hstack([np.ones((x.size, 1)), columns]) if self.mean else columns
         if self.size == 1:
             return np.asarray((x > 0.0)[:, None], dtype=np.float64)
@@ -92,12 +93,6 @@ def _splines(x: Array, low: float, high: float, size: int) -> Array:
     return np.asarray(BSpline.design_matrix(np.clip(x, low, high), knots, _DEGREE).toarray())
 
 
-def _waves(x: Array, wavenumbers: Sequence[float]) -> Array:
-    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,)."""
-    angles = np.multiply.outer(x, np.asarray(wavenumbers))
-    return np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(x.size, -1)
-
-
 def _wrapped(x: Array, period: float, size: int) -> Array:
     """Periodic cubic B-splines (n, size) with knots at multiples of period / size."""
     place = np.mod(x, period) * (size / period)
@@ -111,10 +106,12 @@ def _wrapped(x: Array, period: float, size: int) -> Array:
 
 
 def waves(argument: Argument, wavenumbers: Sequence[float], mean: bool = False) -> Basis:
-    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of an argument, after a constant where `mean` says
-    so."""
+    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of an argument, as its rows see them, after a
+    constant where `mean` says so."""
     side = Side(argument, *support(argument.values), 2 * len(wavenumbers) + mean, tuple(wavenumbers), mean)
-    columns = side.at(argument.values)
+    columns = argument.waves(wavenumbers)
+    if mean:
+        columns = np.hstack([np.ones((columns.shape[0], 1)), columns])
     factors = tuple(f"{name}({k:.10g}*{argument.symbol})" for k in wavenumbers for name in ("cos", "sin"))
     factors = ("1", *factors) if mean else factors
     call = " + ".join(f"c_{number}*{factor}" for number, factor in enumerate(factors, 1))

@@ -16,6 +16,7 @@ from linid.diagnosis.proposed.own_formula import gated, own_shape, summed
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.quantities import over, quantity
 from linid.diagnosis.proposed.shapes import Shape, Variable, less, shapes, wave_words
+from linid.diagnosis.proposed.wave_columns import wave_columns
 
 _FACTORS = ("direction", "motor_force", "velocity", "recording")  # of other arguments, where there are any
 _SYMBOLS = {"position": "y", "travel": "travel", "since_reversal": "time since reversal", "rest_time": "rest"}
@@ -167,8 +168,8 @@ def _turning(problem: Problem, x: Variable) -> Iterator[Formula]:
 
         def columns(theta: Array, speed: Array = speed) -> Array:
             angle = theta[0] * x.values + theta[1] * speed
-            grown = 1.0 - np.exp(-size / theta[2]) if theta.size > 2 else 1.0
-            return problem.pushed(np.stack([grown * np.cos(angle), grown * np.sin(angle)], axis=1))
+            grown = 1.0 - np.exp(-size / theta[2]) if theta.size > 2 else np.ones(size.size)
+            return problem.pushed(grown[:, None] * wave_columns(angle, (1.0,), theta[0] * x.spread))
 
         def words(a: Array, theta: Array, text: str = text) -> str:
             wave = wave_words(x, a, theta[:1], _force(problem))
@@ -190,14 +191,13 @@ def _forth_and_back(problem: Problem, x: Variable) -> Formula:
     forth = (problem.rows.v > 0.0).astype(np.float64)
 
     def columns(theta: Array) -> Array:
-        parts = [way * wave(k * x.values) for k, way in zip(theta, (forth, 1.0 - forth), strict=True) for wave in both]
-        return problem.pushed(np.stack(parts, axis=1))
+        ways = np.repeat(np.stack([forth, 1.0 - forth], axis=1), 2, axis=1)
+        return problem.pushed(ways * wave_columns(x.values, theta, x.spread))
 
     def words(a: Array, theta: Array) -> str:
         ways = [wave_words(x, a[2 * k : 2 * k + 2], theta[k : k + 1], _force(problem)) for k in range(2)]
         return f"{ways[0]} · [v > 0] + {ways[1]} · [v < 0]"
 
-    both = (np.cos, np.sin)
     starts = np.array([(one, other) for one in x.wavenumbers for other in x.wavenumbers if one != other])
 
     def own(theta: Array) -> str:
@@ -214,8 +214,7 @@ def _gated(problem: Problem, x: Variable) -> Formula:
 
     def columns(theta: Array) -> Array:
         gate = 1.0 / (1.0 + np.exp(-np.clip((speed - theta[1]) / (_GATE * top), -50.0, 50.0)))
-        angle = theta[0] * x.values
-        return problem.pushed(np.stack([gate * np.cos(angle), gate * np.sin(angle)], axis=1))
+        return problem.pushed(gate[:, None] * wave_columns(x.values, theta[:1], x.spread))
 
     def words(a: Array, theta: Array) -> str:
         return f"{wave_words(x, a, theta[:1], _force(problem))} · [|v| > {quantity(theta[1], _speed(problem))}]"
@@ -265,7 +264,8 @@ def _variable(problem: Problem, argument: Argument, wavenumbers: tuple[float, ..
     place, passing = argument.name == "position", argument.name in ("time", "campaign_time")
     low = 0.0 if passing else low
     code = "" if argument.name == "acceleration" else argument.symbol
-    return Variable(symbol, unit, values, low, high, wavenumbers, place, place or passing, code)
+    ends = place, place or passing
+    return Variable(symbol, unit, values, low, high, wavenumbers, *ends, code, argument.spread)
 
 
 def _likely(problem: Problem, family: Family, main: str) -> tuple[float, ...]:

@@ -35,7 +35,8 @@ class Problem:
     residual: (n,) m/s^2; weights: (n,) s^2/m, a residual times its weight is about 1 where all is left; noise: (n,)
     (m/s^2)^2 by encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do; ridge:
     (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) of a Coulomb force of 1 N
-    on the mass in N, with its presliding; relaxed: m of travel in which a bristle forgets a rest; damped: s in which
+    on the mass in N, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean
+    of; relaxed: m of travel in which a bristle forgets a rest; damped: s in which
     it follows a level that rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start;
     field: rad/m of the motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.
     """
@@ -49,6 +50,7 @@ class Problem:
     mass: Array
     push: Array
     friction: Array
+    blur: Array
     relaxed: float
     damped: float
     held: Flags
@@ -120,6 +122,7 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         mass=mass,
         push=_motor_force(judge, step, field),
         friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass,
+        blur=balance.blur[rows.recording],
         relaxed=values["coulomb_force"] / values["bristle_stiffness"],
         damped=values["bristle_damping"] / values["bristle_stiffness"],
         held=held,

@@ -57,11 +57,15 @@ def propose(problem: Problem, found: Sequence[Regression]) -> Proposal | None:
     """
     if 1.0 / max(problem.floor, 1e-9) - 1.0 < LEAST_EXCESS:
         return None
-    worth = [one for one in candidates(found) if one.best[1] >= WORTH * found[0].best[1]]
-    for regression in worth[:TRIES]:
+    # What does not return on the judging rows was chance, or of those recordings: nothing else is measured by it.
+    left = [one for one in found if one.closed() >= LEAST_CLOSED]
+    left = [one for one in left if one.best[1] >= WORTH * left[0].best[1]]
+    for _ in range(min(TRIES, len(left))):
+        regression = candidates(left)[0]
         proposal = tested(problem, regression)
         if proposal is not None:
             return proposal
+        left.remove(regression)  # and what is as good as the best of the others is another question
     return None
 
 
@@ -105,8 +109,8 @@ def _all_families(problem: Problem, arguments: dict[str, Argument], left: Callab
 
 
 def candidates(found: Sequence[Regression]) -> list[Regression]:
-    """The families in the order in which they are tested: of those as good as the best the one of fewest arguments
-    and coefficients, what only passes last; then the rest."""
+    """The families, that which is tested first before the others: of those as good as the best the one of fewest
+    arguments and coefficients, what only passes last; then the rest."""
     if not found:
         return []
     aimless = [one for one in found if one.family.wanders]

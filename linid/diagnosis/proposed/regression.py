@@ -50,8 +50,10 @@ def split_of(problem: Problem, local: float) -> Split:
     else:
         fitted = np.unique(rows.recording[~held])
         rank = np.searchsorted(fitted, rows.recording)
-        if fitted.size == 1:  # its parts in turn
-            rank = (FOLDS * rows.t / (1.001 * float(rows.t.max()))).astype(np.int64)
+        if fitted.size < FOLDS:  # each of so few may be all that tells something: their parts in turn
+            ends = np.zeros(int(rows.recording.max()) + 1)
+            np.maximum.at(ends, rows.recording, rows.t)
+            rank = rank + (FOLDS * rows.t / (1.001 * ends[rows.recording])).astype(np.int64)
         fold = np.where(held, _JUDGE, rank % FOLDS)
         groups = range(FOLDS), range(_JUDGE, _JUDGE + 1)
     there = set(fold.tolist())  # a short recording has rows in few pieces

@@ -13,6 +13,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.quantities import number, over, quantity
+from linid.diagnosis.proposed.wave_columns import wave_columns
 
 _SOFT = 0.01  # of the range: how far a step is smeared, so that its place can be searched
 _WIDTHS = 0.003, 0.2  # of the range: least and largest width of a place
@@ -24,7 +25,8 @@ _EXACT = 5  # digits of a period: with fewer, its phase far from zero would say 
 class Variable:
     """What a shape is a function of. symbol, unit: of texts; values: (n,) in that unit; low, high: their range;
     wavenumbers: rad per unit, of waves that are likely; ends: whether it is a place, with two ends and no zero; sways:
-    whether there are waves in it; code: what own terms call it, empty where they cannot."""
+    whether there are waves in it; code: what own terms call it, empty where they cannot;
+    spread: (n,) in the unit, deviation of the values that a row is the mean of."""
 
     symbol: str
     unit: str
@@ -35,6 +37,7 @@ class Variable:
     ends: bool = False
     sways: bool = False
     code: str = ""
+    spread: Array | float = 0.0
 
     @property
     def range(self) -> float:
@@ -264,8 +267,7 @@ def waves(x: Variable, starts: Array) -> Shape:
     slowest = slowest_wave(x)
 
     def columns(theta: Array) -> Array:
-        angles = np.multiply.outer(x.values, np.maximum(theta, slowest))
-        return np.stack([np.cos(angles), np.sin(angles)], axis=2).reshape(x.values.size, -1)
+        return wave_columns(x.values, np.maximum(theta, slowest), x.spread)
 
     def words(a: Array, theta: Array, unit: str) -> str:
         return wave_words(x, a, np.maximum(theta, slowest), unit)

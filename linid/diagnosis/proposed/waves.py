@@ -17,7 +17,7 @@ from linid.diagnosis.proposed.history import direction_of
 from linid.diagnosis.proposed.problem import Problem
 
 MOST_WAVES = 5  # of one family
-LEAST_PART = 0.03  # of what is left: a wave that takes less is none
+LEAST_PART = 0.01  # of what is left: a wave that takes less is none
 SHORTEST, HIGHEST = 1.0 / 600.0, 60.0  # wave, as a share of the stroke; frequency in Hz
 _OVERSAMPLED = 4  # cells per shortest wave's half
 _LEAST_CYCLES = 2.0  # over the whole range; slower ones are curves
@@ -83,12 +83,12 @@ def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
         yield _Sort((), "phase by recording", one, classes=rows.recording)
 
 
-def _columns(problem: Problem, x: Array, sort: _Sort, wavenumber: float) -> Array:
+def _columns(problem: Problem, argument: Argument, sort: _Sort, wavenumber: float) -> Array:
     """Cosine and sine as acceleration (n, 2), or of each class (n, 2 classes)."""
-    columns = np.stack([np.cos(wavenumber * x), np.sin(wavenumber * x)], axis=1) * sort.factor[:, None]
+    columns = argument.waves((wavenumber,)) * sort.factor[:, None]
     if sort.classes is not None:
         owner = (sort.classes[:, None] == np.unique(sort.classes)).astype(np.float64)
-        columns = np.einsum("ni,nj->nij", columns, owner).reshape(x.size, -1)
+        columns = np.einsum("ni,nj->nij", columns, owner).reshape(problem.rows.t.size, -1)
     return problem.resisted(columns) if sort.resists else problem.pushed(columns)
 
 
@@ -114,9 +114,9 @@ def _strongest(
             if wavenumber in found:
                 break
         else:
-            wavenumber = _refined(problem, x, sort, rest, float(grid[best]), float(grid[1]))
+            wavenumber = _refined(problem, argument, sort, rest, float(grid[best]), float(grid[1]))
         found.append(wavenumber)
-        columns = np.hstack([columns, _columns(problem, x, sort, wavenumber)])
+        columns = np.hstack([columns, _columns(problem, argument, sort, wavenumber)])
         rest = left(columns)
     return tuple(found)
 
@@ -153,7 +153,7 @@ def spectrum(problem: Problem, x: Array, sort: _Sort, rest: Array, top: float) -
     return np.asarray(grid), np.asarray(taken, dtype=np.float64)
 
 
-def _refined(problem: Problem, x: Array, sort: _Sort, rest: Array, first: float, width: float) -> float:
+def _refined(problem: Problem, argument: Argument, sort: _Sort, rest: Array, first: float, width: float) -> float:
     """The wavenumber near the first one that takes most, between the scan's cells."""
     mine = ~problem.held
     best = first
@@ -161,7 +161,7 @@ def _refined(problem: Problem, x: Array, sort: _Sort, rest: Array, first: float,
         tried = best + step * np.arange(-4, 5)
         gains = []
         for wavenumber in tried:
-            columns = (_columns(problem, x, sort, wavenumber) * problem.weights[:, None])[mine]
+            columns = (_columns(problem, argument, sort, wavenumber) * problem.weights[:, None])[mine]
             normal = columns.T @ columns + 1e-9 * np.trace(columns.T @ columns) * np.eye(columns.shape[1])
             moment = columns.T @ rest[mine]
             gains.append(float(moment @ np.linalg.solve(normal, moment)))
@@ -181,7 +181,7 @@ def _family(
     if sort.form == "phase by velocity":
         return force(problem, names, form, product(basis, curve(arguments["velocity"], _GATES)))
     if sort.form == "phase by recording":
-        columns = _columns(problem, argument.values, sort, found[0])
+        columns = _columns(problem, argument, sort, found[0])
         return Family(names, form, columns, 1e-6 * np.eye(columns.shape[1]), local=WAVE_PIECE)
     if sort.form == "phase by direction":
         forth = (direction_of(problem.rows) > 0.0)[:, None]

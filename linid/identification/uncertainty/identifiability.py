@@ -84,7 +84,7 @@ def inseparable_pairs(
     correlation: (p, p). Pairs whose members are both known to LOOSE (relative; angles in rad) are left out: nobody need
     separate them.
     """
-    loose = {e.name: e.std / (abs(e.value) if e.unit != "1" else 1.0) > LOOSE for e in estimates if e.name in names}
+    loose = {e.name: e.std > LOOSE * (abs(e.value) if e.unit != "1" else 1.0) for e in estimates if e.name in names}
     pairs = []
     for a in range(len(names)):
         for b in range(a + 1, len(names)):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from linid.challenge.make import Plan
     from linid.challenge.run import Diagnose, Diagnosed
     from linid.challenge.score import Score
+    from linid.diagnosis.oracle import TermOracle
     from linid.workflow.run.reporter import Reporter
 
 COMMAND = "challenge"
@@ -123,15 +124,15 @@ def oracle(
     return Outcome(COMMAND, results, DONE, f"{len(tasks)} campaigns", (), summary)
 
 
-def true_term_closure(path: Path, effects: Sequence[str], plan: Mapping[str, Any] | None) -> float | None:
-    """Closure that the base reaches on a campaign file with what its only cause, one outside the library, truly does.
+def true_term_oracle(path: Path, effects: Sequence[str], plan: Mapping[str, Any] | None) -> TermOracle | None:
+    """What the base reaches on a campaign file with what its only cause, one outside the library, truly does.
 
     plan: from the keys, by which the hidden plant is made again; None where they have none, or other effects act.
     """
     from linid import api
     from linid.challenge.outside import OUTSIDE
     from linid.challenge.term import plan_of, true_term
-    from linid.diagnosis.oracle import closure_of_term
+    from linid.diagnosis.oracle import oracle_of_term
     from linid.interface.stages import base_kind
 
     if plan is None or len(effects) != 1 or effects[0] not in OUTSIDE:
@@ -139,17 +140,17 @@ def true_term_closure(path: Path, effects: Sequence[str], plan: Mapping[str, Any
     campaign = api.read(path)
     terms = true_term(plan_of(plan), int(path.parent.name.rsplit("_", 1)[1]) - 1)
     term = [terms[recording.name] for recording in campaign.recordings]
-    return closure_of_term(campaign.recordings, base_kind(campaign.recordings), term, dict(campaign.known))
+    return oracle_of_term(campaign.recordings, base_kind(campaign.recordings), term, dict(campaign.known))
 
 
 def write_oracle(path: Path, effects: Sequence[str], target: Path, plan: Mapping[str, Any] | None) -> None:
-    """Write to `target` the closure that the true effects reach on a campaign file; plan: see `true_term_closure`."""
+    """Write to `target` the closure that the true effects reach on a campaign file; plan: see `true_term_oracle`."""
     stated = _stated_closure(target.parent, effects) if len(effects) == 1 else None
-    if stated is None:
-        stated = true_term_closure(path, effects, plan)
+    term = true_term_oracle(path, effects, plan) if stated is None else None
+    stated = stated if term is None else term.closure
     reached = (stated, {effects[0]: stated}) if stated is not None else true_effects_closure(path, effects)
     closure, each = reached or (None, {})
-    body = finite({"effects": list(effects), "closure": closure, "each": each})
+    body = finite({"effects": list(effects), "closure": closure, "each": each, "ahead": term and term.ahead})
     write_text(target, json.dumps(body, allow_nan=False) + "\n")
 
 

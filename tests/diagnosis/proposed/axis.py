@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from scipy.signal import lfilter
 
-from linid.arrays import Array
+from linid.arrays import Array, Flags
 from linid.diagnosis.balance import BIN, BLOCK, Rows
 from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.family import Family, families, per_recording
@@ -67,6 +67,7 @@ def axis(
         mass=bare.mass,
         push=bare.push,
         friction=bare.friction,
+        blur=bare.blur,
         relaxed=bare.relaxed,
         damped=bare.damped,
         held=bare.held,
@@ -75,6 +76,14 @@ def axis(
         rotary=rotary,
         seed=1,
     )
+
+
+def rows_of(problem: Problem, kept: Flags) -> Problem:
+    """A problem of some rows (n,) of it."""
+    rows = problem.rows
+    some = {f.name: getattr(rows, f.name)[kept] for f in fields(rows)}
+    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "blur", "held")
+    return replace(problem, rows=Rows(**some), **{name: getattr(problem, name)[kept] for name in own})
 
 
 def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float) -> Problem:
@@ -103,6 +112,7 @@ def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float)
         mass=np.full(n, MASS),
         push=MASS * a - 3.0 * friction + load,
         friction=friction,
+        blur=np.zeros(n),
         relaxed=1e-5,
         damped=0.0,
         held=owner % HELD_EVERY == 1,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scipy.signal import lfilter
 from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import AS_GOOD, candidates, judged_families, propose
-from tests.diagnosis.proposed.axis import RECORDINGS, Force, axis
+from tests.diagnosis.proposed.axis import RECORDINGS, Force, axis, rows_of
 
 
 def wave(period: float) -> Force:
@@ -84,6 +85,25 @@ def test_waves_of_a_turn_have_whole_orders() -> None:
     proposal = propose(problem, judged_families(problem))
     assert proposal is not None and proposal.arguments == ("position",) and proposal.closed > 0.95
     assert proposal.family.form == "waves of 1.114, 0.4775 per rad, force"  # 7 and 3 over 2 pi
+
+
+def test_what_a_fast_recording_hides_is_found_in_a_slow_one() -> None:
+    """Two fitted recordings: in one the axis is so fast that the rows see nothing of the wave, in the other it has a
+    vibration that no other recording repeats."""
+    problem = axis(wave(0.023))
+    held = problem.rows.recording % 4 == 1
+    kept = np.isin(problem.rows.recording, (0, 2)) | held
+    few = rows_of(problem, kept)
+    fast = few.rows.recording == 0
+    blur = np.where(fast, 0.1, 0.0)  # s
+    residual = np.where(fast, few.residual - wave(0.023)(few) / few.mass, few.residual)
+    own = np.where(few.rows.recording == 2, np.sin(2.0 * math.pi * 31.0 * few.rows.t), 0.0)
+    few = replace(few, blur=blur, residual=residual + own)
+    judged = judged_families(few)
+    assert "time" in judged[0].family.arguments and judged[0].closed() < 0.05
+    proposal = propose(few, judged)
+    assert proposal is not None and proposal.arguments == ("position",) and proposal.closed > 0.6
+    assert re.match(r"waves of 43\.", proposal.family.form), proposal.family.form
 
 
 def test_nothing_is_proposed_on_noise_alone() -> None:

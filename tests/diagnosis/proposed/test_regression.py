@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.proposed.regression import FOLDS, Regression, Sums, split_of
-from tests.diagnosis.proposed.axis import axis, family_of
+from tests.diagnosis.proposed.axis import axis, family_of, rows_of
 
 
 def test_base_parameters_are_unbiased_beside_a_term() -> None:
@@ -40,6 +40,19 @@ def test_a_prior_holds_what_the_recordings_hardly_tell() -> None:
         for name, p in (("free", free), ("held", held))
     }
     assert took["free"] > 0.5 and abs(took["held"]) < 1e-3
+
+
+def test_few_recordings_are_left_out_by_parts() -> None:
+    """Else what only one of them tells could never be shown to be predicted."""
+    problem = rows_of(axis(None), np.isin(axis(None).rows.recording, (0, 1, 2)))
+    split = split_of(problem, 0.0)
+    fitted = np.unique(problem.rows.recording[~problem.held])
+    assert fitted.size == 2 < FOLDS
+    for fold in split.selecting:
+        mine = split.fold == fold
+        assert set(problem.rows.recording[mine]) == set(fitted)
+        assert all(np.ptp(problem.rows.t[mine & (problem.rows.recording == k)]) < 0.6 for k in fitted)
+    assert np.all(problem.held[split.fold == split.judging[0]])
 
 
 def test_gains_are_those_of_a_plain_ridge_regression() -> None:
