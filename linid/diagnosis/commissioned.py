@@ -11,7 +11,7 @@ from linid.diagnosis.base import Base
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.judge import Judge, judge_of
 from linid.diagnosis.means import Means
-from linid.diagnosis.report_data import ParameterChange
+from linid.diagnosis.report_data import Entry, ParameterChange
 from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import LEAST_GAP, judged_rows
 from linid.diagnosis.unknowns import RATIOS
@@ -25,6 +25,10 @@ from linid.recording.recording import Recording
 
 _HELD = ("mass", "stribeck_exponent")  # the size of all forces, and what fits hold as well
 _HELD_WITHIN = 1e-6  # of its value
+_LEVEL, _CURVE = "friction_level_change", "position_dependent_friction"
+# Of the logarithm of the largest factor on friction: a smooth curve through eleven places is no closer to a tight place
+# than a tenth of its height.
+_AS_BEFORE = 0.1
 _SHARES = ("coulomb_force", "force_constant")  # whose change is a share of them
 
 
@@ -132,6 +136,42 @@ def parameter_changes(
         low, high = value - half, value + half
         out.append(ParameterChange(effect.changes, before.unit, effect.name, before.value, value, low, high))
     return tuple(out)
+
+
+def of_one_curve(
+    entries: tuple[Entry, ...], changes: tuple[ParameterChange, ...]
+) -> tuple[tuple[Entry, ...], tuple[ParameterChange, ...]]:
+    """The budget's lines and changed parameters, with a level of friction as part of a curve over the place where some
+    place has the friction that it had.
+
+    The curve is one in the middle of the stroke: what is tight there shows as a level beside a given model.
+    """
+    lines = {entry.effect: entry for entry in entries}
+    if _CURVE not in lines or not any(change.effect == _LEVEL for change in changes):
+        return entries, changes
+    level, curve = lines[_LEVEL], lines[_CURVE]
+    values = {e.name: e.value for e in (*level.parameters, *curve.parameters)}
+    places = [0.0, *(values[name] for name in find_effect(_CURVE).amplitudes)]
+    factors = [abs(math.log((1.0 + values["friction_change"]) * max(1.0 + f, 1e-9))) for f in places]
+    if min(factors) > _AS_BEFORE * max(factors):
+        return entries, changes
+    share, half = level.share + curve.share, 0.5 * math.hypot(level.high - level.low, curve.high - curve.low)
+    larger = max(level, curve, key=lambda entry: entry.share)
+    joined = replace(
+        larger,
+        effect=_CURVE,
+        rivals=(),
+        share=share,
+        low=share - half,
+        high=share + half,
+        first_in=math.nan,
+        last_in=math.nan,
+        parameters=(*level.parameters, *curve.parameters),
+        combinations=curve.combinations,
+    )
+    others = (entry for entry in entries if entry.effect not in (_LEVEL, _CURVE))
+    kept = tuple(change for change in changes if change.effect != _LEVEL)
+    return tuple(sorted((joined, *others), key=lambda entry: -entry.share)), kept
 
 
 def _half(estimate: Estimate) -> float:

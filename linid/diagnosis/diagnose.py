@@ -15,6 +15,7 @@ from linid.diagnosis.commissioned import (
     comparable_recordings,
     has_a_gap,
     nothing_of,
+    of_one_curve,
     parameter_changes,
 )
 from linid.diagnosis.entries import entries_of, tried_effects
@@ -67,11 +68,10 @@ def diagnose(
 ) -> Found:
     """Find the effects that a base model lacks on some recordings; held-out ones judge.
 
-    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; without: effects of the
-    library that are left out of consideration; known: SI values that are not identified; since: a model that is the
-    base as it is, beside which changes of its parameters are candidates too.
-    Raises UsageError where there is nothing to fit or nothing to judge by, or where an effect makes no sense;
-    DataError for unfit recordings.
+    name: of the campaign; kind: force, sine, theta or friction; effects: already in the base; without: effects left out
+    of consideration; known: SI values that are not identified; since: a model that is the base as it is, beside which
+    changes of its parameters are candidates too. Raises UsageError where there is nothing to fit or nothing to judge
+    by, or where an effect makes no sense; DataError for unfit recordings.
     """
     known, effects, means = dict(known or {}), _of_base(effects, without), means or Means()
     recordings, fitted = _numbered(name, comparable_recordings(since, recordings))
@@ -82,10 +82,11 @@ def diagnose(
     means.watch("where", 1, 1)
     before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
-    known_mass = _mass_is_known(base, known, since)
     measures = together(changes, traces_after, means.seed)
-    budget = seen.budget(shares, entries_of(found, shares, after, recordings, measures, means.seed))
-    models = Models(after, found.best, changes, traces_after)
+    lines = entries_of(found, shares, after, recordings, measures, means.seed)
+    lines, other_values = of_one_curve(lines, parameter_changes(since, after, recordings))
+    budget = seen.budget(shares, lines)
+    known_mass, models = _mass_is_known(base, known, since), Models(after, found.best, changes, traces_after)
     term, models = (None, models) if lead is None else lacking_term(base.judge, found, lead, models, recordings, means)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
@@ -111,7 +112,7 @@ def diagnose(
         friction_law=law,
         proposal=term,
         given=since is not None,
-        changes=parameter_changes(since, after, recordings),
+        changes=other_values,
     )
     return Found(diagnosis, before, models.result, traces_before, models.traces)
 

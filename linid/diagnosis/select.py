@@ -20,11 +20,12 @@ from linid.diagnosis.descent import QUICK, SETTLING, THOROUGH, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN, Part, is_trifle, stands
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.shares import shares_of
-from linid.physics.effects.registry import EFFECTS, find_effect
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
@@ -368,14 +369,6 @@ def contested(
     return full, rivals, False
 
 
-def simpler_than(name: str, given: bool) -> tuple[str, ...]:
-    """The effects that take the place of another where they do as well: those that it is with some parameters at zero,
-    and, beside a given model, other values of the parameters that this has already."""
-    effect = find_effect(name)
-    changes = tuple(one.name for one in EFFECTS if one.changes) if given and not effect.changes else ()
-    return (*effect.includes, *changes)
-
-
 def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[Part]) -> Fitted | None:
     """The model with one of its effects found anew, with all others there, where that is better; None if none is.
 
@@ -386,15 +379,21 @@ def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[
         if find_effect(part.name).acts != "one":
             gain = part.without.level - full.level
             own = screening.screen(part.without, only=[part.name])
-            items += [(part.without, item) for item in own if item.gain >= RENEWED * gain]
+            items += [(part.without, s) for s in own if s.gain >= RENEWED * gain or _elsewhere(full, s)]
+    better: list[tuple[float, Fitted]] = []
     found = in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers)
-    settled = [again(fits, one, one.recordings, SETTLING) for _, one in found if one.level < full.level + LEAST_GAIN]
-    better = [(gained(fits, full, one).gain, one) for one in settled]
+    for (_, item), one in found:
+        if one.level < full.level + LEAST_GAIN:
+            one = again(fits, one, one.recordings, SETTLING)
+            # That an effect acts in a held-out recording too shows there alone.
+            some = find_effect(item.name).acts == "some"
+            rows = fits.rows_of(range(len(screening.recordings)) if some else one.recordings)
+            better.append((compare(fits, full, one, rows).gain, one))
     gain, one = max(better, key=lambda pair: pair[0], default=(0.0, full))
     return one if gain >= PROPOSED_GAIN else None
 
 
-def look_alike(name: str, other: str) -> bool:
-    """Whether one of two effects says that it looks like the other, and the other is no fuller form of the first."""
-    one, two = find_effect(name), find_effect(other)
-    return (other in one.confused_with or name in two.confused_with) and name not in two.includes
+def _elsewhere(full: Fitted, found: Screened) -> bool:
+    """Whether an effect of some recordings is found in others than a model has it in."""
+    mark = find_effect(found.name).mark
+    return bool(mark) and found.trial.values.get(mark) != full.preset.get(mark)

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from linid.diagnosis.commissioned import has_a_gap, nothing_of, parameter_changes
+from linid.diagnosis.commissioned import has_a_gap, nothing_of, of_one_curve, parameter_changes
 from linid.diagnosis.diagnose import Found, diagnose
 from linid.diagnosis.held_out_tests import Part
 from linid.diagnosis.means import Means
+from linid.diagnosis.report_data import Entry, ParameterChange
 from linid.diagnosis.select import Selection
 from linid.errors import UsageError
 from linid.identification.model_file import model_from_text, model_to_text
@@ -102,6 +103,30 @@ def test_a_model_of_another_kind_of_axis_is_refused() -> None:
     rotary = tuple(replace(r, axis="rotary") for r in recordings())
     with pytest.raises(UsageError, match="rotary axis, the model of a linear one"):
         diagnose("stand", rotary, "theta", since=commissioned(), means=Means(2))
+
+
+def test_a_level_beside_a_curve_over_the_place_is_part_of_it_where_some_place_is_as_it_was() -> None:
+    """A bump in the middle shows as a level and a curve that takes it back; a level everywhere is one of its own."""
+
+    def line(effect: str, share: float, values: dict[str, float]) -> Entry:
+        own = tuple(Estimate(name, name, "1", value, 0.0, value, value) for name, value in values.items())
+        return Entry(effect, (), share, share - 0.1, share + 0.1, 0.5, 0.5, 9.0, own)
+
+    def lines(level: float) -> tuple[Entry, ...]:
+        curve = {f"friction_at_{k}": -0.13 * min(abs(k - 6) / 3.0, 1.0) for k in range(1, 12) if k != 6}
+        return (
+            line("cogging", 0.3, {}),
+            line("friction_level_change", 0.5, {"friction_change": level}),
+            line("position_dependent_friction", 0.1, curve),
+        )
+
+    changes = (ParameterChange("coulomb_force", "N", "friction_level_change", 1.0, 1.15, 1.14, 1.16),)
+    (first, second), none = of_one_curve(lines(0.15), changes)
+    assert (first.effect, second.effect, none) == ("position_dependent_friction", "cogging", ())
+    assert first.share == pytest.approx(0.6) and first.high - first.share == pytest.approx(0.1 * 2**0.5)
+    assert {e.name for e in first.parameters} >= {"friction_change", "friction_at_1"}
+    for kept in (of_one_curve(lines(0.4), changes), of_one_curve(lines(0.15), ())):
+        assert [entry.effect for entry in kept[0]] == [entry.effect for entry in lines(0.4)]
 
 
 def test_what_is_named_of_next_to_no_gap_is_taken_back() -> None:

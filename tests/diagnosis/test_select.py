@@ -7,12 +7,18 @@ from typing import Any
 
 import pytest
 
+from linid.diagnosis.balance import Balance
+from linid.diagnosis.base import numbered
+from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.held_out_tests import Part, stands
-from linid.diagnosis.judge import Evidence
-from linid.diagnosis.screen import Screened
-from linid.diagnosis.select import CONTENDING, contenders, look_alike, preset_of
+from linid.diagnosis.judge import Evidence, judge_of
+from linid.diagnosis.look_alikes import look_alike
+from linid.diagnosis.screen import Screened, Screening
+from linid.diagnosis.select import CONTENDING, contenders, preset_of, renewed
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
+from tests.diagnosis import machine
+from tests.diagnosis.test_joint import TRUE, fitted
 
 NOTHING: Any = None  # the tests read figures, not models
 
@@ -91,3 +97,22 @@ def test_what_adds_to_the_power_must_be_beyond_doubt() -> None:
     assert not stands(Part("cable_force", worse, NOTHING))
     assert stands(Part("cable_force", replace(worse, power=1.0), NOTHING))
     assert stands(Part("cable_force", replace(worse, certainty=6.0), NOTHING))
+
+
+def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
+    """Two of four recordings carry a load, one of them held out; a model that has it in the fitted one is put right."""
+    runs = []
+    for k in range(4):
+        added = 0.3 if k in (1, 3) else 0.0
+        one = machine.recording(f"run_{k}", noise=machine.Noise(encoder=1e-7), seed=k, added_mass=added)
+        runs.append(replace(one, added_mass=0.0, split="held_out" if k == 3 else "fit"))
+    model = Model("force")
+    judge = judge_of(Balance(model, numbered(runs), 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+    base = fitted(judge, TRUE)
+    loaded, start = model.with_effects(("payload_change",)), {**TRUE, "payload_mass": 0.3}
+    full = judge.fits.fit(loaded, start, {"payload_recordings": 2.0}, (0, 1, 2), THOROUGH)
+    sure = Part("payload_change", Evidence(1.0, 9.0, 0.9, 1.0, 0.9), base)
+    one = renewed(judge.fits, Screening(judge.fits, base, 1), full, [sure])
+    assert one is not None and one.preset["payload_recordings"] == 10.0
+    assert one.values["payload_mass"] == pytest.approx(0.3, rel=0.02)
+    assert renewed(judge.fits, Screening(judge.fits, base, 1), one, [sure]) is None
