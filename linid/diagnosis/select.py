@@ -21,6 +21,7 @@ from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAI
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.look_alikes import look_alike, simpler_than
+from linid.diagnosis.marks import elsewhere, in_all
 from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
@@ -379,7 +380,9 @@ def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[
         if find_effect(part.name).acts != "one":
             gain = part.without.level - full.level
             own = screening.screen(part.without, only=[part.name])
-            items += [(part.without, s) for s in own if s.gain >= RENEWED * gain or _elsewhere(full, s)]
+            items += [(part.without, s) for s in own if s.gain >= RENEWED * gain or elsewhere(full, s)]
+            lasting = in_all(full, part.name, screening.recordings) if fits.coordinates.told else ()
+            items += [(part.without, s) for s in lasting]
     better: list[tuple[float, Fitted]] = []
     found = in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers)
     for (_, item), one in found:
@@ -391,9 +394,3 @@ def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[
             better.append((compare(fits, full, one, rows).gain, one))
     gain, one = max(better, key=lambda pair: pair[0], default=(0.0, full))
     return one if gain >= PROPOSED_GAIN else None
-
-
-def _elsewhere(full: Fitted, found: Screened) -> bool:
-    """Whether an effect of some recordings is found in others than a model has it in."""
-    mark = find_effect(found.name).mark
-    return bool(mark) and found.trial.values.get(mark) != full.preset.get(mark)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.judge import Evidence, judge_of
 from linid.diagnosis.look_alikes import look_alike
+from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.select import CONTENDING, contenders, preset_of, renewed
 from linid.identification.guess.effect_values import Trial
@@ -116,3 +118,13 @@ def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
     assert one is not None and one.preset["payload_recordings"] == 10.0
     assert one.values["payload_mass"] == pytest.approx(0.3, rel=0.02)
     assert renewed(judge.fits, Screening(judge.fits, base, 1), one, [sure]) is None
+
+
+def test_a_changed_parameter_of_a_given_model_is_tried_in_all_recordings() -> None:
+    recordings = [machine.recording(f"run_{k}", duration=0.2, number=k) for k in (1, 2, 3)]
+    full: Any = SimpleNamespace(preset={"friction_change_recordings": 3.0}, values={"friction_change": -0.3})
+    (found,) = in_all(full, "friction_level_change", recordings)
+    assert found.trial.values == {"friction_change_recordings": 7.0}
+    assert found.trial.amplitudes == {"friction_change": -0.3}
+    there: Any = SimpleNamespace(preset={"friction_change_recordings": 7.0}, values=full.values)
+    assert in_all(there, "friction_level_change", recordings) == () == in_all(full, "cogging", recordings)
