@@ -62,6 +62,21 @@ def _phi(z: float) -> tuple[float, float, float]:
 
 
 @njit(cache=True, error_model="numpy")
+def exponential(half_trace: float, square: float) -> tuple[float, float]:
+    """Exponential e I + o B of the 2 x 2 matrix half_trace I + B with B^2 = square I, all dimensionless, square up to
+    0.0625."""
+    decay = math.exp(half_trace)
+    if square < 0.0:
+        root = math.sqrt(-square)
+        return decay * math.cos(root), decay * math.sin(root) / root
+    # cosh and sinh(x)/x by their series: the two eigenvalues may coincide.
+    even = decay * (1.0 + square * (0.5 + square * (1.0 / 24.0 + square * (1.0 / 720.0 + square / 40320.0))))
+    tail = square * (1.0 / 5040.0 + square / 362880.0)
+    odd = decay * (1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0 + tail)))
+    return even, odd
+
+
+@njit(cache=True, error_model="numpy")
 def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, float, float, float]:
     """phi_1, phi_2, phi_3 of the 2 x 2 matrix half_trace I + B with B^2 = square I: e_1, o_1, e_2 ... in e I + o B."""
     if square > 0.0625:
@@ -85,15 +100,7 @@ def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, f
             coefficient *= k
         even_2, odd_2 = 0.5 + half_trace * even + square * odd, even + half_trace * odd
         return 1.0 + half_trace * even_2 + square * odd_2, even_2 + half_trace * odd_2, even_2, odd_2, even, odd
-    decay = math.exp(half_trace)
-    if square < 0.0:
-        root = math.sqrt(-square)
-        even, odd = decay * math.cos(root), decay * math.sin(root) / root
-    else:
-        # cosh and sinh(x)/x by their series: the two eigenvalues may coincide.
-        even = decay * (1.0 + square * (0.5 + square * (1.0 / 24.0 + square * (1.0 / 720.0 + square / 40320.0))))
-        tail = square * (1.0 / 5040.0 + square / 362880.0)
-        odd = decay * (1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0 + tail)))
+    even, odd = exponential(half_trace, square)
     inverse = 1.0 / (half_trace * half_trace - square)
     even -= 1.0
     even_1, odd_1 = inverse * (half_trace * even - square * odd), inverse * (half_trace * odd - even)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from linid.physics.friction import DECAYED
+from linid.physics.friction import DECAYED, exponential
 from linid.simulation.binding import compiled, inlined
 
 
@@ -91,14 +91,7 @@ def phi_slopes(half_trace: float, square: float) -> PhiSlopes:
         return _of_two_eigenvalues(half_trace, square)
     if abs(half_trace) < 0.5 and square > -0.0625:
         return _of_small_matrix(half_trace, square)
-    decay = math.exp(half_trace)
-    if square < 0.0:
-        root = math.sqrt(-square)
-        even, odd = decay * math.cos(root), decay * math.sin(root) / root
-    else:
-        even = decay * (1.0 + square * (0.5 + square * (1.0 / 24.0 + square * (1.0 / 720.0 + square / 40320.0))))
-        tail = square * (1.0 / 5040.0 + square / 362880.0)
-        odd = decay * (1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0 + tail)))
+    even, odd = exponential(half_trace, square)
     inverse = 1.0 / (half_trace * half_trace - square)
     e_1, o_1 = _next(half_trace, square, inverse, even - 1.0, odd)
     e_2, o_2 = _next(half_trace, square, inverse, e_1 - 1.0, o_1)
@@ -109,7 +102,7 @@ def phi_slopes(half_trace: float, square: float) -> PhiSlopes:
         by_square = scale * (e_1 - e_2 - o_1), scale * (e_2 - 2.0 * e_3 - o_2), scale * (e_3 - 3.0 * e_4 - o_3)
     else:
         tail = square * (1.0 / 1680.0 + square * (1.0 / 90720.0 + square / 7983360.0))
-        before = decay * (1.0 / 6.0 + square * (1.0 / 60.0 + tail))
+        before = math.exp(half_trace) * (1.0 / 6.0 + square * (1.0 / 60.0 + tail))
         first = (before - 0.5 * (o_1 - o_2)) / half_trace
         second = (first - 0.5 * (o_2 - 2.0 * o_3)) / half_trace
         by_square = first, second, (second - 0.5 * (o_3 - 3.0 * o_4)) / half_trace
