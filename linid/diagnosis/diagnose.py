@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +29,7 @@ from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.refined_models import changes_of, refined_models
-from linid.diagnosis.report_data import Budget, Diagnosis, LawFinding, ProposedTerm, Verdict
+from linid.diagnosis.report_data import Budget, Change, Diagnosis, LawFinding, ProposedTerm, RecordingChange, Verdict
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
@@ -78,15 +78,18 @@ def diagnose(
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
     base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions)
     found, shares, lead = _led(base, found, means)
+    compared = _compared(base, found, recordings, fitted, means, since)
+    if found.parts and worse_throughout(compared.measures):
+        found, shares, lead = _led(base, nothing_of(found), means)
+        compared = _compared(base, found, recordings, fitted, means, since)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
-    before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
-    changes, traces_before, traces_after = changes_of(recordings, before, after, means)
-    measures = together(changes, traces_after, means.seed)
+    before, after, measures = compared.before, compared.after, compared.measures
     lines = entries_of(found, shares, after, recordings, measures, means.seed)
     lines, other_values = of_one_curve(lines, parameter_changes(since, after, recordings))
     budget = seen.budget(shares, lines)
-    known_mass, models = _mass_is_known(base, known, since), Models(after, found.best, changes, traces_after)
+    known_mass = _mass_is_known(base, known, since)
+    models = Models(after, found.best, compared.changes, compared.traces_after)
     term, models = (None, models) if lead is None else lacking_term(base.judge, found, lead, models, recordings, means)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
@@ -114,7 +117,39 @@ def diagnose(
         given=since is not None,
         changes=other_values,
     )
-    return Found(diagnosis, before, models.result, traces_before, models.traces)
+    return Found(diagnosis, before, models.result, compared.traces_before, models.traces)
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """The models before and after, the measures and traces of every recording by both, those of all held-out ones."""
+
+    before: FitResult
+    after: FitResult
+    changes: tuple[RecordingChange, ...]
+    traces_before: tuple[Trace, ...]
+    traces_after: tuple[Trace, ...]
+    measures: dict[str, Change]
+
+
+def _compared(
+    base: Base,
+    found: Selection,
+    recordings: Sequence[Recording],
+    fitted: Sequence[Recording],
+    means: Means,
+    since: FitResult | None,
+) -> _Compared:
+    before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
+    changes, traces_before, traces_after = changes_of(recordings, before, after, means)
+    measures = together(changes, traces_after, means.seed)
+    return _Compared(before, after, changes, traces_before, traces_after, measures)
+
+
+def worse_throughout(measures: Mapping[str, Change]) -> bool:
+    """Whether held-out recordings are predicted worse by every measure with the effects found than without: then these
+    are none, whatever the balance of forces says of them. measures: over all held-out recordings."""
+    return all(one.after > one.before for one in measures.values())
 
 
 def _numbered(name: str, recordings: Sequence[Recording]) -> tuple[tuple[Recording, ...], list[Recording]]:
