@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -77,11 +78,8 @@ def diagnose(
     recordings, fitted = _numbered(name, comparable_recordings(since, recordings))
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
     base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions)
-    found, shares, lead = _led(base, found, means)
-    compared = _compared(base, found, recordings, fitted, means, since)
-    if found.parts and worse_throughout(compared.measures):
-        found, shares, lead = _led(base, nothing_of(found), means)
-        compared = _compared(base, found, recordings, fitted, means, since)
+    compare = partial(_compared, base, recordings, fitted, means, since)
+    found, shares, lead, compared = _borne_out(base, found, means, compare)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
     before, after, measures = compared.before, compared.after, compared.measures
@@ -134,16 +132,29 @@ class _Compared:
 
 def _compared(
     base: Base,
-    found: Selection,
     recordings: Sequence[Recording],
     fitted: Sequence[Recording],
     means: Means,
     since: FitResult | None,
+    found: Selection,
 ) -> _Compared:
     before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
     measures = together(changes, traces_after, means.seed)
     return _Compared(before, after, changes, traces_before, traces_after, measures)
+
+
+def _borne_out(
+    base: Base, found: Selection, means: Means, compare: Callable[[Selection], _Compared]
+) -> tuple[Selection, Shares, Lead | None, _Compared]:
+    """The selection as `_led` leaves it and what its models measure; without effects, where these bear them out
+    nowhere."""
+    found, shares, lead = _led(base, found, means)
+    compared = compare(found)
+    if found.parts and worse_throughout(compared.measures):
+        found, shares, lead = _led(base, nothing_of(found), means)
+        compared = compare(found)
+    return found, shares, lead, compared
 
 
 def worse_throughout(measures: Mapping[str, Change]) -> bool:
