@@ -14,6 +14,9 @@ from linid.diagnosis.proposed.wave_columns import wave_columns
 
 _DEGREE = 3
 _ENDS = 0.002  # of the rows on either side: a curve needs more than a handful of rows to be drawn by
+# Of a curve's own penalty: where no fitted row lies a curve returns to nothing, and is no line drawn on from its last
+# bend, which would be far off in a recording that goes further than the others.
+_LEVEL = 0.01
 _NOT_ROUGH = 1e-6  # penalty of functions that have no curvature to be punished
 
 
@@ -70,12 +73,17 @@ def curve(argument: Argument, size: int) -> Basis:
         columns = _wrapped(argument.values, argument.period, size)
         second = np.roll(np.eye(size), 1, axis=0) - 2.0 * np.eye(size) + np.roll(np.eye(size), -1, axis=0)
         call = f"periodic({argument.symbol}, {argument.period:.10g}, {size})"
-        return Basis(columns, second.T @ second, call, sides=(Side(argument, 0.0, argument.period, size),))
+        return Basis(columns, _rough(second), call, sides=(Side(argument, 0.0, argument.period, size),))
     low, high = support(argument.values)
     columns = _splines(argument.values, low, high, size)
     second = np.diff(np.eye(size), 2, axis=0)
     call = f"spline({argument.symbol}, {low:.10g}, {high:.10g}, {size})" if argument.symbol else ""
-    return Basis(columns, second.T @ second, call, sides=(Side(argument, low, high, size),))
+    return Basis(columns, _rough(second), call, sides=(Side(argument, low, high, size),))
+
+
+def _rough(second: Array) -> Array:
+    """Penalty (k, k) of curvature, by second differences (m, k) of the coefficients, and a little of their size."""
+    return np.asarray(second.T @ second + _LEVEL * np.eye(second.shape[1]))
 
 
 def support(values: Array) -> tuple[float, float]:

@@ -55,6 +55,17 @@ def test_few_recordings_are_left_out_by_parts() -> None:
     assert np.all(problem.held[split.fold == split.judging[0]])
 
 
+def test_a_curve_is_no_line_drawn_on_where_nothing_was_fitted() -> None:
+    """Fitted rows see the rise of a force at one place, the judging ones what comes after it too."""
+    whole = axis(lambda p: 3.0 * np.exp(-(((p.rows.y - 0.3) / 0.04) ** 2)))
+    problem = rows_of(whole, whole.held | (whole.rows.y < 0.27))
+    regression = Regression(Sums(problem, 0.0), family_of(problem, "position"))
+    coefficients, _ = regression.solution(0.01)
+    curve = regression.family.columns @ coefficients * problem.mass
+    beyond = problem.rows.y > 0.4
+    assert np.max(np.abs(curve[beyond])) < 3.0
+
+
 def test_gains_are_those_of_a_plain_ridge_regression() -> None:
     """By hand, with the same penalty, on the judging rows."""
     problem = axis(lambda p: np.sin(12.0 * p.rows.y))
