@@ -64,7 +64,7 @@ def _phi(z: float) -> tuple[float, float, float]:
 @njit(cache=True, error_model="numpy")
 def exponential(half_trace: float, square: float) -> tuple[float, float]:
     """Exponential e I + o B of the 2 x 2 matrix half_trace I + B with B^2 = square I, all dimensionless, square up to
-    0.0625."""
+    0.0625: e and o. Source: Cayley and Hamilton's theorem."""
     decay = math.exp(half_trace)
     if square < 0.0:
         root = math.sqrt(-square)

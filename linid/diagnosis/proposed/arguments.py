@@ -55,7 +55,7 @@ class Argument:
         return np.exp(x) - self.offset if self.offset else x
 
     def waves(self, wavenumbers: Sequence[float] | Array) -> Array:
-        """Cosine and sine (n, 2 W) of each wavenumber in rad per unit, as the rows see them."""
+        """Cosine and sine (n, 2 W) of each of the wavenumbers (W,) in rad per unit, as the rows see them."""
         return wave_columns(self.values, wavenumbers, self.spread)
 
 

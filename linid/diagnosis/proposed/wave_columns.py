@@ -10,7 +10,7 @@ from linid.arrays import Array
 
 
 def wave_columns(x: Array, wavenumbers: Sequence[float] | Array, spread: Array | float = 0.0) -> Array:
-    """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of x (n,), where what is short fades.
+    """Cosine and sine (n, 2 W) of each of the wavenumbers (W,) in rad per unit of x (n,), where what is short fades.
 
     spread: (n,) in the same unit, deviation of the values that a row is the mean of; as that of a Gaussian's, whose
     spectrum is one.
