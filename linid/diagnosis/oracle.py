@@ -117,8 +117,8 @@ def _left_beside(base: Base, column: Array) -> Array:
     judge, rows = base.judge, base.judge.balance.rows
     moving = np.where(rows.standstill, 0.0, column)
     design = np.stack([moving, column - moving, *judge.fits.slopes(base.fitted).values()], axis=1)
-    design = design[:, np.linalg.norm(design, axis=0) > 0.0]
     residual, fitted = base.fitted.residual, ~judge.balance.split
+    design = design[:, np.linalg.norm(design[fitted], axis=0) > 0.0]
     size = judge.scale[rows.recording]
     left, counts = residual, np.maximum(np.bincount(rows.bin[fitted], minlength=rows.bin.max() + 1), 1)
     for _ in range(_ROUNDS):

@@ -38,3 +38,7 @@ def test_the_true_term_closes_the_gap_and_a_shifted_one_does_not(tmp_path: Path)
     late = [np.roll(terms[r.name], r.y.size // 3) for r in recordings]
     wrong = oracle_of_term(recordings, "theta", late, {})
     assert wrong is not None and wrong.closure < 0.3 and wrong.ahead > 0.8
+    # Of what acts in held-out recordings alone the fitted ones tell nothing: the base is what it was, about.
+    unseen = [np.where(r.split == "held_out", terms[r.name], 0.0) for r in recordings]
+    nothing = oracle_of_term(recordings, "theta", unseen, {})
+    assert nothing is not None and nothing.closure < 0.3
