@@ -53,6 +53,8 @@ def decide(
     """
     word = "torque" if axis == "rotary" else "force"
     status = status_of(budget)
+    if status == "none" and term is not None:  # what predicts recordings that it was not fitted to is no noise
+        status = "unknown"
     names = tuple(entry.effect for entry in budget.entries)
     rivals = tuple(dict.fromkeys(name for entry in budget.entries for name in entry.rivals))
     if status == "none":

@@ -111,6 +111,9 @@ def test_the_next_recording_is_a_sentence_that_says_what_for() -> None:
 
 def test_a_proposed_term_stands_in_the_verdict_in_place_of_single_coordinates() -> None:
     term = proposed(None, ("velocity", "motor_force"))
+    # Where few pieces have the gap, a term that predicts them says that there is one.
+    for gap in (budget((), 20.0, 20.0), replace(budget((), 1.1, 1.1), level_before=0.05)):
+        assert decide(gap, WHERE, (), 0.99, (), "linear", term).status == "unknown"
     unknown = decide(budget((), 20.0, 20.0), WHERE, (("payload_change", 0.4),), 0.99, (), "linear", term)
     assert "library explains the gap; a term of velocity and motor force closes 83 % of it." in unknown.sentence
     assert unknown.next_experiment == term.next_experiment
