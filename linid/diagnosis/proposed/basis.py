@@ -33,10 +33,10 @@ class Side:
     wavenumbers: tuple[float, ...] = ()
     mean: bool = False
 
-    def at(self, x: Array) -> Array:
-        """The functions (m, k) at x (m,), in the argument's unit."""
+    def at(self, x: Array, spread: Array | float = 0.0) -> Array:
+        """The functions (m, k) at x (m,), in the argument's unit; spread: (m,) of what is averaged, for waves."""
         if self.wavenumbers:
-            columns = wave_columns(x, self.wavenumbers)
+            columns = wave_columns(x, self.wavenumbers, spread)
             return np.hstack([np.ones((x.size, 1)), columns]) if self.mean else columns
         if self.size == 1:
             return np.asarray((x > 0.0)[:, None], dtype=np.float64)
@@ -117,9 +117,7 @@ def waves(argument: Argument, wavenumbers: Sequence[float], mean: bool = False) 
     """Cosine and sine (n, 2 W) of each wavenumber in rad per unit of an argument, as its rows see them, after a
     constant where `mean` says so."""
     side = Side(argument, *support(argument.values), 2 * len(wavenumbers) + mean, tuple(wavenumbers), mean)
-    columns = argument.waves(wavenumbers)
-    if mean:
-        columns = np.hstack([np.ones((columns.shape[0], 1)), columns])
+    columns = side.at(argument.values, argument.spread)
     factors = tuple(f"{name}({k:.10g}*{argument.symbol})" for k in wavenumbers for name in ("cos", "sin"))
     factors = ("1", *factors) if mean else factors
     call = " + ".join(f"c_{number}*{factor}" for number, factor in enumerate(factors, 1))
