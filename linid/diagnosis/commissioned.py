@@ -103,11 +103,6 @@ def has_a_gap(judge: Judge, found: Selection) -> bool:
     return judge.excess(found.base.residual, judged_rows(judge, found.best)) >= LEAST_GAP
 
 
-def nothing_of(found: Selection) -> Selection:
-    """The selection without any of its effects."""
-    return replace(found, best=found.base, parts=(), dropped=(*found.dropped, *found.parts), rivals={})
-
-
 def parameter_changes(
     since: FitResult | None, after: FitResult, recordings: Sequence[Recording]
 ) -> tuple[ParameterChange, ...]:

@@ -15,7 +15,6 @@ from linid.diagnosis.commissioned import (
     commissioned_base,
     comparable_recordings,
     has_a_gap,
-    nothing_of,
     of_one_curve,
     parameter_changes,
 )
@@ -152,7 +151,7 @@ def _borne_out(
     found, shares, lead = _led(base, found, means)
     compared = compare(found)
     if found.parts and worse_throughout(compared.measures):
-        found, shares, lead = _led(base, nothing_of(found), means)
+        found, shares, lead = _led(base, with_effects_of(found, found.base), means)
         compared = compare(found)
     return found, shares, lead, compared
 
@@ -238,7 +237,7 @@ def _changed(
     base = commissioned_base(since, recordings, means, assumptions)
     screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
     found = select(base, screening, means.watch)
-    return base, found if has_a_gap(base.judge, found) else nothing_of(found)
+    return base, found if has_a_gap(base.judge, found) else with_effects_of(found, found.base)
 
 
 def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence[str]) -> Base:

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from linid.diagnosis.commissioned import has_a_gap, nothing_of, of_one_curve, parameter_changes
+from linid.diagnosis.commissioned import has_a_gap, of_one_curve, parameter_changes
 from linid.diagnosis.diagnose import Found, diagnose
 from linid.diagnosis.held_out_tests import Part
+from linid.diagnosis.lacking import with_effects_of
 from linid.diagnosis.means import Means
 from linid.diagnosis.report_data import Entry, ParameterChange
 from linid.diagnosis.select import Selection
@@ -138,5 +139,5 @@ def test_what_is_named_of_next_to_no_gap_is_taken_back() -> None:
     assert abs(made.excess(at_floor.residual)) < 0.1 and not has_a_gap(made, found)
     far = replace(found, base=replace(at_floor, residual=1.3 * at_floor.residual))
     assert has_a_gap(made, far)
-    nothing = nothing_of(found)
+    nothing = with_effects_of(found, found.base)
     assert nothing.best is at_floor and nothing.parts == () and nothing.dropped == (teeth,) and nothing.rivals == {}
