@@ -143,12 +143,18 @@ def test_a_state_can_be_kept_and_taken_back(units: dict[int, Path], version: int
 
 def test_ten_instances_run_at_once(units: dict[int, Path], tmp_path: Path) -> None:
     alone = run(units[3], synchronous_run(), 1)
+    fmpy.extract(str(units[3]), str(tmp_path))
+    description = fmpy.read_model_description(str(tmp_path))
+    # FMPy changes the process' working directory while it loads a library: one instance after the other.
+    instances = [fmpy.instantiate_fmu(str(tmp_path), description, fmi_type="CoSimulation") for _ in range(10)]
 
-    def one(number: int) -> np.ndarray:
-        return run(units[3], synchronous_run(), 1)
+    def one(instance_: Any) -> np.ndarray:
+        return run(tmp_path, synchronous_run(), 1, model_description=description, fmu_instance=instance_)
 
     with ThreadPoolExecutor(10) as threads:
-        assert all(np.array_equal(found, alone) for found in threads.map(one, range(10)))
+        assert all(np.array_equal(found, alone) for found in threads.map(one, instances))
+    for instance_ in instances:
+        instance_.freeInstance()
 
 
 @VERSIONS
