@@ -39,7 +39,8 @@ class Family:
     in m/s^2 per newton; roughness: (k, k); local: the length in s of the pieces that are left out in turn where each
     recording has coefficients of its own, 0 where all share them; formula: of an own term, its coefficients to follow,
     empty where none can be written; wanders: each moment is told by those beside it, and by nothing else; sides,
-    factor: how it is drawn (factor: "", direction, motor_force or velocity).
+    factor: how it is drawn (factor: "", direction, motor_force or velocity); call: the function beside a factor as a
+    formula, empty where it has none; bends: numbers of a factor that bends.
     """
 
     arguments: tuple[str, ...]
@@ -51,6 +52,8 @@ class Family:
     wanders: bool = False
     sides: tuple[Side, ...] = ()
     factor: str = ""
+    call: str = ""
+    bends: int = 0
 
     @property
     def passing(self) -> int:
@@ -89,6 +92,7 @@ def force(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, fac
         formula=formula,
         sides=basis.sides,
         factor="" if factor is None else names[-1],
+        call="" if factor is None else basis.call,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument, arguments_of
+from linid.diagnosis.proposed.bent import bent
 from linid.diagnosis.proposed.family import Family, families, of_running_time, per_recording
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
@@ -19,6 +20,7 @@ from linid.diagnosis.roll_null import p_value, with_rolled
 
 LEAST_EXCESS = 0.05  # floors: with less, there is nothing to be proposed
 AS_GOOD = 0.92  # of the best gain: families with this much predict alike, and the one of fewer arguments is taken
+FINER = 0.02  # of the gain: what another form of the same arguments predicts more, to be worth its numbers
 WORTH = 0.5  # of the best gain: where the best one does not stand, much less is not the answer
 TRIES = 3  # families that are tested by permutation, each at SURE / TRIES
 SURE = 0.05
@@ -64,9 +66,17 @@ def propose(problem: Problem, found: Sequence[Regression]) -> Proposal | None:
         regression = candidates(left)[0]
         proposal = tested(problem, regression)
         if proposal is not None:
-            return proposal
+            return _finer(problem, proposal)
         left.remove(regression)  # and what is as good as the best of the others is another question
     return None
+
+
+def _finer(problem: Problem, proposal: Proposal) -> Proposal:
+    """A proposal with a factor that bends, where that predicts clearly more."""
+    finer = bent(problem, proposal.regression)
+    if finer is None or finer.best[1] <= (1.0 + FINER) * proposal.gain or finer.closed() <= proposal.closed:
+        return proposal
+    return tested(problem, finer) or proposal
 
 
 def tested(problem: Problem, regression: Regression) -> Proposal | None:
@@ -96,8 +106,14 @@ def judged_families(problem: Problem, able: Callable[[Family], bool] = lambda fa
         regression = Regression(shared[family.local], family)
         if regression.best[1] < LEAST_GAIN:
             continue
-        kept = sorted([*kept, regression], key=lambda one: -one.best[1])[:KEPT]
-    return kept
+        kept = sorted([*kept, regression], key=_by_gain)[:KEPT]
+    # Arguments are told by straight factors: one that bends about zero is nearly a direction, and imitates friction.
+    first = bent(problem, candidates(kept)[0]) if kept else None
+    return kept if first is None else sorted([*kept, first], key=_by_gain)[:KEPT]
+
+
+def _by_gain(one: Regression) -> float:
+    return -one.best[1]
 
 
 def _all_families(problem: Problem, arguments: dict[str, Argument], left: Callable[[Array], Array]) -> Iterator[Family]:
@@ -123,6 +139,7 @@ def candidates(found: Sequence[Regression]) -> list[Regression]:
     alike = [one for one in found if one.best[1] >= AS_GOOD * best]
 
     def order(one: Regression) -> tuple[int, int, int, float]:
-        return one.family.passing, len(one.family.arguments), one.family.columns.shape[1], -one.best[1]
+        numbers = one.family.columns.shape[1] + one.family.bends
+        return one.family.passing, len(one.family.arguments), numbers, -one.best[1]
 
     return [*sorted(alike, key=order), *(one for one in found if one.best[1] < AS_GOOD * best)]

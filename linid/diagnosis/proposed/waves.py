@@ -194,4 +194,5 @@ def _family(
     columns = basis.columns * sort.factor[:, None]
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
     formula, factor = sort.formula.format(basis.call), sort.names[0] if sort.names else ""
-    return Family(names, form, columns, basis.roughness, formula=formula, sides=basis.sides, factor=factor)
+    call = basis.call if factor else ""
+    return Family(names, form, columns, basis.roughness, formula=formula, sides=basis.sides, factor=factor, call=call)

@@ -11,14 +11,13 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import reduce
 
 from linid.errors import ConfigError
 from linid.physics.own_terms import layout
 from linid.physics.own_terms.expression import parse_formula
 from linid.physics.own_terms.node import Node
 from linid.physics.own_terms.program import stack_needed
-from linid.physics.own_terms.summands import SCALE, Summand, amplitudes_of, has_amplitude, summands_of
+from linid.physics.own_terms.summands import SCALE, Summand, amplitudes_of, has_amplitude, sum_of, summands_of
 from linid.physics.own_terms.units import amplitude_unit
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,29}\Z")
@@ -50,8 +49,8 @@ class OwnTerm:
 
     def part(self, friction: bool) -> Node | None:
         """The tree of its force in N, or of its level of friction in N; None if there is none."""
-        nodes = [one.node for one in self.summands if one.friction == friction]
-        return reduce(lambda a, b: Node("+", (a, b)), nodes) if nodes else None
+        mine = [one for one in self.summands if one.friction == friction]
+        return sum_of(mine) if mine else None
 
     @property
     def variables(self) -> frozenset[str]:

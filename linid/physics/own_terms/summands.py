@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import groupby, product
 
 from linid.errors import ConfigError
 from linid.physics.own_terms.node import Node
@@ -43,6 +44,20 @@ def summands_of(tree: Node, place: str) -> tuple[Summand, ...]:
     return tuple(_as_friction(one) for one in found)
 
 
+def sum_of(summands: Sequence[Summand]) -> Node:
+    """The tree of a sum; a first factor of several operations that neighbours share is computed once."""
+    nodes = []
+    for _, group in groupby(summands, key=lambda one: one.factors[:1]):
+        some = list(group)
+        shared = some[0].factors[:1]
+        if len(some) > 1 and shared and shared[0].args:
+            rest = sum_of([replace(one, factors=one.factors[1:]) for one in some])
+            nodes.append(Node("*", (*shared, rest)))
+        else:
+            nodes += [one.node for one in some]
+    return reduce(lambda a, b: Node("+", (a, b)), nodes)
+
+
 def _expanded(node: Node, place: str) -> list[Summand]:
     if node.kind == "-x":
         return [_turned(one) for one in _expanded(node.args[0], place)]
@@ -50,7 +65,7 @@ def _expanded(node: Node, place: str) -> list[Summand]:
         second = _expanded(node.args[1], place)
         out = _expanded(node.args[0], place) + ([_turned(x) for x in second] if node.kind == "-" else second)
     elif node.kind == "*":
-        sides = (_expanded(one, place) for one in node.args)
+        sides = ([Summand(1, (one,))] if _is_fixed(one) else _expanded(one, place) for one in node.args)
         out = [Summand(a.sign * b.sign, a.factors + b.factors, a.divisors + b.divisors) for a, b in product(*sides)]
     elif node.kind == "/":
         above = _expanded(node.args[0], place)
@@ -64,6 +79,11 @@ def _expanded(node: Node, place: str) -> list[Summand]:
 
 def _turned(one: Summand) -> Summand:
     return Summand(-one.sign, one.factors, one.divisors)
+
+
+def _is_fixed(node: Node) -> bool:
+    """Whether a factor has neither parameters nor a direction: nothing is told by expanding it."""
+    return not any(_bare(inner) or _is_direction(inner) for inner in node.walk())
 
 
 def _is_direction(node: Node) -> bool:
