@@ -10,6 +10,7 @@ from functools import partial
 from linid.arrays import Array
 from linid.diagnosis.base import Base
 from linid.diagnosis.forecast import together, with_forecasts
+from linid.diagnosis.foretold import RISEN
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.held_out_tests import LEAST_CLOSED as LEAST_CLOSED_SHARE
 from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely
@@ -36,7 +37,6 @@ from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 
 INSTEAD = 0.5  # of what the effects leave, with a term beside them: a term that leaves less says that they are none
-RISEN = 1.1  # of an error 0.1 s ahead: some sixty windows of a recording tell its RMS to about a tenth
 # Of what a term takes from the error 0.1 s ahead of all held-out recordings together: what that of one may rise by, as
 # where the friction that is identified anew beside it moves by some per cent.
 SMALL_RISE = 0.05

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import QUICK, SETTLING, THOROUGH, Effort
+from linid.diagnosis.foretold import idle
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN, Part, is_trifle, stands
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
@@ -262,17 +263,11 @@ def backward(
         if better is not None:
             full = better
             continue
-        failing = [p for p in parts if not stands(p)]
+        failing = [p for p in parts if not stands(p)] or trifling(judge, base, full, parts) or idle(judge, full, parts)
         if failing:
             weakest = min(failing, key=lambda p: p.evidence.closed)
             dropped[weakest.name] = weakest
             full = weakest.without
-            continue
-        trifles = trifling(judge, base, full, parts)
-        if trifles:
-            least = min(trifles, key=lambda p: p.evidence.closed)
-            dropped[least.name] = least
-            full = least.without
             continue
         full, rivals, changed = contested(judge, screening, full, parts)
         if changed:
@@ -305,7 +300,8 @@ def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
     ):
         more = again(judge.fits, one, one.recordings, SETTLING)
         evidence = compare(judge.fits, full, more, judged(judge, more, item.name))
-        if stands(Part(item.name, evidence, full)):
+        part = Part(item.name, evidence, full)
+        if stands(part) and not idle(judge, more, [part]):
             found.append((evidence.gain, more))
     return max(found, key=lambda pair: pair[0])[1] if found else None
 

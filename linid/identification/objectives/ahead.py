@@ -90,6 +90,11 @@ class Ahead:
         motion = self.motion
         if self.model.effect_states:  # a bristle is told along the motion
             return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
+        return self.simulate_along(params)
+
+    def simulate_along(self, params: Array) -> Array:
+        """Predicted positions of all windows from the states along the motion, also of models whose hidden states a
+        prediction would have to tell from the samples before, (C, N) m."""
         return np.asarray(self.simulator.run(params, self.segments, self._starts(params), guided=self.guided)[0])
 
     def _starts(self, params: Array) -> Array:
