@@ -33,6 +33,10 @@ _ALIGNED = (
 )
 
 
+# Half a wave of the thrust over position, the least that shows its length: a shorter piece fits waves of any.
+_LEAST_TRAVEL = 1.0  # pole pitches
+
+
 @dataclass(frozen=True)
 class Task:
     """What is fitted to, and how. substeps: internal steps per sample; reason: why the global search ended; warnings:
@@ -92,7 +96,12 @@ def assemble(
         evaluations=solution.evaluations,
         substeps=task.substeps,
         step_error=step_error,
-        warnings=(*task.warnings, *complaint, *((_ALIGNED,) if loose else ())),
+        warnings=(
+            *task.warnings,
+            *complaint,
+            *((_ALIGNED,) if loose else ()),
+            *little_travel(recordings, {e.name: e.value for e in estimates if e.status != "fixed"}),
+        ),
         per_mass=task.per_mass,
         input_unit=unit,
         covariance=covariance,
@@ -129,6 +138,27 @@ def _step_error(
     return error, (
         f"halving the internal step moves the predictions by {error:.2g} RMS; fit the model by "
         f"linid {command} --substeps {2 * steps}",
+    )
+
+
+def little_travel(recordings: Sequence[Recording], fitted: Mapping[str, float]) -> tuple[str, ...]:
+    """A warning where the driven recordings travel too little of the motor's field to tell its period.
+
+    fitted: identified parameters in SI by name; of motors with a field the wavenumber in rad/m is among them, unless it
+    was given.
+    """
+    wavenumber = fitted.get("electrical_wavenumber")
+    driven = [r for r in recordings if r.phase_currents is not None]
+    if wavenumber is None or not driven:
+        return ()
+    reach = max(float(r.y.max()) for r in driven) - min(float(r.y.min()) for r in driven)
+    travelled = abs(wavenumber) * reach / np.pi
+    if travelled >= _LEAST_TRAVEL:
+        return ()
+    return (
+        f"the driven recordings travel {travelled:.2f} pole pitches of the fitted field: motors with other pitches "
+        "and force constants may move the axis likewise; record moves over two pole pitches or more, or hold "
+        "what is known (--known electrical_wavenumber=VALUE)",
     )
 
 
