@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from linid.identification.guess.scales import typical_acceleration
 from linid.identification.result import ModelKind
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
+from linid.identification.unit_mass import on_same_mass
 from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
@@ -71,11 +72,11 @@ def fit_base_model(
         assumptions.append(f"friction starts from {len(wheels)} free wheels")
     elif kind != "friction":
         assumptions.append("no free wheels: friction comes from the driven recordings")
+    told = mass_is_told(kind, fitted, known)
     if model.single and "force_constant" not in held and all(r.input_unit in _FORCES for r in driven):
         held["force_constant"] = 1.0
         assumptions.append(f"the input is a force as it stands ({driven[0].input_unit}): the moving mass is identified")
-    masses = {r.added_mass for r in fitted}
-    if "mass" not in held and len(masses) < 2 and not (model.single and "force_constant" in held):
+    if not told:
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
@@ -100,6 +101,28 @@ def fit_base_model(
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
     means.watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)
+
+
+def mass_is_told(kind: ModelKind, fitted: Sequence[Recording], known: Mapping[str, float]) -> bool:
+    """Whether the mass is known, or the fitted recordings tell it: by other masses on the mover, or by a force that is
+    known. known: SI values that are not identified."""
+    driven = [r for r in fitted if r.kind != "free_wheel"]
+    force = "force_constant" in known or all(r.input_unit in _FORCES for r in driven)
+    return "mass" in known or len({r.added_mass for r in fitted}) > 1 or (Model(kind).single and force)
+
+
+def on_comparable_masses(
+    kind: ModelKind, recordings: Sequence[Recording], known: Mapping[str, float]
+) -> tuple[Recording, ...]:
+    """All recordings as the fitted ones can be compared with them: per unit of what moved in these where they tell no
+    mass. known: SI values that are not identified.
+
+    Raises DataError where something else was on the mover of a held-out one, and nobody knows what part that is.
+    """
+    fitted = [r for r in recordings if r.split == "fit"]
+    if not fitted or mass_is_told(kind, fitted, known):
+        return tuple(recordings)
+    return tuple(on_same_mass(r, fitted[0].added_mass) for r in recordings)
 
 
 def _at_the_phase(fits: JointFit, found: Fitted) -> Fitted:

@@ -32,11 +32,9 @@ _AS_BEFORE = 0.1
 _SHARES = ("coulomb_force", "force_constant")  # whose change is a share of them
 
 
-def comparable_recordings(model: FitResult | None, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Recordings as a given model (None: there is none) can be asked for them; raises UsageError for those of another
-    kind of axis, DataError for masses that cannot be compared."""
-    if model is None:
-        return tuple(recordings)
+def comparable_recordings(model: FitResult, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Recordings as a given model can be asked for them; raises UsageError for those of another kind of axis, DataError
+    for masses that cannot be compared."""
     for one in recordings:
         if one.axis != model.axis:
             raise UsageError(

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from linid.diagnosis.base import Base, fit_base_model, numbered
+from linid.diagnosis.base import Base, fit_base_model, numbered, on_comparable_masses
 from linid.diagnosis.combinations import base_combinations
 from linid.diagnosis.commissioned import (
     commissioned_base,
@@ -74,7 +74,7 @@ def diagnose(
     by, or where an effect makes no sense; DataError for unfit recordings.
     """
     known, effects, means = dict(known or {}), _of_base(effects, without), means or Means()
-    recordings, fitted = _numbered(name, comparable_recordings(since, recordings))
+    recordings, fitted = _numbered(name, _comparable(since, kind, recordings, known))
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
     base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions)
     compare = partial(_compared, base, recordings, fitted, means, since)
@@ -160,6 +160,15 @@ def worse_throughout(measures: Mapping[str, Change]) -> bool:
     """Whether held-out recordings are predicted worse by every measure with the effects found than without: then these
     are none, whatever the balance of forces says of them. measures: over all held-out recordings."""
     return all(one.after > one.before for one in measures.values())
+
+
+def _comparable(
+    since: FitResult | None, kind: ModelKind, recordings: Sequence[Recording], known: dict[str, float]
+) -> tuple[Recording, ...]:
+    """The recordings with masses that can be compared: by a given model, else by what the fitted ones tell."""
+    if since is None:
+        return on_comparable_masses(kind, recordings, known)
+    return comparable_recordings(since, recordings)
 
 
 def _numbered(name: str, recordings: Sequence[Recording]) -> tuple[tuple[Recording, ...], list[Recording]]:

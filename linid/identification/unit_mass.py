@@ -25,9 +25,17 @@ def comparable(result: FitResult, recording: Recording) -> Recording:
     """
     if not result.per_mass:
         return recording
-    added = float(result.settings.get(ADDED, 0.0))
+    return on_same_mass(recording, float(result.settings.get(ADDED, 0.0)))
+
+
+def on_same_mass(recording: Recording, added: float) -> Recording:
+    """The recording per unit of what moved in those that were fitted. added: mass in kg that these had on the mover
+    (rotary: kg m^2).
+
+    Raises DataError where the recording has another one.
+    """
     if abs(recording.added_mass - added) > _SAME:
-        what, unit = ("inertia", "kg m^2") if result.axis == "rotary" else ("mass", "kg")
+        what, unit = ("inertia", "kg m^2") if recording.axis == "rotary" else ("mass", "kg")
         raise DataError(
             recording.name,
             f"has {recording.added_mass:g} {unit} added, the fitted recordings {added:g} {unit}, and forces are "

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from linid.diagnosis.base import on_comparable_masses
+from linid.diagnosis.diagnose import diagnose
 from linid.diagnosis.measures import measure_gaps
 from linid.errors import DataError
 from linid.identification.fit import fit
@@ -56,3 +58,16 @@ def test_what_follows_from_a_force_constant_is_per_kilogram_too() -> None:
     units = {e.name: e.unit for e in (*result.estimates, *result.derived)}
     assert units["force_constant"] == units["fundamental_force_constant"] == "N/(A kg)"
     assert units["viscous_friction"] == "N s/(m kg)" and units["pole_pitch"] == "m"
+
+
+def test_a_diagnosis_asks_for_masses_that_can_be_compared() -> None:
+    """A held-out load says nothing of forces per unit of an unknown mass; one that all share belongs to the unit."""
+    wheels = stand(only=FREE_WHEELS).recordings
+    split = [replace(r, split="held_out" if r.added_mass else "fit", number=k) for k, r in enumerate(wheels, 1)]
+    with pytest.raises(DataError, match=f"has {ADDED:g} kg added, the fitted recordings 0 kg"):
+        diagnose("stand", split, "friction")
+    assert on_comparable_masses("friction", split, {"mass": 1.0}) == tuple(split)
+    shared = [replace(r, added_mass=ADDED) for r in split]
+    assert {r.added_mass for r in on_comparable_masses("friction", shared, {})} == {0.0}
+    told = [replace(r, split="fit") for r in split]
+    assert on_comparable_masses("friction", told, {}) == tuple(told)
