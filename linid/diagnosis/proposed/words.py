@@ -87,7 +87,7 @@ def _manners(proposal: Proposal) -> dict[str, str]:
     family = proposal.family
     if "recording" in family.arguments:
         return {}
-    out = {}
+    out = {family.factor: "not in proportion to it"} if family.bends else {}
     if family.local:
         out["time"] = "another phase in each recording"
         wave = re.match(r"waves of ([\d.]+) per s\b", family.form)

@@ -8,6 +8,7 @@ from linid.diagnosis.proposed.bent import bent
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import judged_families, propose
 from linid.diagnosis.proposed.regression import Regression, Sums
+from linid.diagnosis.proposed.words import sentence
 from linid.physics.own_terms.own_term import parse_term
 from linid.physics.own_terms.values import formula_values
 from tests.diagnosis.proposed.axis import axis, family_of, rows_of
@@ -38,6 +39,7 @@ def test_a_bent_factor_predicts_recordings_that_push_harder() -> None:
     proposal = propose(problem, judged_families(problem))
     assert proposal is not None and proposal.arguments == ("position", "motor_force")
     assert proposal.family.form.endswith(", bent") and proposal.closed > 0.95
+    assert "on position and motor force (not in proportion to it)" in sentence(problem, proposal, (), 0.9, 1.0)
 
 
 def test_its_formula_is_what_was_fitted() -> None:
