@@ -152,7 +152,9 @@ def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:
 
 
 def _is_a_force(family: Family) -> bool:
-    return not family.passing and not family.wanders and "motor_force" not in family.arguments
+    """Whether a family is a force on the mass, as the free one is beside which the base was put: no thrust, no friction,
+    nothing that only passes."""
+    return not family.passing and not family.wanders and not {"motor_force", "direction"} & set(family.arguments)
 
 
 def _level_with(judge: Judge, lead: Lead | None) -> float:
