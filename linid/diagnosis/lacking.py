@@ -152,8 +152,8 @@ def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:
 
 
 def _is_a_force(family: Family) -> bool:
-    """Whether a family is a force on the mass, as the free one is beside which the base was put: no thrust, no friction,
-    nothing that only passes."""
+    """Whether a family is a force on the mass, as the free one is beside which the base was put: no thrust and no
+    friction, nothing that only passes."""
     return not family.passing and not family.wanders and not {"motor_force", "direction"} & set(family.arguments)
 
 
