@@ -26,11 +26,13 @@ def bent(problem: Problem, found: Regression) -> Regression | None:
     functions has the coefficients of both, a surface those of every pair).
     """
     family = found.family
-    if family.local or family.factor not in _NAMES or len(family.sides) != 1 or not family.call:
+    if family.local or family.bends or family.factor not in _NAMES or len(family.sides) != 1 or not family.call:
+        return None
+    x = problem.push if family.factor == "motor_force" else problem.rows.v
+    if not np.any(x[~problem.held]):
         return None
     side, sums = family.sides[0], found.sums
     functions = side.at(side.argument.values, side.argument.spread)
-    x = problem.push if family.factor == "motor_force" else problem.rows.v
     pieces = _pieces(problem, x, _NAMES[family.factor])
     for _ in range(_TURNS):
         curve = functions @ found.solution()[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from linid.diagnosis.proposed.bent import bent
@@ -61,8 +63,13 @@ def test_a_straight_factor_stays_where_nothing_bends() -> None:
     assert proposal is not None and "bent" not in proposal.family.form
 
 
-def test_only_motor_force_and_velocity_bend() -> None:
+def test_only_motor_force_and_velocity_bend_and_once() -> None:
     problem = axis(giving_way)
     sums = Sums(problem, 0.0)
+    straight = Regression(sums, family_of(problem, "position x motor force"))
+    found = bent(problem, straight)
+    assert found is not None and bent(problem, found) is None
+    held_alone = replace(problem, push=np.where(problem.held, problem.push, 0.0))
+    assert bent(held_alone, straight) is None  # no fitted row has a force
     for form in ("position", "position x direction", "velocity"):
         assert bent(problem, Regression(sums, family_of(problem, form))) is None
