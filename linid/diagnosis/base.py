@@ -16,7 +16,7 @@ from linid.diagnosis.judge import Judge, judge_of
 from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.means import Means
 from linid.diagnosis.verdict import LEAST_EXCESS
-from linid.identification.guess.first_values import first_values
+from linid.identification.guess.first_values import first_values, mass_known
 from linid.identification.guess.regression import force_guess
 from linid.identification.guess.scales import typical_acceleration
 from linid.identification.result import ModelKind
@@ -72,11 +72,10 @@ def fit_base_model(
         assumptions.append(f"friction starts from {len(wheels)} free wheels")
     elif kind != "friction":
         assumptions.append("no free wheels: friction comes from the driven recordings")
-    told = mass_is_told(kind, fitted, known)
-    if model.single and "force_constant" not in held and all(r.input_unit in _FORCES for r in driven):
+    if "force_constant" not in held and _input_is_force(model, fitted):
         held["force_constant"] = 1.0
         assumptions.append(f"the input is a force as it stands ({driven[0].input_unit}): the moving mass is identified")
-    if not told:
+    if not any(mass_known(fitted, held, model)):
         held["mass"] = 1.0
         assumptions.append("no recording tells the mass: all forces are per kilogram (rotary: per kg m^2)")
     starts = _starts(model, fitted, held)
@@ -103,12 +102,8 @@ def fit_base_model(
     return Base(found, judge, tuple(starts[1:]), held)
 
 
-def mass_is_told(kind: ModelKind, fitted: Sequence[Recording], known: Mapping[str, float]) -> bool:
-    """Whether the mass is known, or the fitted recordings tell it: by other masses on the mover, or by a force that is
-    known. known: SI values that are not identified."""
-    driven = [r for r in fitted if r.kind != "free_wheel"]
-    force = "force_constant" in known or all(r.input_unit in _FORCES for r in driven)
-    return "mass" in known or len({r.added_mass for r in fitted}) > 1 or (Model(kind).single and force)
+def _input_is_force(model: Model, fitted: Sequence[Recording]) -> bool:
+    return model.single and all(r.input_unit in _FORCES for r in fitted if r.kind != "free_wheel")
 
 
 def on_comparable_masses(
@@ -119,8 +114,9 @@ def on_comparable_masses(
 
     Raises DataError where something else was on the mover of a held-out one, and nobody knows what part that is.
     """
-    fitted = [r for r in recordings if r.split == "fit"]
-    if not fitted or mass_is_told(kind, fitted, known):
+    model, fitted = Model(kind), [r for r in recordings if r.split == "fit"]
+    force = {"force_constant": 1.0} if _input_is_force(model, fitted) else {}
+    if not fitted or any(mass_known(fitted, {**force, **known}, model)):
         return tuple(recordings)
     return tuple(on_same_mass(r, fitted[0].added_mass) for r in recordings)
 
