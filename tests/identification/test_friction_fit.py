@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,8 @@ from linid.identification.fit import fit
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.recording.splines import trim
-from linid.stand.generate import resample_noise
+from linid.stand.generate import GeneratedCampaign, resample_noise
+from tests.benchmarks.paper_stands import table_2
 
 from .stand import FREE_WHEELS, stand
 
@@ -36,6 +38,19 @@ def test_free_wheels_with_added_masses_give_friction_and_mass() -> None:
         assert estimate.std < 0.05 * truth, estimate
     # What is left over is the encoder's noise: 0.2 um and a resolution of 0.1 um.
     assert max(result.residual_rms.values()) < 1.2 * np.hypot(0.2e-6, 0.1e-6 / np.sqrt(12.0))
+
+
+@pytest.mark.parametrize(("campaign", "seed"), [(stand, 1016), (table_2, 1030)])
+def test_a_needle_of_friction_at_rest_is_not_taken_for_the_minimum(
+    campaign: Callable[[], GeneratedCampaign], seed: int
+) -> None:
+    """Draws of noise in which a descent from the middle of the box ends at a rise of friction that is far too narrow."""
+    generated = campaign()
+    wheels = [r for r in resample_noise(generated, seed).recordings if r.kind == "free_wheel" and r.split == "fit"]
+    for estimate in fit("friction", wheels, settings=SMALL).estimates:
+        if estimate.status != "fixed":
+            assert estimate.status == "fitted", estimate
+            assert abs(estimate.value - generated.truth[estimate.name]) < 4.0 * estimate.std, estimate
 
 
 def test_a_plain_genetic_algorithm_needs_its_generations() -> None:
