@@ -44,7 +44,7 @@ def test_free_wheels_with_added_masses_give_friction_and_mass() -> None:
 def test_a_needle_of_friction_at_rest_is_not_taken_for_the_minimum(
     campaign: Callable[[], GeneratedCampaign], seed: int
 ) -> None:
-    """Draws of noise in which a descent from the middle of the box ends at a rise of friction that is far too narrow."""
+    """Draws of noise in which a descent from the middle of the box ends at a rise that is far too narrow."""
     generated = campaign()
     wheels = [r for r in resample_noise(generated, seed).recordings if r.kind == "free_wheel" and r.split == "fit"]
     for estimate in fit("friction", wheels, settings=SMALL).estimates:
