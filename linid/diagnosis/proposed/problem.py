@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from linid.arrays import Array, Flags, Integers
 from linid.diagnosis.balance import Rows
@@ -34,11 +35,11 @@ class Problem:
 
     residual: (n,) m/s^2; weights: (n,) s^2/m, a residual times its weight is about 1 where all is left; noise: (n,)
     (m/s^2)^2 by encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do; ridge:
-    (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) of a Coulomb force of 1 N
-    on the mass in N, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed: m
-    of travel in which a bristle forgets a rest; damped: s in which it follows a level that rises; held: (n,) judging
-    rows; elapsed: (R,) s of the campaign at each recording's start; field: rad/m of the motor's field or None; rotary:
-    whether lengths are angles; seed: of the null's draws.
+    (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) that acts on the mass, over
+    its steady level, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed:
+    (n,) m of travel in which a bristle follows its level and forgets a rest; damped: s in which it follows a level that
+    rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start; field: rad/m of the
+    motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.
     """
 
     rows: Rows
@@ -51,7 +52,7 @@ class Problem:
     push: Array
     friction: Array
     blur: Array
-    relaxed: float
+    relaxed: Array
     damped: float
     held: Flags
     elapsed: Array
@@ -77,6 +78,12 @@ class Problem:
         return memory_of(self.rows)
 
     @cached_property
+    def _kept(self) -> Array:
+        """The share (n,) of the row before that a bristle still remembers, 0 where a recording begins."""
+        kept = np.exp(-np.gradient(travelled(self.rows)) / self.relaxed)
+        return np.where(np.diff(self.rows.recording, prepend=-1) == 0, kept, 0.0)
+
+    @cached_property
     def _rests(self) -> tuple[Integers, Array]:
         """The row of the last rest (n,), and the share of it (n,) that the bristle still remembers."""
         last = last_where(self.rows.standstill, self.rows.recording)
@@ -91,13 +98,17 @@ class Problem:
         return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
 
     def resisted(self, levels: Array) -> Array:
-        """What higher levels (n, k) of friction in N give the rows, (n, k) in m/s^2: where one rises, the bristles bend
-        further, and their damping adds to it."""
+        """What higher levels (n, k) of friction in N give the rows, (n, k) in m/s^2: nothing at rest; the bristles bend
+        to a new level only as the axis moves, and where it rises, their damping adds to it."""
         rising = np.zeros_like(levels)
         t, owner = self.rows.t, self.rows.recording
         inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
         rising[1:-1][inner] = (levels[2:] - levels[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
-        return np.asarray((levels + self.damped * rising) * (self.friction / self.mass)[:, None])
+        kept, rests = self._kept, self.rows.standstill
+        share = np.where(rests, 0.0, (1.0 - kept) * self.friction)
+        bent = share[:, None] * (levels + self.damped * rising)
+        band = np.stack([np.ones(kept.size), -np.append(np.where(rests, 0.0, kept)[1:], 0.0)])
+        return np.asarray(solve_banded((1, 0), band, bent, check_finite=False) / self.mass[:, None])
 
 
 def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
@@ -111,6 +122,10 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     weights = _weights(rows, step.residual, judge.scale[rows.recording], noise)
     mass = recording_masses(recordings, values["mass"])[rows.recording]
     left = float(np.sum((step.residual * weights)[~held] ** 2))
+    coulomb = values["coulomb_force"]
+    steady = coulomb + (values["static_force"] - coulomb) * np.exp(
+        -((np.abs(rows.v) / values["stribeck_velocity"]) ** values["stribeck_exponent"])
+    )
     plausible = np.array([_plausible(c, values, rows) for c in unknowns.values()])
     return Problem(
         rows=rows,
@@ -121,9 +136,9 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         ridge=math.sqrt(COST * left) / plausible,
         mass=mass,
         push=_motor_force(judge, step, field),
-        friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass,
+        friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass * coulomb / steady,
         blur=balance.blur[rows.recording],
-        relaxed=values["coulomb_force"] / values["bristle_stiffness"],
+        relaxed=steady / values["bristle_stiffness"],
         damped=values["bristle_damping"] / values["bristle_stiffness"],
         held=held,
         elapsed=np.array([r.elapsed for r in recordings]),

@@ -82,7 +82,7 @@ def rows_of(problem: Problem, kept: Flags) -> Problem:
     """A problem of some rows (n,) of it."""
     rows = problem.rows
     some = {f.name: getattr(rows, f.name)[kept] for f in fields(rows)}
-    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "blur", "held")
+    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "blur", "relaxed", "held")
     return replace(problem, rows=Rows(**some), **{name: getattr(problem, name)[kept] for name in own})
 
 
@@ -113,7 +113,7 @@ def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float)
         push=MASS * a - 3.0 * friction + load,
         friction=friction,
         blur=np.zeros(n),
-        relaxed=1e-5,
+        relaxed=np.full(n, 1e-9),
         damped=0.0,
         held=owner % HELD_EVERY == 1,
         elapsed=np.arange(RECORDINGS) * LENGTH * STEP,
