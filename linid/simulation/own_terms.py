@@ -188,6 +188,7 @@ def own_sum(p, on, part, push, t, y, v):
         p[at + 5] = abs(y - p[_MEMORY + 1])
         p[at + 6] = p[_MEMORY + 3]
         p[at + 7] = p[_MEMORY + 7]
+        p[at + 8] = p[_MEMORY + 8]
     total = 0.0
     for k in range(TERMS):
         head = OWN_START + HEAD * k + 2 * part
@@ -222,10 +223,12 @@ def advance_memory(p, h, y):
         p[_MEMORY], p[_MEMORY + 1] = -direction, p[_MEMORY + 2]
         p[_MEMORY + 3] = p[_MEMORY + 4]
         p[_MEMORY + 2], p[_MEMORY + 4] = y, 0.0
-    if abs(y - p[_MEMORY + 5]) > PLAY:
+    gone = abs(y - p[_MEMORY + 5])
+    if gone > PLAY:
+        p[_MEMORY + 8] += gone
         p[_MEMORY + 5], p[_MEMORY + 6] = y, 0.0
     elif p[_MEMORY + 6] >= LEAST_REST:
-        p[_MEMORY + 7] = p[_MEMORY + 6]
+        p[_MEMORY + 7], p[_MEMORY + 8] = p[_MEMORY + 6], 0.0
 
 
 def with_own(rest: Any, part: int, bit: int) -> Any:

@@ -230,7 +230,7 @@ def test_the_memory_along_a_motion() -> None:
     t = np.arange(0.0, 4.0, 1e-3)
     path = 0.05 * np.clip(1.5 * np.sin(2 * np.pi * 0.5 * t), -1.0, 1.0)
     y = path + 1e-6 * np.random.default_rng(2).standard_normal(t.size)
-    model = Model("friction", ("e: c * travel * rest * since_reversal",))
+    model = Model("friction", ("e: c * travel * rest * slid * since_reversal",))
     assert model.states == tuple(range(MEMORY_PLACE, MEMORY_PLACE + len(layout.MEMORY)))
     recording = Recording("wheel", t, y, kind="free_wheel")
     simulator = Simulator(model, pack_inputs([recording]))
@@ -247,6 +247,10 @@ def test_the_memory_along_a_motion() -> None:
     # 0.5 Hz: it turns every second, at the end of rests of about half a second.
     rest = 1.0 - 2.0 * math.asin(1.0 / 1.5) / math.pi
     assert wanted["rest"][-1] == pytest.approx(rest, abs=0.01)
+    assert np.mean(np.abs(found[:, names["slid"]] - wanted["slid"]) < 1e-9) > 0.999
+    # Every move is 0.1 m long and follows a rest; the last step of PLAY is not counted before it is whole.
+    left = np.flatnonzero(np.diff(wanted["slid"]) < 0.0)
+    assert left.size == 4 and wanted["slid"][left[1:]] == pytest.approx(0.1, abs=2.5e-5)
     moving = np.abs(np.gradient(path, t)) > 0.05
     late = moving & (t > 1.0)
     turned = 0.05 * np.where(np.gradient(path, t) > 0.0, -1.0, 1.0)

@@ -47,8 +47,8 @@ class Argument:
         """The argument itself, where the values are logarithms."""
         if not self.offset:
             return self
-        symbol = {"travel": "travel", "rest_time": "rest"}[self.name] if self.symbol else ""
-        return replace(self, symbol=symbol, values=self.shown(self.values), offset=0.0)
+        plain = self.symbol.removeprefix("log(").split(" ")[0]
+        return replace(self, symbol=plain, values=self.shown(self.values), offset=0.0)
 
     def shown(self, x: Array) -> Array:
         """Places x: (m,) among the values, in the unit."""
@@ -76,7 +76,12 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
         "speed": Argument("velocity", "abs(v)", f"{length}/s", np.abs(rows.v)),
         "travel": Argument("travel", f"log(travel + {near:g})", length, np.log(memory.travel + near), offset=near),
         "slid": Argument(
-            "rest_time", "", length, np.log(memory.slid + near), offset=near, said="travel since the last rest"
+            "rest_time",
+            f"log(slid + {near:g})",
+            length,
+            np.log(memory.slid + near),
+            offset=near,
+            said="travel since the last rest",
         ),
         "since_reversal": Argument("since_reversal", "since_reversal", "s", memory.lasting),
         "rest_time": Argument("rest_time", f"log(rest + {_BRIEF:g})", "s", np.log(memory.rest + _BRIEF), offset=_BRIEF),

@@ -21,7 +21,7 @@ def direction_of(rows: Rows) -> Array:
 @dataclass(frozen=True)
 class Memory:
     """travel: (n,) m and lasting: (n,) s since the last reversal, before the first one since the start; rest: (n,) s
-    that the last rest took; slid: (n,) m since it."""
+    that the last rest took; slid: (n,) m gone since it, before the first one since the start."""
 
     travel: Array
     lasting: Array
@@ -35,18 +35,9 @@ def memory_of(rows: Rows) -> Memory:
     for number in np.unique(rows.recording):
         mine = rows.recording == number
         parts.append(memory_along(rows.t[mine], rows.y[mine]))
-    travel, lasting, rest = (
-        np.concatenate([part[name] for part in parts]) for name in ("travel", "since_reversal", "rest")
+    return Memory(
+        *(np.concatenate([part[name] for part in parts]) for name in ("travel", "since_reversal", "rest", "slid"))
     )
-    longer = np.zeros(rest.size, dtype=np.bool_)
-    longer[1:] = rest[1:] != rest[:-1]
-    path = travelled(rows)
-    return Memory(travel, lasting, rest, path - path[np.maximum(last_where(longer, rows.recording), _first(rows))])
-
-
-def _first(rows: Rows) -> Integers:
-    """The first row (n,) of each row's recording."""
-    return np.searchsorted(rows.recording, rows.recording).astype(np.int64)
 
 
 def travelled(rows: Rows) -> Array:

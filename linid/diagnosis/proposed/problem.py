@@ -35,8 +35,8 @@ class Problem:
 
     residual: (n,) m/s^2; weights: (n,) s^2/m, a residual times its weight is about 1 where all is left; noise: (n,)
     (m/s^2)^2 by encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do; ridge:
-    (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) that acts on the mass, over
-    its steady level, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed:
+    (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) on the mass over its
+    steady level, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed:
     (n,) m of travel in which a bristle follows its level and forgets a rest; damped: s in which it follows a level that
     rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start; field: rad/m of the
     motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.

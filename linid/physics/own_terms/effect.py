@@ -115,6 +115,7 @@ def _points(outlook: Outlook, force: float) -> dict[str, Array]:
         "travel": (0.0, outlook.stroke),
         "since_reversal": (0.0, longest),
         "rest": (0.0, longest),
+        "slid": (0.0, outlook.stroke),
     }
     shares = np.random.default_rng(0).random((len(layout.VARIABLES), _SAMPLES))
     return {name: ends[name][0] + (ends[name][1] - ends[name][0]) * shares[k] for k, name in enumerate(ends)}

@@ -13,14 +13,15 @@ SIZE = TERMS * HEAD + POOL
 STACK = 24  # numbers that a program may hold at once
 
 # What a formula may use of the motion and of the drive; after the fifth, what the memory keeps.
-VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest")
+VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid")
 MEMORY_VARIABLES = VARIABLES[5:]
 # Bits that switch on own forces, own levels of friction, and the memory, beyond those of the library's effects.
 FORCE_BIT, LEVEL_BIT, MEMORY_BIT = 1 << 60, 1 << 61, 1 << 62
 
 # The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since
-# the turning point and since the farthest one, place in m where the axis has been for how many s, the last rest in s.
-MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "rest")
+# the turning point and since the farthest one, place in m where the axis has been for how many s, the last rest in s,
+# and m gone since that, in steps of PLAY.
+MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "rest", "slid")
 PLAY = 2e-5  # m (rotary: rad): moving back by less is no reversal, moving by less is rest
 LEAST_REST = 0.05  # s: a shorter one is a slow passage
 

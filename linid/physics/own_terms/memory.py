@@ -1,4 +1,4 @@
-"""What own terms remember of a motion: distance and time since the last reversal, and the last rest.
+"""What own terms remember of a motion: distance and time since the last reversal, the last rest and the path since.
 
 The axis turns where it has gone farthest before it moves back by more than PLAY: what the noise of a reading does is no
 reversal. It rests while it stays within PLAY of one place, for LEAST_REST at least.
@@ -13,13 +13,13 @@ from linid.physics.own_terms.layout import LEAST_REST, PLAY
 
 
 def memory_along(t: Array, y: Array) -> dict[str, Array]:
-    """`travel` in m, `since_reversal` and `rest` in s along a motion, (n,) each by name, as simulations keep them.
+    """`travel` and `slid` in m, `since_reversal` and `rest` in s along a motion, (n,) each by name, as simulations do.
 
     t: (n,) s; y: (n,) m. Source: linid's own form.
     """
-    out = {name: np.zeros(t.size) for name in ("travel", "since_reversal", "rest")}
+    out = {name: np.zeros(t.size) for name in ("travel", "since_reversal", "rest", "slid")}
     times, places = t.tolist(), y.tolist()
-    direction, turn, far, anchor, rest = 0.0, places[0], places[0], places[0], 0.0
+    direction, turn, far, anchor, rest, slid = 0.0, places[0], places[0], places[0], 0.0, 0.0
     turned = far_at = anchored = times[0]
     for k in range(1, t.size):
         now, here = times[k], places[k]
@@ -32,8 +32,10 @@ def memory_along(t: Array, y: Array) -> dict[str, Array]:
             direction, turn, turned = -direction, far, far_at
             far, far_at = here, now
         if abs(here - anchor) > PLAY:
+            slid += abs(here - anchor)
             anchor, anchored = here, now
         elif now - anchored >= LEAST_REST:
-            rest = now - anchored
-        out["travel"][k], out["since_reversal"][k], out["rest"][k] = abs(here - turn), now - turned, rest
+            rest, slid = now - anchored, 0.0
+        out["travel"][k], out["since_reversal"][k] = abs(here - turn), now - turned
+        out["rest"][k], out["slid"][k] = rest, slid
     return out

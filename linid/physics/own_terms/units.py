@@ -14,6 +14,7 @@ _VARIABLES = {
     "travel": (1.0, 0.0, 0.0),
     "since_reversal": (0.0, 1.0, 0.0),
     "rest": (0.0, 1.0, 0.0),
+    "slid": (1.0, 0.0, 0.0),
 }
 _PLAIN = (0.0, 0.0, 0.0)
 _SAME = ("-x", "abs", "+", "-", "min", "max")

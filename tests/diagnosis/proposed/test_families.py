@@ -16,7 +16,7 @@ from linid.diagnosis.proposed.regression import Regression, Sums
 from linid.diagnosis.proposed.wander import wandering
 from linid.diagnosis.proposed.waves import wave_families
 from linid.physics.effects.effect import ARGUMENTS
-from tests.diagnosis.proposed.axis import LENGTH, RECORDINGS, STEP, axis
+from tests.diagnosis.proposed.axis import LENGTH, RECORDINGS, STEP, axis, rows_of
 
 SMOOTH = ("position", "velocity", "travel", "since_reversal", "motor_force", "time", "campaign_time")
 
@@ -114,3 +114,32 @@ def test_what_wanders_is_told_by_its_neighbours_alone() -> None:
         family = next(iter(wandering(problem)))
         assert family.wanders and family.arguments == ("time",)
         assert low < Regression(Sums(problem, 0.0), family).best[1] < high
+
+
+def test_a_new_level_of_friction_is_felt_as_the_bristles_bend() -> None:
+    """Creep at a fraction of a millimetre per second: a level that steps up bends the bristles over the next way, and
+    the difference of two integrations in fine steps is what the rows show."""
+    n, speed, coulomb, stiffness, mass = LENGTH, 3e-4, 6.0, 4e4, 2.0
+    t = STEP * np.arange(n)
+    step = np.where(t > 0.4, 0.05, 0.0)
+    fine = np.linspace(0.0, t[-1], 100 * n)
+    bent = []
+    for more in (0.0, 1.0):
+        level, z = coulomb + more * np.interp(fine, t, step), np.zeros(fine.size)
+        for k in range(1, fine.size):
+            z[k] = z[k - 1] + (fine[1] - fine[0]) * speed * (1.0 - stiffness * z[k - 1] / level[k])
+        bent.append(stiffness * np.interp(t, fine, z))
+    rows = rows_of(axis(None), np.arange(RECORDINGS * LENGTH) < n).rows
+    rows = replace(rows, t=t, y=speed * t, v=np.full(n, speed), standstill=np.zeros(n, dtype=bool))
+    problem = replace(
+        rows_of(axis(None), np.arange(RECORDINGS * LENGTH) < n),
+        rows=rows,
+        friction=-bent[0] / coulomb,
+        relaxed=np.full(n, coulomb / stiffness),
+        mass=np.full(n, mass),
+    )
+    felt = problem.resisted(step[:, None])[:, 0]
+    wanted = -(bent[1] - bent[0]) / mass
+    assert np.max(np.abs(wanted)) > 0.8 * 0.05 / mass
+    assert np.max(np.abs(felt - wanted)) < 0.03 * np.max(np.abs(wanted))
+    assert np.abs(felt[np.searchsorted(t, 0.41)]) < 0.1 * np.max(np.abs(wanted))

@@ -21,7 +21,7 @@ MOVING = 0.02  # m/s, above which a bristle's friction is that of the sign
 
 def variables(problem: Problem) -> dict[str, Array]:
     known = {one.plain.symbol: one.plain.values for one in arguments_of(problem).values()}
-    return {name: known[name] for name in ("y", "v", "F", "t", "T", "travel", "since_reversal", "rest")}
+    return {name: known[name] for name in ("y", "v", "F", "t", "T", "travel", "since_reversal", "rest", "slid")}
 
 
 FORMS = (
@@ -35,6 +35,7 @@ FORMS = (
     "position x velocity",
     "travel x direction",
     "rest_time x direction",
+    "rest_time and slid x direction",
     "campaign_time x direction",
     "time x motor force",
     "one direction",

@@ -38,7 +38,8 @@ def kernel_value(text: str, values: dict[str, float], variables: dict[str, float
     return float(summed(p, on, part, variables["F"], variables["t"], variables["y"], variables["v"]))
 
 
-VARIABLES = {"t": 0.3, "T": 7.3, "y": 0.11, "v": -0.4, "F": 12.0, "travel": 0.05, "since_reversal": 0.2, "rest": 1.5}
+VARIABLES = {"t": 0.3, "T": 7.3, "y": 0.11, "v": -0.4, "F": 12.0}
+VARIABLES |= {"travel": 0.05, "since_reversal": 0.2, "rest": 1.5, "slid": 0.02}
 numbers = st.floats(-3.0, 3.0, allow_nan=False).map(lambda x: round(x, 3))
 leaves = st.one_of(
     numbers.map(lambda x: f"({x})"), st.sampled_from([*layout.VARIABLES, "pi"]), st.sampled_from(["b", "q", "k0"])
@@ -63,7 +64,7 @@ _RANGES = "".join(f"; {name} in [-3, 3]" for name in GIVEN)
 
 
 @settings(max_examples=300, deadline=None)
-@given(expressions, st.lists(numbers, min_size=8, max_size=8))
+@given(expressions, st.lists(numbers, min_size=len(layout.VARIABLES), max_size=len(layout.VARIABLES)))
 def test_random_expressions_give_what_an_independent_interpreter_gives(text: str, drawn: list[float]) -> None:
     variables = dict(zip(layout.VARIABLES, drawn, strict=True))
     used = [name for name in GIVEN if any(node.name == name for node in parse_formula(text, "x")[0].walk())]
