@@ -13,6 +13,7 @@ from linid.identification.optimise.least_squares import LeastSquaresFit, levenbe
 from linid.identification.optimise.rivals import advantage, group_squares, other_shape, weights_at
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import APART, final_ending
+from linid.identification.optimise.window_trust import fit_by_trust
 from linid.identification.result import FitResult, Profile
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.shared_minima import shared, with_twin
@@ -36,11 +37,13 @@ def best_minimum(
 
 @dataclass(frozen=True)
 class _Found:
-    """A minimum: the problem of which it is one, its linearisation there, and its result."""
+    """A minimum: the problem of which it is one, its linearisation there, its result, and whether its residuals are
+    whitened."""
 
     problem: Problem
     solution: LeastSquaresFit
     result: FitResult
+    white: bool
 
 
 def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
@@ -50,12 +53,14 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
     if settings.least_squares_steps > 0 and currents_in_common_push(problem, solution.point):
         noisy = fit_under_noise(problem, solution, seed=seed)
         own, solution, added = noisy.problem, noisy.fit, noisy.feigned
+    elif settings.least_squares_steps > 0:
+        own, solution = fit_by_trust(problem, solution, final_ending(settings), seed=seed)
     if settings.least_squares_steps > 0:
         solution = without_voltage_noise(own, simex_corrected(own, solution, seed=seed))
     uncertainty = estimate_uncertainty(own, solution, seed=seed, known=added)
     profiles = _profiles(own, solution, uncertainty, settings, hooks)
     result = assemble(task, problem, state, solution, uncertainty)
-    return _Found(own, solution, replace(result, profiles=profiles))
+    return _Found(own, solution, replace(result, profiles=profiles), added is not None)
 
 
 def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found, hooks: Hooks) -> FitResult:
@@ -63,10 +68,10 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
     # The back-EMF tells the shape by itself.
     start = None if problem.space.model.winding else other_shape(problem.space, best.solution.point)
     told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
-    if start is None or task.settings.least_squares_steps == 0 or (best.problem is problem and not told):
+    if start is None or task.settings.least_squares_steps == 0 or not (best.white or told):
         return best.result
     solution = replace(best.solution, point=start)
-    if best.problem is problem:
+    if not best.white:
         solution = levenberg_marquardt(
             problem, Cost(problem), start, solution.offsets, ending=final_ending(task.settings)
         )

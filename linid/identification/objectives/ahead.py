@@ -29,7 +29,8 @@ class Ahead:
     thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
     an input jumps between two samples, since the motion alone shows when it did. guided: the motor's field is read
     at the measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
-    true one, because it holds back what the noise of the currents does.
+    true one, because it holds back what the noise of the currents does. trust: weight (windows,) of each window beside
+    others of its class; None: all count alike.
     """
 
     model: Model
@@ -44,6 +45,7 @@ class Ahead:
     name: str = "ahead"
     nuisances: int = 0
     robust: bool = True
+    trust: Array | None = None
 
     def __post_init__(self) -> None:
         self.simulator = Simulator(self.model, pack_inputs(self.recordings), self.substeps, self.jobs)

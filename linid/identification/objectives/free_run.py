@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from linid.arrays import Array
-from linid.identification.objectives.objective import Directions
+from linid.identification.objectives.objective import Directions, independent_along
 from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -78,6 +79,14 @@ class FreeRun:
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) position errors in m. params: (C, VECTOR_SIZE); offsets: (C, nuisances), position and speed."""
         return self._projected(self.simulate(params, offsets)[0] - self.motion.measured)
+
+    def independent(self, residuals: Array) -> Array:
+        """How many of residuals (N,) are independent of each other, by recording (R,); not known in the search, whose
+        candidates are too far off."""
+        if self.project:
+            return np.zeros(len(self.recordings))
+        edges = self.simulator.inputs.sample_offsets
+        return np.array([independent_along(residuals[a:b]) for a, b in pairwise(edges)])
 
     @property
     def carries_slopes(self) -> bool:

@@ -68,3 +68,30 @@ def travel_class(span: Array, full: float) -> Integers:
     """
     limits = np.array(TRAVEL_CLASSES) * full
     return np.asarray(np.searchsorted(limits, span), dtype=np.int64)
+
+
+def independent_along(residuals: Array) -> float:
+    """How many independent residuals tell as much as a row of residuals (n,) that are correlated along time.
+
+    n over the sum of their autocorrelation with a Bartlett kernel; at most n.
+    """
+    power = float(residuals @ residuals)
+    if not 0.0 < power < np.inf:
+        return 0.0
+    n = residuals.size
+    rho = float(residuals[1:] @ residuals[:-1]) / power
+    lags = ar1_lags(rho, n)
+    share = 1.0 + 2.0 * sum(
+        (1.0 - k / (lags + 1.0)) * float(residuals[k:] @ residuals[: n - k]) / power for k in range(1, lags + 1)
+    )
+    return n / max(share, 1.0)
+
+
+def ar1_lags(rho: float, size: int) -> int:
+    """Lags of the Bartlett kernel for an AR(1) series of correlation rho and length size.
+
+    Source: Andrews 1991, Econometrica 59, 817.
+    """
+    rho = min(max(rho, -0.97), 0.97)
+    alpha = 4.0 * rho**2 / ((1.0 - rho) ** 2 * (1.0 + rho) ** 2)
+    return int(min(np.ceil(1.1447 * (alpha * size) ** (1.0 / 3.0)), size // 3))

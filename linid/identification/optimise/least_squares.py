@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.result import Generation
@@ -83,10 +84,16 @@ class Linearisation:
         for index, rms in enumerate(self.cost.class_rms(rows)):
             part = self.problem.parts[index]
             sizes = np.maximum(np.bincount(part.classes, minlength=rms.shape[1]), 1)
-            scale = np.sqrt(self.cost.counts[index] / sizes) / rms[0]
+            counts = self.cost.counts[index]
+            if isinstance(part, FreeRun):  # noise of the encoder alone makes every sample count
+                counts = np.maximum(counts, part.independent(rows[index][0]))
+            scale = np.sqrt(counts / sizes) / rms[0]
             self.weights[index] = scale[part.classes]
+            trust = part.trust[part.groups] if isinstance(part, Ahead) and part.trust is not None else 1.0
+            self.weights[index] *= trust
             if part.robust:
-                self.weights[index] *= _group_weights(rows[index][0] / rms[0][part.classes], part.groups)
+                relative = rows[index][0] / rms[0][part.classes]
+                self.weights[index] *= _group_weights(relative * trust, part.groups)
         return float(self.cost.of_residuals(rows)[0])
 
     def rows(self, x: Array) -> list[Array]:

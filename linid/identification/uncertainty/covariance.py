@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import Feigned, WhitenedAhead
-from linid.identification.objectives.objective import Part
+from linid.identification.objectives.objective import Part, ar1_lags
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.signals.motion import with_input_noise
@@ -56,13 +57,6 @@ def _blocks(problem: Problem, residuals: Array, jacobian: Array) -> list[tuple[P
     return out
 
 
-def _ar1_lags(rho: float, size: int) -> int:
-    """Lags of the Bartlett kernel for an AR(1) series by Andrews (1991)."""
-    rho = min(max(rho, -0.97), 0.97)
-    alpha = 4.0 * rho**2 / ((1.0 - rho) ** 2 * (1.0 + rho) ** 2)
-    return int(min(np.ceil(1.1447 * (alpha * size) ** (1.0 / 3.0)), size // 3))
-
-
 def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
     """J' V J with V from the residuals' autocovariance: for free runs, where few samples carry a parameter.
 
@@ -73,7 +67,7 @@ def _stationary_meat(residuals: Array, jacobian: Array) -> Array:
     n = residuals.size
     power = float(residuals @ residuals)
     rho = float(residuals[1:] @ residuals[:-1]) / max(power, 1e-300)
-    lags = _ar1_lags(rho, n)
+    lags = ar1_lags(rho, n)
     correlation = np.array([float(residuals[k:] @ residuals[: n - k]) for k in range(lags + 1)]) / n
     taper = correlation * (1.0 - np.arange(lags + 1) / (lags + 1.0))
     kernel = np.concatenate([taper[:0:-1], taper])
@@ -92,21 +86,22 @@ def _group_meat(
 ) -> Array:
     """Newey-West sum of score products over groups (windows) in order of time.
 
-    Of whitened residuals, excess: (G, k) what noise of the inputs adds to the scores of all groups of the part;
+    excess: (G, k) what noise of the inputs adds to the scores of all groups of the part, of whitened residuals;
     inverse: (k, k) of J'J of all parts. The fit follows windows that carry much of a parameter: their scores are those
     without them (jackknife).
     """
     starts = np.flatnonzero(np.diff(groups, prepend=groups[0] - 1))
     scores = np.add.reduceat(jacobian * residuals[:, None], starts, axis=0)
-    if excess is not None and inverse is not None:
+    if excess is not None:
         scores[:, : excess.shape[1]] -= excess[groups[starts]]
+    if inverse is not None:
         for k, rows in enumerate(np.split(jacobian, starts[1:])):
             share = (rows.T @ rows) @ inverse
             scores[k] = np.linalg.solve(np.eye(share.shape[0]) - _MOST_LEVERAGE * share, scores[k])
     power = np.einsum("ij,ij->j", scores, scores)
     lag_one = np.einsum("ij,ij->j", scores[1:], scores[:-1])
     rho = float(np.median(lag_one[power > 0.0] / power[power > 0.0])) if np.any(power > 0.0) else 0.0
-    lags = min(max(_ar1_lags(rho, scores.shape[0]), _MINIMUM_LAGS), max(scores.shape[0] - 1, 0))
+    lags = min(max(ar1_lags(rho, scores.shape[0]), _MINIMUM_LAGS), max(scores.shape[0] - 1, 0))
     meat = scores.T @ scores
     for lag in range(1, lags + 1):
         cross = scores[lag:].T @ scores[:-lag]
@@ -118,13 +113,16 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int) -> 
     """What the noise of the logged inputs adds to J'J, from Jacobians with that noise added once more.
 
     Where a commutated motion itself says little (field phase, pole pitch), noise in the currents makes up
-    most of the Jacobian; counted as information it would make the intervals far too narrow.
+    most of the Jacobian; counted as information it would make the intervals far too narrow. Friction has no part in
+    that: its forces hang on the motion.
     """
     generator = np.random.default_rng(seed)
     x = np.concatenate([fit.point, fit.offsets])
     clean = Linearisation(problem, Cost(problem))
     clean.reweight(x)
     base = clean.jacobian(x)
+    by_motion = {q.name for q in problem.space.model.friction} - {"mass"}
+    pushed = np.isin(np.arange(x.size), [k for k, name in enumerate(problem.space.names) if name not in by_motion])
     added = np.zeros((x.size, x.size))
     for _ in range(_NOISE_DRAWS):
         parts = tuple(
@@ -135,7 +133,7 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int) -> 
             continue
         noisy = Linearisation(Problem(problem.space, parts), clean.cost)
         noisy.weights = clean.weights
-        change = noisy.jacobian(x) - base
+        change = (noisy.jacobian(x) - base) * pushed
         added += change.T @ change / _NOISE_DRAWS
         del parts, noisy, change  # before the next ones, as large, are made
     return added
@@ -171,18 +169,17 @@ def _meat(problem: Problem, residuals: Array, jacobian: Array, parameters: int, 
     whose residuals are whitened, which noise of the inputs adds."""
     meat = np.zeros((jacobian.shape[1], jacobian.shape[1]))
     groups = 0
-    unit = np.linalg.norm(jacobian, axis=0)
+    regular = jacobian.T @ jacobian
+    regular[np.diag_indices(parameters)] += 1.0 / BOX_STD**2
+    unit = np.sqrt(np.diag(regular))
     unit[unit == 0.0] = 1.0
-    inverse = np.linalg.pinv((jacobian / unit).T @ (jacobian / unit), rcond=1e-10, hermitian=True) / np.outer(
-        unit, unit
-    )
+    inverse = np.linalg.pinv(regular / np.outer(unit, unit), rcond=1e-10, hermitian=True) / np.outer(unit, unit)
     for part, rest, slopes, group in _blocks(problem, residuals, jacobian):
         groups += int(np.unique(group).size)
         if part.robust:
-            if isinstance(part, WhitenedAhead):
-                meat += _group_meat(rest, slopes, group, excess, inverse)
-            else:
-                meat += _group_meat(rest, slopes, group)
+            own = excess if isinstance(part, WhitenedAhead) else None
+            # Of the windings' currents all groups tell alike.
+            meat += _group_meat(rest, slopes, group, own, inverse if isinstance(part, Ahead) else None)
         else:
             meat += _stationary_meat(rest, slopes)
     return meat * (groups / max(groups - parameters, 1))

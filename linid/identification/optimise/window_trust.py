@@ -1,0 +1,79 @@
+"""Windows of a prediction weighed by what noise of the logged inputs does to them.
+
+Where an axis breaks away or sticks within a window, noise of the current decides when: that prediction scatters ten
+times as much as its neighbours, and all of it falls on the friction at rest. The residual does not show such a window,
+for the fit follows it (weighted least squares by known variances: Aitken 1936, Proc. R. Soc. Edinb. 55).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from linid.arrays import Array
+from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.input_noise import WhitenedAhead
+from linid.identification.objectives.objective import Part
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.settings import Ending
+from linid.identification.signals.motion import input_noise, with_inputs_moved
+
+_PAIRS = 3  # of opposite draws of the noise: they tell a factor of ten, and half of it is enough
+
+
+def fit_by_trust(
+    problem: Problem, fit: LeastSquaresFit, ending: Ending, *, seed: int = 1
+) -> tuple[Problem, LeastSquaresFit]:
+    """The problem with its windows weighed, and the fit brought to its end there; both as they are, where all windows
+    count alike. seed: of the draws."""
+    vector = problem.space.vectors(fit.point)[0]
+    generator = np.random.default_rng([seed, 4])
+    parts: tuple[Part, ...] = tuple(
+        replace(part, trust=trust_of(part, vector, generator))
+        if isinstance(part, Ahead) and not isinstance(part, WhitenedAhead)
+        else part
+        for part in problem.parts
+    )
+    trusts = [part.trust for part in parts if isinstance(part, Ahead) and part.trust is not None]
+    if all(float(trust.min()) == 1.0 for trust in trusts):
+        return problem, fit
+    weighed = Problem(problem.space, parts)
+    found = levenberg_marquardt(weighed, Cost(weighed), fit.point, fit.offsets, ending=ending)
+    counted = fit.evaluations + found.evaluations
+    return weighed, replace(found, history=fit.history, evaluations=counted, cost=fit.cost)
+
+
+def trust_of(part: Ahead, vector: Array, generator: np.random.Generator) -> Array:
+    """Weight (windows,), at most 1, of each window's residuals beside others of its class.
+
+    vector: (VECTOR_SIZE,) near the truth. The noise's share of the class's usual power, by medians, is taken to differ
+    between windows as the draws do; what else is in the residuals is the same for all.
+    """
+    sizes = np.bincount(part.groups)
+    none = np.zeros((1, 0))
+    before = part.residuals(vector[None], none)[0]
+    noise = np.zeros(sizes.size)
+    draws = 0
+    for _ in range(_PAIRS):
+        moves = {r.name: input_noise(r, generator) for r in part.recordings}
+        for sign in (1.0, -1.0):
+            moved = replace(part, recordings=tuple(with_inputs_moved(r, sign * moves[r.name]) for r in part.recordings))
+            if np.array_equal(moved.flat_first, part.flat_first):  # else noise has passed for a jump
+                noise += np.bincount(part.groups, (moved.residuals(vector[None], none)[0] - before) ** 2) / sizes
+                draws += 1
+            del moved  # before the next one, as large, is made
+    out = np.ones(sizes.size)
+    if not (draws and np.all(np.isfinite(noise)) and np.all(np.isfinite(before))):
+        return out
+    noise /= draws
+    power = np.bincount(part.groups, before**2) / sizes
+    classes = part.classes[np.flatnonzero(np.diff(part.groups, prepend=-1))]
+    for one in np.unique(classes):
+        mine = classes == one
+        usual = float(np.median(noise[mine]))
+        if usual > 0.0:
+            share = min(usual / max(float(np.median(power[mine])), 1e-300), 1.0)
+            out[mine] = 1.0 / np.sqrt(np.maximum(1.0 - share + share * noise[mine] / usual, 1.0))
+    return out
