@@ -6,17 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from linid.arrays import Array
 from linid.identification.assemble import Task, assemble
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.input_noise import currents_in_common_push, fit_under_noise
 from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
-from linid.identification.optimise.rivals import advantage, group_squares, other_shape, weights_at
+from linid.identification.optimise.rivals import advantage, group_squares, on_the_plain, other_shape, weights_at
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import APART, final_ending
 from linid.identification.optimise.window_trust import fit_by_trust
 from linid.identification.result import FitResult, Profile
 from linid.identification.settings import FitSettings, Hooks
-from linid.identification.shared_minima import shared, with_twin
+from linid.identification.shared_minima import shared, with_plain, with_twin
 from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
 from linid.identification.uncertainty.profile import profile_likelihood
 from linid.identification.uncertainty.simex import simex_corrected
@@ -32,6 +33,8 @@ def best_minimum(
     state: the last one of the search; intervals hold the rivals that cost statistically the same.
     """
     best = _found(task, problem, state, solution, hooks)
+    if _is_plain(task, best):
+        best = replace(best, result=with_plain(best.result, problem.space))
     return with_twin(_with_rivals(task, problem, state, best, hooks), problem.space)
 
 
@@ -63,6 +66,24 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
     return _Found(own, solution, replace(result, profiles=profiles), added is not None)
 
 
+def _is_plain(task: Task, best: _Found) -> bool:
+    """Whether a shape of the field that seems to be told costs statistically what one costs that tells nothing.
+
+    Towards wide magnets the last trace of the fifth harmonic goes, and with it the curvature that the interval is from.
+    """
+    told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
+    plain = on_the_plain(best.problem, best.solution) if told and task.settings.least_squares_steps else None
+    if plain is None:
+        return False
+    held, point = plain
+    found = levenberg_marquardt(
+        held, Cost(held), point, best.solution.offsets, ending=final_ending(task.settings), final=False
+    )
+    weights = weights_at(best.problem, best.solution)
+    squares = (group_squares(best.problem, best.solution, weights), group_squares(held, found, weights))
+    return advantage(*squares) < NORMAL_97_5
+
+
 def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found, hooks: Hooks) -> FitResult:
     """The result, and where another shape of the field costs statistically the same, what it shares with that."""
     # The back-EMF tells the shape by itself.
@@ -70,6 +91,7 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
     told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
     if start is None or task.settings.least_squares_steps == 0 or not (best.white or told):
         return best.result
+    start = _settled(task, problem, start, best.solution)
     solution = replace(best.solution, point=start)
     if not best.white:
         solution = levenberg_marquardt(
@@ -86,6 +108,18 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
     if lead < -NORMAL_97_5:
         return rival.result
     return shared(best.result, rival.result, problem.space)
+
+
+def _settled(task: Task, problem: Problem, start: Array, solution: LeastSquaresFit) -> Array:
+    """A start (p,) with another shape of the field, all else fitted to that before the shape is free."""
+    names = problem.space.names
+    column = names.index("nome")
+    nome = problem.space.values(start)["nome"]
+    held = Problem(problem.space.holding({"nome": nome}), problem.parts)
+    found = levenberg_marquardt(
+        held, Cost(held), np.delete(start, column), solution.offsets, ending=final_ending(task.settings), final=False
+    )
+    return np.insert(found.point, column, start[column])
 
 
 def _profiles(

@@ -52,6 +52,22 @@ def with_twin(result: FitResult, space: SearchSpace) -> FitResult:
     return shared(result, replace(result, estimates=mirrored), space)
 
 
+def with_plain(result: FitResult, space: SearchSpace) -> FitResult:
+    """The result of a theta motor with intervals that also hold all wider magnets, down to the search's bound.
+
+    Their thrust is the first harmonic alone, K_f' q being what is told.
+    """
+    searched = next(s for s in space.parameters if s.name == "nome")
+    nome = result.value("nome")
+    stretch = {"nome": searched.lower / nome, "force_constant": nome / searched.lower}
+    widest = tuple(_stretched(e, stretch[e.name]) if e.name in stretch else e for e in result.estimates)
+    return shared(result, replace(result, estimates=widest), space)
+
+
+def _stretched(estimate: Estimate, by: float) -> Estimate:
+    return replace(estimate, value=by * estimate.value, low=by * estimate.low, high=by * estimate.high)
+
+
 def _mirrored(length: Estimate) -> Estimate:
     quarter = 0.5 * math.pi
     return replace(length, value=quarter - length.value, low=quarter - length.high, high=quarter - length.low)

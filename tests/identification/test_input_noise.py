@@ -77,6 +77,16 @@ def test_rival_minima_are_told_apart_by_what_noise_may_do() -> None:
     assert advantage(other + 0.3, one) == pytest.approx(-advantage(one, other + 0.3))
 
 
+def test_a_rival_with_wide_magnets_is_fitted_before_its_shape_is_free() -> None:
+    """In this draw of noise the first minimum has a nome of 0.89; the true one beside it costs the same."""
+    campaign = table_3()
+    recordings = resample_noise(campaign, 1004).recordings
+    friction = fit("friction", [r for r in recordings if r.kind == "free_wheel"], settings=SMALL)
+    found = {e.name: e for e in fit("theta", recordings, settings=SMALL, start=friction).estimates}
+    for name in ("winding_displacement", "nome", "electrical_wavenumber", "commutation_offset"):
+        assert found[name].low < campaign.truth[name] < found[name].high, found[name]
+
+
 @pytest.mark.exhaustive
 def test_the_motor_of_table_3_lies_within_its_intervals() -> None:
     """Under commutated currents narrow magnets at other spacings push alike: what two minima share says so."""

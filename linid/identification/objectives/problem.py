@@ -44,13 +44,8 @@ class Problem:
 
     @property
     def carries_slopes(self) -> bool:
-        """Whether `slopes` knows the derivatives of all parts, and is to be used.
-
-        The shape of theta's field is hardly told: its intervals came out at half of what differences say and missed the
-        truth.
-        """
-        shaped = "nome" in self.space.names
-        return not shaped and all(carries_slopes(part) for part in self.parts)
+        """Whether `slopes` knows the derivatives of all parts."""
+        return all(carries_slopes(part) for part in self.parts)
 
     def slopes(self, point: Array, offsets: Array, shifts: Array) -> list[tuple[Array, Array]]:
         """Residuals (N,) of each part and their derivatives (N, p + S) by the search coordinates, then by shifts (those

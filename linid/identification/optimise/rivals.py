@@ -32,6 +32,19 @@ def other_shape(space: SearchSpace, point: Array) -> Array | None:
     return out
 
 
+def on_the_plain(problem: Problem, fit: LeastSquaresFit) -> tuple[Problem, Array] | None:
+    """The problem with the widest magnets, whose thrust is the first harmonic, and the point (p - 1,) in it that keeps
+    that; None where the shape is not searched, or the fit's magnets are narrow."""
+    names = problem.space.names
+    if not problem.space.fundamental or "nome" not in names:
+        return None
+    column = names.index("nome")
+    searched = problem.space.parameters[column]
+    if float(searched.value(fit.point[column])) >= _EDGE:
+        return None
+    return Problem(problem.space.holding({"nome": searched.lower}), problem.parts), np.delete(fit.point, column)
+
+
 def group_squares(problem: Problem, fit: LeastSquaresFit, weights: Sequence[Array]) -> Array:
     """Weighted squares (G,) of the residuals by group, in order of time, part after part.
 
