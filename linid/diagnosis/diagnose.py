@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from linid.diagnosis.base import Base, fit_base_model, numbered, on_comparable_masses
+from linid.diagnosis.beside_term import with_hidden_effects
 from linid.diagnosis.combinations import base_combinations
 from linid.diagnosis.commissioned import (
     commissioned_base,
@@ -78,7 +79,7 @@ def diagnose(
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
     base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions)
     compare = partial(_compared, base, recordings, fitted, means, since)
-    found, shares, lead, compared = _borne_out(base, found, means, compare)
+    found, shares, lead, compared = _borne_out(base, found, means, without, compare)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
     before, after, measures = compared.before, compared.after, compared.measures
@@ -144,14 +145,14 @@ def _compared(
 
 
 def _borne_out(
-    base: Base, found: Selection, means: Means, compare: Callable[[Selection], _Compared]
+    base: Base, found: Selection, means: Means, without: Sequence[str], compare: Callable[[Selection], _Compared]
 ) -> tuple[Selection, Shares, Lead | None, _Compared]:
     """The selection as `_led` leaves it and what its models measure; without effects, where these bear them out
     nowhere."""
-    found, shares, lead = _led(base, found, means)
+    found, shares, lead = _led(base, found, means, without)
     compared = compare(found)
     if found.parts and worse_throughout(compared.measures):
-        found, shares, lead = _led(base, with_effects_of(found, found.base), means)
+        found, shares, lead = _led(base, with_effects_of(found, found.base), means, without)
         compared = compare(found)
     return found, shares, lead, compared
 
@@ -263,7 +264,7 @@ def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence
     return replace(base, fitted=extended, rivals=())
 
 
-def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares, Lead | None]:
+def _led(base: Base, found: Selection, means: Means, without: Sequence[str]) -> tuple[Selection, Shares, Lead | None]:
     """The selection with its shares and, where a gap stays, the term that the recordings ask for; without the effects
     in whose stead the term acts."""
     shares = shares_of(base.judge, found.base, found.best, means.seed)
@@ -271,6 +272,11 @@ def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares,
     if lead is not None and lead.start is not found.best:
         found = with_effects_of(found, lead.start)
         shares = shares_of(base.judge, found.base, found.best, means.seed)
+    if lead is not None:
+        screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
+        more, lead = with_hidden_effects(base, screening, found, lead, shares.unexplained[0])
+        if more is not found:
+            found, shares = more, shares_of(base.judge, more.base, more.best, means.seed)
     return found, shares, lead
 
 

@@ -76,21 +76,21 @@ def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> L
     if leaves_nothing(excess, judge.fits.level(found.best.residual, found.best.floor, rows), unexplained):
         return None
     means.watch("term", 0, 3)
-    beside = _lead(judge, found.best, means.seed)
+    beside = lead_beside(judge, found.best, means.seed)
     cancelled = _cancelled(base, found, means.seed)
     if cancelled is not None and _level_with(judge, cancelled) < _level_with(judge, beside):
         return cancelled
     if not found.parts:
         return beside
     beside_left = 1.0 if beside is None else 1.0 - beside.proposal.closed
-    alone = _lead(judge, found.base, means.seed)
+    alone = lead_beside(judge, found.base, means.seed)
     if alone is not None:
         by_term, by_effects = 1.0 - alone.proposal.closed, _left(alone.problem, found.best)
         its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
         if does_without_effects(by_term, by_effects, beside_left, its_shape):
             return alone
     for part in _passing(found):
-        lasting = _lead(judge, part.without, means.seed)
+        lasting = lead_beside(judge, part.without, means.seed)
         if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:
             return lasting
     return None if beside is None else _without_the_weak(judge, found, beside, means.seed)
@@ -128,7 +128,8 @@ def with_effects_of(found: Selection, start: Fitted) -> Selection:
     return replace(found, best=start, parts=kept, dropped=(*found.dropped, *gone), rivals=rivals)
 
 
-def _lead(judge: Judge, start: Fitted, seed: int) -> Lead | None:
+def lead_beside(judge: Judge, start: Fitted, seed: int) -> Lead | None:
+    """The term that recordings ask for beside a model; None where they ask for none."""
     problem = problem_of(judge, start, seed)
     judged = judged_families(problem)
     proposal = propose(problem, judged)
@@ -171,7 +172,7 @@ def _without_the_weak(judge: Judge, found: Selection, lead: Lead, seed: int) -> 
     weak = [part for part in found.parts if part.evidence.closed < LEAST_CLOSED_SHARE]
     for part in sorted(weak, key=lambda one: one.evidence.closed):
         start = part.without if lead.start is found.best else without_effect(judge.fits, lead.start, part.name)
-        instead = _lead(judge, start, seed)
+        instead = lead_beside(judge, start, seed)
         if instead is None:
             continue
         one, with_it = instead.proposal, _left(instead.problem, lead.start) * (1.0 - lead.proposal.closed)

@@ -1,0 +1,77 @@
+"""Effects that show only once a term stands in the model: what the library's form of a cause leaves had hidden them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from linid.diagnosis.base import Base
+from linid.diagnosis.descent import SETTLING
+from linid.diagnosis.joint import Fitted
+from linid.diagnosis.judge import Judge
+from linid.diagnosis.lacking import Lead, lead_beside
+from linid.diagnosis.proposed.learned import Joined, with_term
+from linid.diagnosis.screen import Screening
+from linid.diagnosis.select import Selection, part_of, revived, trifling, without_effect
+from linid.diagnosis.shares import judged_rows
+from linid.diagnosis.verdict import leaves_nothing
+from linid.physics.effects.registry import find_effect
+
+MOST = 3  # effects sought beside a term
+
+
+def with_hidden_effects(
+    base: Base, screening: Screening, found: Selection, lead: Lead, unexplained: float
+) -> tuple[Selection, Lead]:
+    """The selection with the effects that stand their tests beside a term, and the term found anew beside them all.
+
+    The largest cause seldom has just the library's form, and what that leaves may be many times a second cause; a term
+    takes it up. unexplained: share of the gap that the effects leave. As they were where nothing more stands.
+    """
+    judge = base.judge
+    joined = with_term(judge, lead.start, lead.problem, lead.proposal, None)
+    if joined is None:
+        return found, lead
+    given = _term_as_it_is(judge, joined)
+    full = _extended(judge, screening, given, unexplained * (1.0 - lead.proposal.closed))
+    names = [name for name in full.model.effects if name not in given.model.effects]
+    parts = [part_of(judge, given, full, name, 1) for name in names]
+    trifles = {part.name for part in trifling(judge, found.base, full, parts)}
+    names = [name for name in names if name not in trifles]
+    if not names:
+        return found, lead
+    best = _without_term(judge, lead.start, full, names)
+    anew = lead_beside(judge, best, lead.problem.seed)
+    if anew is None:
+        return found, lead
+    more = tuple(replace(p, without=without_effect(judge.fits, best, p.name)) for p in parts if p.name in names)
+    dropped = tuple(part for part in found.dropped if part.name not in names)
+    return replace(found, best=best, parts=(*found.parts, *more), dropped=dropped), anew
+
+
+def _term_as_it_is(judge: Judge, joined: Joined) -> Fitted:
+    """A model with a term of which nothing is searched any more."""
+    one = joined.fitted
+    term = {p.name: one.values[p.name] for p in find_effect(joined.effect).parameters}
+    return judge.fits.at(one.model, one.values, {**one.preset, **term}, one.recordings)
+
+
+def _extended(judge: Judge, screening: Screening, full: Fitted, unexplained: float) -> Fitted:
+    """A model with a term and all effects that stand the tests beside it, while it leaves something."""
+    for _ in range(MOST):
+        rows = judged_rows(judge, full)
+        level = judge.fits.level(full.residual, full.floor, rows)
+        more = None
+        if not leaves_nothing(judge.excess(full.residual, rows), level, unexplained):
+            more = revived(judge, screening, full)
+        if more is None:
+            break
+        full = more
+    return full
+
+
+def _without_term(judge: Judge, start: Fitted, full: Fitted, names: list[str]) -> Fitted:
+    """The model with some more effects, as it is with a term beside them, fitted again without that."""
+    model = start.model.with_effects((*start.model.effects, *names))
+    own = {p.name for p in model.parameters}
+    values, preset = ({k: x for k, x in some.items() if k in own} for some in (full.values, full.preset))
+    return judge.fits.fit(model, values, preset, full.recordings, SETTLING)
