@@ -6,13 +6,14 @@ from dataclasses import replace
 
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING
+from linid.diagnosis.held_out_tests import SURE, is_trifle, stands
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.lacking import Lead, lead_beside
 from linid.diagnosis.proposed.learned import Joined, with_term
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Selection, part_of, revived, trifling, without_effect
-from linid.diagnosis.shares import judged_rows
+from linid.diagnosis.select import Selection, part_of, revived, without_effect
+from linid.diagnosis.shares import judged_rows, shares_of
 from linid.diagnosis.verdict import leaves_nothing
 from linid.physics.effects.registry import find_effect
 
@@ -35,15 +36,19 @@ def with_hidden_effects(
     full = _extended(judge, screening, given, unexplained * (1.0 - lead.proposal.closed))
     names = [name for name in full.model.effects if name not in given.model.effects]
     parts = [part_of(judge, given, full, name, 1) for name in names]
-    trifles = {part.name for part in trifling(judge, found.base, full, parts)}
-    names = [name for name in names if name not in trifles]
+    # A term has many numbers: what stands only beside one must be beyond doubt.
+    parts = [part for part in parts if stands(part) and part.evidence.certainty >= SURE]
+    if parts:
+        portions = shares_of(judge, found.base, full, judge.seed).portions
+        parts = [part for part in parts if not is_trifle(part, portions[part.name].share)]
+    names = [part.name for part in parts]
     if not names:
         return found, lead
     best = _without_term(judge, lead.start, full, names)
     anew = lead_beside(judge, best, lead.problem.seed)
     if anew is None:
         return found, lead
-    more = tuple(replace(p, without=without_effect(judge.fits, best, p.name)) for p in parts if p.name in names)
+    more = tuple(replace(p, without=without_effect(judge.fits, best, p.name)) for p in parts)
     dropped = tuple(part for part in found.dropped if part.name not in names)
     return replace(found, best=best, parts=(*found.parts, *more), dropped=dropped), anew
 

@@ -152,7 +152,7 @@ def _borne_out(
     found, shares, lead = _led(base, found, means, without)
     compared = compare(found)
     if found.parts and worse_throughout(compared.measures):
-        found, shares, lead = _led(base, with_effects_of(found, found.base), means, without)
+        found, shares, lead = _led(base, with_effects_of(found, found.base), means, None)
         compared = compare(found)
     return found, shares, lead, compared
 
@@ -264,15 +264,18 @@ def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence
     return replace(base, fitted=extended, rivals=())
 
 
-def _led(base: Base, found: Selection, means: Means, without: Sequence[str]) -> tuple[Selection, Shares, Lead | None]:
+def _led(
+    base: Base, found: Selection, means: Means, without: Sequence[str] | None
+) -> tuple[Selection, Shares, Lead | None]:
     """The selection with its shares and, where a gap stays, the term that the recordings ask for; without the effects
-    in whose stead the term acts."""
+    in whose stead the term acts, and with those that show beside it. without: effects left out of consideration; None:
+    all, none is sought beside a term."""
     shares = shares_of(base.judge, found.base, found.best, means.seed)
     lead = lead_of(base, found, shares.unexplained[0], means)
     if lead is not None and lead.start is not found.best:
         found = with_effects_of(found, lead.start)
         shares = shares_of(base.judge, found.base, found.best, means.seed)
-    if lead is not None:
+    if lead is not None and without is not None:
         screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
         more, lead = with_hidden_effects(base, screening, found, lead, shares.unexplained[0])
         if more is not found:

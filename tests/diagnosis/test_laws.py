@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from linid.challenge.files import write_hidden_campaign
@@ -16,6 +17,7 @@ from linid.diagnosis.judge import Evidence
 from linid.diagnosis.law_of_base import PRESLIDING, base_with_law, law_finding, sentence, untold
 from linid.diagnosis.laws import LawChoice, LawTrial, as_good, clearly_better, under_law
 from linid.diagnosis.means import Means
+from linid.diagnosis.proposed.problem import problem_of
 from linid.interface.campaign import Campaign
 from linid.interface.friction_law import preferred_law
 from linid.interface.settings import make_settings
@@ -50,6 +52,16 @@ def test_the_true_law_is_told_where_presliding_was_recorded(law: Law) -> None:
     assert finding is not None and finding.law == choice.law and finding.gains.keys() == set(NAMES.values())
     # Where there is no presliding, the models keep LuGre, whose bristle follows what smoothing makes of a stop.
     assert base.fitted.model.law == choice.base == ("lugre" if law == "coulomb" else NAMES[law])
+
+
+@pytest.mark.parametrize("law", [law for law in NAMES if law not in ("lugre", "coulomb")])
+def test_a_term_can_be_sought_beside_any_law(law: Law) -> None:
+    """What bristles forget and follow is known under each law, whichever of LuGre's parameters it lacks."""
+    _, base, _ = decided(law)
+    problem = problem_of(base.judge, base.fitted, 1)
+    fast = np.abs(problem.rows.v) > 10.0 * base.fitted.values.get("stribeck_velocity", 0.0) + 0.05
+    assert np.all(problem.relaxed > 0.0) and np.all(np.isfinite(problem.resisted(np.ones((problem.rows.t.size, 1)))))
+    assert np.median(np.abs(problem.friction[fast])) == pytest.approx(1.0, abs=0.01)
 
 
 def test_maxwells_axis_leaves_a_gap_under_lugre_and_little_of_it_under_its_own_law() -> None:

@@ -20,6 +20,7 @@ from linid.diagnosis.seen import field_wavenumber
 from linid.diagnosis.unknowns import ACROSS, Coordinate
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
+from linid.physics.friction import PARAMETERS
 
 # How far a base parameter may be wrong: share of its value, or of a logarithm's unit; what a step of that size costs,
 # as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
@@ -122,9 +123,11 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     weights = _weights(rows, step.residual, judge.scale[rows.recording], noise)
     mass = recording_masses(recordings, values["mass"])[rows.recording]
     left = float(np.sum((step.residual * weights)[~held] ** 2))
-    coulomb = values["coulomb_force"]
-    steady = coulomb + (values["static_force"] - coulomb) * np.exp(
-        -((np.abs(rows.v) / values["stribeck_velocity"]) ** values["stribeck_exponent"])
+    # By place, not by name: a law that lacks one of them has set it all the same.
+    at = {p.name: float(step.vector[step.model.slot(p.name)]) for p in PARAMETERS}
+    coulomb, stiffness = at["coulomb_force"], at["bristle_stiffness"]
+    steady = coulomb + (at["static_force"] - coulomb) * np.exp(
+        -((np.abs(rows.v) / at["stribeck_velocity"]) ** at["stribeck_exponent"])
     )
     plausible = np.array([_plausible(c, values, rows) for c in unknowns.values()])
     return Problem(
@@ -138,8 +141,8 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         push=_motor_force(judge, step, field),
         friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass * coulomb / steady,
         blur=balance.blur[rows.recording],
-        relaxed=steady / values["bristle_stiffness"],
-        damped=values["bristle_damping"] / values["bristle_stiffness"],
+        relaxed=steady / stiffness,
+        damped=at["bristle_damping"] / stiffness,
         held=held,
         elapsed=np.array([r.elapsed for r in recordings]),
         field=field,
