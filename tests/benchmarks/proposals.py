@@ -20,14 +20,16 @@ from linid.challenge.proposals import cause_of, grade
 from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.means import Means
 from linid.diagnosis.proposed import propose as rules
+from linid.diagnosis.proposed import waves
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.regression import Regression
 from linid.recording.campaign import read_campaign
 from linid.threads import one_thread
 
 SEED = 1
-# Thresholds, and those of them that are shares of the best.
-THRESHOLDS = ("AS_GOOD", "WORTH", "SURE", "LEAST_CLOSED", "LEAST_EXCESS")
+# Thresholds of the choice, of the search, and those of them that are shares of the best.
+THRESHOLDS = ("AS_GOOD", "FINER", "WORTH", "SURE", "LEAST_CLOSED", "LEAST_EXCESS", "LEAST_GAIN")
+SEARCHING = ("LEAST_PART",)
 SHARES = ("AS_GOOD",)
 
 
@@ -54,13 +56,14 @@ def mark(key: Key, problem: Problem, judged: Sequence[Regression]) -> tuple[str,
 @contextmanager
 def threshold(name: str, factor: float) -> Iterator[float]:
     """A threshold of the proposal at another value."""
-    before = getattr(rules, name)
+    place = waves if name in SEARCHING else rules
+    before = getattr(place, name)
     value = 1.0 - (1.0 - before) * factor if name in SHARES else min(before * factor, 1.0)
-    setattr(rules, name, value)
+    setattr(place, name, value)
     try:
         yield value
     finally:
-        setattr(rules, name, before)
+        setattr(place, name, before)
 
 
 def main() -> None:
@@ -77,11 +80,11 @@ def main() -> None:
         grade_of, words = mark(key, problem, judged)
         marks[grade_of] += 1
         print(f"{name} {'+'.join(key.effects) or 'nothing'}: {words}: {grade_of} [{seconds:.1f} s]", flush=True)
-        for constant in THRESHOLDS if arguments.derive else ():
+        for constant in (*THRESHOLDS, *SEARCHING) if arguments.derive else ():
             for factor in (0.5, 2.0):
                 with threshold(constant, factor) as value:
-                    label = f"{constant} {value:g}"
-                    others.setdefault(label, Counter())[mark(key, problem, judged)[0]] += 1
+                    again = rules.judged_families(problem) if constant in (*SEARCHING, "LEAST_GAIN") else judged
+                    others.setdefault(f"{constant} {value:g}", Counter())[mark(key, problem, again)[0]] += 1
     print(f"as they are: {dict(marks)}")
     for label, counts in others.items():
         print(f"{label}: {dict(counts)}")
