@@ -10,7 +10,7 @@ from linid.diagnosis.held_out_tests import SURE, is_trifle, stands
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.lacking import Lead, lead_beside
-from linid.diagnosis.proposed.learned import Joined, with_term
+from linid.diagnosis.proposed.learned import Joined
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Selection, part_of, revived, without_effect
 from linid.diagnosis.shares import judged_rows, shares_of
@@ -28,8 +28,7 @@ def with_hidden_effects(
     The largest cause seldom has just the library's form, and what that leaves may be many times a second cause; a term
     takes it up. unexplained: share of the gap that the effects leave. As they were where nothing more stands.
     """
-    judge = base.judge
-    joined = with_term(judge, lead.start, lead.problem, lead.proposal, None)
+    judge, joined = base.judge, lead.joined
     if joined is None:
         return found, lead
     given = _term_as_it_is(judge, joined)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 from linid.arrays import Array
 from linid.diagnosis.base import Base
@@ -56,12 +56,18 @@ class Models:
 @dataclass(frozen=True)
 class Lead:
     """A term that recordings ask for. problem: on which it was found; judged: all families, the best first; start: the
-    model beside which it acts."""
+    model beside which it acts; judge: of both."""
 
     problem: Problem
     judged: tuple[Regression, ...]
     proposal: Proposal
     start: Fitted
+    judge: Judge
+
+    @cached_property
+    def joined(self) -> Joined | None:
+        """The model with the term's curve; None where no model can have it."""
+        return with_term(self.judge, self.start, self.problem, self.proposal, None)
 
 
 def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> Lead | None:
@@ -133,7 +139,7 @@ def lead_beside(judge: Judge, start: Fitted, seed: int) -> Lead | None:
     problem = problem_of(judge, start, seed)
     judged = judged_families(problem)
     proposal = propose(problem, judged)
-    return None if proposal is None else Lead(problem, tuple(judged), proposal, start)
+    return None if proposal is None else Lead(problem, tuple(judged), proposal, start, judge)
 
 
 def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:
@@ -149,7 +155,7 @@ def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:
     problem = problem_of(base.judge, start, seed)
     judged = judged_families(problem, _is_a_force)
     proposal = propose(problem, judged)
-    return None if proposal is None else Lead(problem, tuple(judged), proposal, start)
+    return None if proposal is None else Lead(problem, tuple(judged), proposal, start, base.judge)
 
 
 def _is_a_force(family: Family) -> bool:
@@ -160,7 +166,7 @@ def _is_a_force(family: Family) -> bool:
 
 def _level_with(judge: Judge, lead: Lead | None) -> float:
     """The criterion on held-out rows of the model with a term, infinite where no model can have it."""
-    joined = None if lead is None else with_term(judge, lead.start, lead.problem, lead.proposal, None)
+    joined = None if lead is None else lead.joined
     if joined is None:
         return math.inf
     return judge.fits.level(joined.fitted.residual, joined.fitted.floor, judge.balance.split)
@@ -237,7 +243,8 @@ def _joined(
     """The model with a term: of the curve or the formula that stands for it, or of the likeliest formula, which may
     explain more than a curve once the base has moved."""
     problem = lead.problem
-    joined = with_term(judge, lead.start, problem, proposal, formula)
+    curve = formula is None and proposal is lead.proposal
+    joined = lead.joined if curve else with_term(judge, lead.start, problem, proposal, formula)
     if likely is None:
         return joined
     instead = formula_instead(judge, lead.start, problem, proposal, likely, WORTH)

@@ -15,8 +15,8 @@ from tests.simulation.axis_with_effects import AXIS, campaign_with, simulate
 ENCODER = 1e-7  # m
 
 
-def coast_downs(effect: str, values: dict[str, float], speed: float, *more: str) -> list[Recording]:
-    """Free wheels from about `speed` m/s in both directions, two in eight held out, of an axis with some effects."""
+def coast_downs(effect: str, values: dict[str, float], speed: float) -> list[Recording]:
+    """Free wheels from about `speed` m/s in both directions, two in eight held out, of an axis with one effect."""
     generator = np.random.default_rng(4)
     t = np.arange(0.0, 0.7, 1e-3)
     out = []
@@ -31,7 +31,7 @@ def coast_downs(effect: str, values: dict[str, float], speed: float, *more: str)
             split=split,  # type: ignore[arg-type]
         )
         start = (-0.12 * direction + 0.01 * (k % 3), direction * speed * (0.9 + 0.06 * (k % 4)), math.nan)
-        y = simulate((effect, *more), empty, start, 4, values=values, kind="friction")
+        y = simulate((effect,), empty, start, 4, values=values, kind="friction")
         out.append(replace(empty, y=y + ENCODER * generator.standard_normal(y.size)))
     return list(in_order(out))
 
