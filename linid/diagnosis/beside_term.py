@@ -6,16 +6,14 @@ from dataclasses import replace
 
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING
-from linid.diagnosis.held_out_tests import SURE, is_trifle, stands
+from linid.diagnosis.held_out_tests import is_trifle, stands_clearly
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Lead, lead_beside
-from linid.diagnosis.proposed.learned import Joined
+from linid.diagnosis.lacking import Lead, lead_beside, term_as_it_is
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Selection, part_of, revived, without_effect
 from linid.diagnosis.shares import judged_rows, shares_of
 from linid.diagnosis.verdict import leaves_nothing
-from linid.physics.effects.registry import find_effect
 
 MOST = 3  # effects sought beside a term
 
@@ -31,12 +29,11 @@ def with_hidden_effects(
     judge, joined = base.judge, lead.joined
     if joined is None:
         return found, lead
-    given = _term_as_it_is(judge, joined)
+    given = term_as_it_is(judge, joined)
     full = _extended(judge, screening, given, unexplained * (1.0 - lead.proposal.closed))
     names = [name for name in full.model.effects if name not in given.model.effects]
     parts = [part_of(judge, given, full, name, 1) for name in names]
-    # A term has many numbers: what stands only beside one must be beyond doubt.
-    parts = [part for part in parts if stands(part) and part.evidence.certainty >= SURE]
+    parts = [part for part in parts if stands_clearly(part)]
     if parts:
         portions = shares_of(judge, found.base, full, judge.seed).portions
         parts = [part for part in parts if not is_trifle(part, portions[part.name].share)]
@@ -50,13 +47,6 @@ def with_hidden_effects(
     more = tuple(replace(p, without=without_effect(judge.fits, best, p.name)) for p in parts)
     dropped = tuple(part for part in found.dropped if part.name not in names)
     return replace(found, best=best, parts=(*found.parts, *more), dropped=dropped), anew
-
-
-def _term_as_it_is(judge: Judge, joined: Joined) -> Fitted:
-    """A model with a term of which nothing is searched any more."""
-    one = joined.fitted
-    term = {p.name: one.values[p.name] for p in find_effect(joined.effect).parameters}
-    return judge.fits.at(one.model, one.values, {**one.preset, **term}, one.recordings)
 
 
 def _extended(judge: Judge, screening: Screening, full: Fitted, unexplained: float) -> Fitted:

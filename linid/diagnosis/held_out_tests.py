@@ -62,6 +62,12 @@ def stands(part: Part) -> bool:
     return there and e.gain >= LEAST_GAIN and (most or beyond_doubt or (sure and e.closed >= closed))
 
 
+def stands_clearly(part: Part) -> bool:
+    """Whether an effect stands the tests beside a term: that has many numbers, so it must be beyond doubt, and close
+    enough to be no trace of what the term leaves."""
+    return stands(part) and part.evidence.certainty >= SURE and part.evidence.closed >= LEAST_CLOSED
+
+
 def is_trifle(part: Part, share: float) -> bool:
     """Whether an effect that stands the tests is no cause of the gap all the same. share: of the gap, by the budget."""
     little = share < LEAST_PORTION and part.log_share < LEAST_LOG_SHARE

@@ -9,11 +9,12 @@ from functools import cached_property, partial
 
 from linid.arrays import Array
 from linid.diagnosis.base import Base
+from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.foretold import RISEN
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.held_out_tests import LEAST_CLOSED as LEAST_CLOSED_SHARE
-from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely
+from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely, stands_clearly
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
@@ -27,7 +28,7 @@ from linid.diagnosis.proposed.regression import Regression, closed_share, held_s
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
-from linid.diagnosis.select import Selection, without_effect
+from linid.diagnosis.select import Selection, part_of, without_effect
 from linid.diagnosis.shares import judged_rows
 from linid.diagnosis.verdict import leaves_nothing
 from linid.identification.guess.effect_values import EffectColumns
@@ -37,6 +38,8 @@ from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 
 INSTEAD = 0.5  # of what the effects leave, with a term beside them: a term that leaves less says that they are none
+# Of the excess: an effect of just the term's arguments that leaves less is the cause, in another form.
+LEFT_BY_FORM = 0.2
 # Of what a term takes from the error 0.1 s ahead of all held-out recordings together: what that of one may rise by, as
 # where the friction that is identified anew beside it moves by some per cent.
 SMALL_RISE = 0.05
@@ -110,6 +113,8 @@ def does_without_effects(by_term: float, by_effects: float, beside: float, its_s
     arguments. Effects that leave most of the excess to a term, and no less with it than another term does alone, are
     two causes for one; effects that close most of it are not given up for a shape.
     """
+    if its_shape and by_effects < LEFT_BY_FORM:
+        return False
     with_both = by_effects * beside
     two_for_one = not its_shape and beside < 1.0 and by_effects > INSTEAD
     return by_term < INSTEAD * with_both or (two_for_one and by_term <= with_both)
@@ -174,7 +179,7 @@ def _level_with(judge: Judge, lead: Lead | None) -> float:
 
 def _without_the_weak(judge: Judge, found: Selection, lead: Lead, seed: int) -> Lead:
     """A lead without the effects that close next to nothing of the way to the floor and that nobody misses beside a
-    term: what is in no library lends them a little of what it does."""
+    term, or that do not stand with it in the model: what is in no library lends them a little of what it does."""
     weak = [part for part in found.parts if part.evidence.closed < LEAST_CLOSED_SHARE]
     for part in sorted(weak, key=lambda one: one.evidence.closed):
         start = part.without if lead.start is found.best else without_effect(judge.fits, lead.start, part.name)
@@ -182,9 +187,28 @@ def _without_the_weak(judge: Judge, found: Selection, lead: Lead, seed: int) -> 
         if instead is None:
             continue
         one, with_it = instead.proposal, _left(instead.problem, lead.start) * (1.0 - lead.proposal.closed)
-        if 1.0 - one.closed - (one.closed - one.low) <= with_it:
+        missed = 1.0 - one.closed - (one.closed - one.low) > with_it
+        if not missed or not _stands_beside(judge, instead, found.best, part.name):
             lead = instead
     return lead
+
+
+def _stands_beside(judge: Judge, lead: Lead, best: Fitted, name: str) -> bool:
+    """Whether an effect of a model stands the tests with the term of a lead in it."""
+    if lead.joined is None:
+        return True
+    given = term_as_it_is(judge, lead.joined)
+    model = given.model.with_effects((*given.model.effects, name))
+    preset = {k: x for k, x in best.preset.items() if k in {p.name for p in model.parameters}} | given.preset
+    full = judge.fits.fit(model, {**best.values, **given.values}, preset, best.recordings, SETTLING)
+    return stands_clearly(part_of(judge, given, full, name, 1))
+
+
+def term_as_it_is(judge: Judge, joined: Joined) -> Fitted:
+    """A model with a term of which nothing is searched any more."""
+    one = joined.fitted
+    term = {p.name: one.values[p.name] for p in find_effect(joined.effect).parameters}
+    return judge.fits.at(one.model, one.values, {**one.preset, **term}, one.recordings)
 
 
 def _left(problem: Problem, best: Fitted) -> float:

@@ -60,7 +60,8 @@ def test_a_term_can_be_sought_beside_any_law(law: Law) -> None:
     _, base, _ = decided(law)
     problem = problem_of(base.judge, base.fitted, 1)
     fast = np.abs(problem.rows.v) > 10.0 * base.fitted.values.get("stribeck_velocity", 0.0) + 0.05
-    assert np.all(problem.relaxed > 0.0) and np.all(np.isfinite(problem.resisted(np.ones((problem.rows.t.size, 1)))))
+    assert problem.relaxed > 0.0 and np.all(problem.follows > 0.0)
+    assert np.all(np.isfinite(problem.resisted(np.ones((problem.rows.t.size, 1)))))
     assert np.median(np.abs(problem.friction[fast])) == pytest.approx(1.0, abs=0.01)
 
 

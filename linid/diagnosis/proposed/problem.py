@@ -37,10 +37,10 @@ class Problem:
     residual: (n,) m/s^2; weights: (n,) s^2/m, a residual times its weight is about 1 where all is left; noise: (n,)
     (m/s^2)^2 by encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do; ridge:
     (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) on the mass over its
-    steady level, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed:
-    (n,) m of travel in which a bristle follows its level and forgets a rest; damped: s in which it follows a level that
-    rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start; field: rad/m of the
-    motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.
+    steady level, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed: m
+    of travel in which a bristle forgets a rest; follows: (n,) m in which it follows its level; damped: s in which it
+    follows one that rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start; field:
+    rad/m of the motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.
     """
 
     rows: Rows
@@ -53,7 +53,8 @@ class Problem:
     push: Array
     friction: Array
     blur: Array
-    relaxed: Array
+    relaxed: float
+    follows: Array
     damped: float
     held: Flags
     elapsed: Array
@@ -81,7 +82,7 @@ class Problem:
     @cached_property
     def _kept(self) -> Array:
         """The share (n,) of the row before that a bristle still remembers, 0 where a recording begins."""
-        kept = np.exp(-np.gradient(travelled(self.rows)) / self.relaxed)
+        kept = np.exp(-np.gradient(travelled(self.rows)) / self.follows)
         return np.where(np.diff(self.rows.recording, prepend=-1) == 0, kept, 0.0)
 
     @cached_property
@@ -141,7 +142,8 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         push=_motor_force(judge, step, field),
         friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass * coulomb / steady,
         blur=balance.blur[rows.recording],
-        relaxed=steady / stiffness,
+        relaxed=coulomb / stiffness,
+        follows=steady / stiffness,
         damped=at["bristle_damping"] / stiffness,
         held=held,
         elapsed=np.array([r.elapsed for r in recordings]),

@@ -69,6 +69,7 @@ def axis(
         friction=bare.friction,
         blur=bare.blur,
         relaxed=bare.relaxed,
+        follows=bare.follows,
         damped=bare.damped,
         held=bare.held,
         elapsed=bare.elapsed,
@@ -82,7 +83,7 @@ def rows_of(problem: Problem, kept: Flags) -> Problem:
     """A problem of some rows (n,) of it."""
     rows = problem.rows
     some = {f.name: getattr(rows, f.name)[kept] for f in fields(rows)}
-    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "blur", "relaxed", "held")
+    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "blur", "follows", "held")
     return replace(problem, rows=Rows(**some), **{name: getattr(problem, name)[kept] for name in own})
 
 
@@ -113,7 +114,8 @@ def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float)
         push=MASS * a - 3.0 * friction + load,
         friction=friction,
         blur=np.zeros(n),
-        relaxed=np.full(n, 1e-9),
+        relaxed=1e-5,
+        follows=np.full(n, 1e-9),
         damped=0.0,
         held=owner % HELD_EVERY == 1,
         elapsed=np.arange(RECORDINGS) * LENGTH * STEP,

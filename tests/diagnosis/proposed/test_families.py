@@ -135,7 +135,7 @@ def test_a_new_level_of_friction_is_felt_as_the_bristles_bend() -> None:
         rows_of(axis(None), np.arange(RECORDINGS * LENGTH) < n),
         rows=rows,
         friction=-bent[0] / coulomb,
-        relaxed=np.full(n, coulomb / stiffness),
+        follows=np.full(n, coulomb / stiffness),
         mass=np.full(n, mass),
     )
     felt = problem.resisted(step[:, None])[:, 0]
