@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING
-from linid.diagnosis.held_out_tests import is_trifle, stands_clearly
+from linid.diagnosis.held_out_tests import LIKELY, is_trifle, stands_clearly
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.lacking import Lead, lead_beside, term_as_it_is
@@ -24,9 +24,10 @@ def with_hidden_effects(
     """The selection with the effects that stand their tests beside a term, and the term found anew beside them all.
 
     The largest cause seldom has just the library's form, and what that leaves may be many times a second cause; a term
-    takes it up. unexplained: share of the gap that the effects leave. As they were where nothing more stands.
+    takes it up, if it closes most of that. unexplained: share of the gap that the effects leave. As they were where
+    nothing more stands.
     """
-    judge, joined = base.judge, lead.joined
+    judge, joined = base.judge, lead.joined if lead.proposal.closed >= LIKELY else None
     if joined is None:
         return found, lead
     given = term_as_it_is(judge, joined)
