@@ -9,10 +9,11 @@ from linid.identification.fit import fit
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import CurrentPush, whitened
 from linid.identification.optimise.rivals import advantage
+from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.signals.error_dynamics import Bristle, position_answers
 from linid.physics.model import Model
-from linid.stand.generate import resample_noise
+from linid.stand.generate import GeneratedCampaign, resample_noise
 from tests.benchmarks.paper_stands import table_2, table_3
 
 SMALL = FitSettings(search=SearchSettings(population=24, generations=3), jobs=2)
@@ -56,12 +57,17 @@ def test_whitened_residuals_of_the_truth_are_white_and_of_unit_variance() -> Non
     assert np.mean(plain[:, 1:] * plain[:, :-1]) > 0.9 * np.mean(plain**2)
 
 
+def motor_fit(campaign: GeneratedCampaign, model: ModelKind, seed: int) -> FitResult:
+    """A motor's fit to a campaign with a draw of noise, friction from its free wheels."""
+    recordings = resample_noise(campaign, seed).recordings
+    friction = fit("friction", [r for r in recordings if r.kind == "free_wheel"], settings=SMALL)
+    return fit(model, recordings, settings=SMALL, start=friction)
+
+
 def test_the_motor_of_table_2_is_recovered_from_noisy_currents() -> None:
     """Plain least squares give 130.2 N/A and 0.551 with intervals that exclude 133.8 N/A and 0.5368."""
     campaign = table_2()
-    recordings = resample_noise(campaign, 1).recordings
-    friction = fit("friction", [r for r in recordings if r.kind == "free_wheel"], settings=SMALL)
-    found = {e.name: e for e in fit("sine", recordings, settings=SMALL, start=friction).estimates}
+    found = {e.name: e for e in motor_fit(campaign, "sine", 1).estimates}
     for name in ("force_constant", "winding_displacement", "electrical_wavenumber", "commutation_offset"):
         assert found[name].low < campaign.truth[name] < found[name].high, found[name]
         assert found[name].status == "fitted"
@@ -80,9 +86,7 @@ def test_rival_minima_are_told_apart_by_what_noise_may_do() -> None:
 def test_a_rival_with_wide_magnets_is_fitted_before_its_shape_is_free() -> None:
     """In this draw of noise the first minimum has a nome of 0.89; the true one beside it costs the same."""
     campaign = table_3()
-    recordings = resample_noise(campaign, 1004).recordings
-    friction = fit("friction", [r for r in recordings if r.kind == "free_wheel"], settings=SMALL)
-    found = {e.name: e for e in fit("theta", recordings, settings=SMALL, start=friction).estimates}
+    found = {e.name: e for e in motor_fit(campaign, "theta", 1004).estimates}
     for name in ("winding_displacement", "nome", "electrical_wavenumber", "commutation_offset"):
         assert found[name].low < campaign.truth[name] < found[name].high, found[name]
 
@@ -92,9 +96,7 @@ def test_the_motor_of_table_3_lies_within_its_intervals() -> None:
     """Under commutated currents narrow magnets at other spacings push alike: what two minima share says so."""
     campaign = table_3()
     for seed in (1, 2, 3):
-        recordings = resample_noise(campaign, seed).recordings
-        friction = fit("friction", [r for r in recordings if r.kind == "free_wheel"], settings=SMALL)
-        result = fit("theta", recordings, settings=SMALL, start=friction)
+        result = motor_fit(campaign, "theta", seed)
         found = {e.name: e for e in result.estimates}
         for name in ("force_constant", "winding_displacement", "winding_length", "nome", "electrical_wavenumber"):
             assert found[name].low < campaign.truth[name] < found[name].high, found[name]
