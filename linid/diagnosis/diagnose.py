@@ -147,12 +147,17 @@ def _compared(
 def _borne_out(
     base: Base, found: Selection, means: Means, without: Sequence[str], compare: Callable[[Selection], _Compared]
 ) -> tuple[Selection, Shares, Lead | None, _Compared]:
-    """The selection as `_led` leaves it and what its models measure; without effects, where these bear them out
-    nowhere."""
-    found, shares, lead = _led(base, found, means, without)
+    """The selection as `_led` leaves it, with what shows only beside its term, and what its models measure; without
+    effects, where these bear them out nowhere. without: effects left out of consideration."""
+    found, shares, lead = _led(base, found, means)
+    if lead is not None:
+        screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
+        more, lead = with_hidden_effects(base, screening, found, lead, shares.unexplained[0])
+        if more is not found:
+            found, shares = more, shares_of(base.judge, more.base, more.best, means.seed)
     compared = compare(found)
     if found.parts and worse_throughout(compared.measures):
-        found, shares, lead = _led(base, with_effects_of(found, found.base), means, None)
+        found, shares, lead = _led(base, with_effects_of(found, found.base), means)
         compared = compare(found)
     return found, shares, lead, compared
 
@@ -264,22 +269,14 @@ def _with_effects(base: Base, screening: Screening, kind: str, effects: Sequence
     return replace(base, fitted=extended, rivals=())
 
 
-def _led(
-    base: Base, found: Selection, means: Means, without: Sequence[str] | None
-) -> tuple[Selection, Shares, Lead | None]:
+def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares, Lead | None]:
     """The selection with its shares and, where a gap stays, the term that the recordings ask for; without the effects
-    in whose stead the term acts, and with those that show beside it. without: effects left out of consideration; None:
-    all, none is sought beside a term."""
+    in whose stead the term acts."""
     shares = shares_of(base.judge, found.base, found.best, means.seed)
     lead = lead_of(base, found, shares.unexplained[0], means)
     if lead is not None and lead.start is not found.best:
         found = with_effects_of(found, lead.start)
         shares = shares_of(base.judge, found.base, found.best, means.seed)
-    if lead is not None and without is not None:
-        screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)
-        more, lead = with_hidden_effects(base, screening, found, lead, shares.unexplained[0])
-        if more is not found:
-            found, shares = more, shares_of(base.judge, more.base, more.best, means.seed)
     return found, shares, lead
 
 

@@ -20,7 +20,7 @@ from linid.diagnosis.seen import field_wavenumber
 from linid.diagnosis.unknowns import ACROSS, Coordinate
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
-from linid.physics.friction import PARAMETERS
+from linid.physics.friction import PARAMETERS, stribeck
 
 # How far a base parameter may be wrong: share of its value, or of a logarithm's unit; what a step of that size costs,
 # as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
@@ -81,9 +81,9 @@ class Problem:
 
     @cached_property
     def _kept(self) -> Array:
-        """The share (n,) of the row before that a bristle still remembers, 0 where a recording begins."""
+        """The share (n,) of the row before that a bristle still remembers, 0 where a recording begins and at rest."""
         kept = np.exp(-np.gradient(travelled(self.rows)) / self.follows)
-        return np.where(np.diff(self.rows.recording, prepend=-1) == 0, kept, 0.0)
+        return np.where(np.diff(self.rows.recording, prepend=-1).astype(bool) | self.rows.standstill, 0.0, kept)
 
     @cached_property
     def _rests(self) -> tuple[Integers, Array]:
@@ -106,10 +106,10 @@ class Problem:
         t, owner = self.rows.t, self.rows.recording
         inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
         rising[1:-1][inner] = (levels[2:] - levels[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
-        kept, rests = self._kept, self.rows.standstill
-        share = np.where(rests, 0.0, (1.0 - kept) * self.friction)
+        kept = self._kept
+        share = np.where(self.rows.standstill, 0.0, (1.0 - kept) * self.friction)
         bent = share[:, None] * (levels + self.damped * rising)
-        band = np.stack([np.ones(kept.size), -np.append(np.where(rests, 0.0, kept)[1:], 0.0)])
+        band = np.stack([np.ones(kept.size), -np.append(kept[1:], 0.0)])
         return np.asarray(solve_banded((1, 0), band, bent, check_finite=False) / self.mass[:, None])
 
 
@@ -127,9 +127,8 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     # By place, not by name: a law that lacks one of them has set it all the same.
     at = {p.name: float(step.vector[step.model.slot(p.name)]) for p in PARAMETERS}
     coulomb, stiffness = at["coulomb_force"], at["bristle_stiffness"]
-    steady = coulomb + (at["static_force"] - coulomb) * np.exp(
-        -((np.abs(rows.v) / at["stribeck_velocity"]) ** at["stribeck_exponent"])
-    )
+    curve = [at[name] for name in ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent")]
+    steady = np.array([stribeck(v, *curve) for v in rows.v.tolist()])
     plausible = np.array([_plausible(c, values, rows) for c in unknowns.values()])
     return Problem(
         rows=rows,
