@@ -150,6 +150,37 @@ def test_two_processes_at_once_leave_one_result(fitted: Path) -> None:
     assert {p.name for p in listed.own()} >= {"parameters.json", "run.json"}
 
 
+def test_a_run_that_has_just_begun_is_named_whatever_it_has_written(tmp_path: Path) -> None:
+    one = open_run_folder("simulate", tmp_path / "o")
+    one.begin(identity="1", config="", inputs=[], seed=None, jobs=1)
+    (tmp_path / "o" / "run.json").unlink()  # as between its first file and its second
+    for overwrite in (False, True):
+        with pytest.raises(UsageError, match="another run is writing into this folder"):
+            open_run_folder("simulate", tmp_path / "o", overwrite=overwrite)
+    one.end("done", 0)
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_run_that_came_and_went_since_the_folder_was_chosen_is_not_mixed_with(
+    tmp_path: Path, overwrite: bool
+) -> None:
+    late = open_run_folder("simulate", tmp_path / "o", overwrite=overwrite)
+    early = open_run_folder("simulate", tmp_path / "o")
+    early.begin(identity="1", config="", inputs=[], seed=None, jobs=1)
+    write_atomic(tmp_path / "o" / "early.csv", b"1")
+    early.end("done", 0)
+    if overwrite:
+        late.begin(identity="2", config="", inputs=[], seed=None, jobs=1)
+        late.end("done", 0)
+    else:
+        with pytest.raises(UsageError, match="not empty"):
+            late.begin(identity="2", config="", inputs=[], seed=None, jobs=1)
+        open_run_folder("simulate", tmp_path / "o", overwrite=True)  # nobody holds it
+    assert (tmp_path / "o" / "early.csv").exists() == (not overwrite)
+    record = json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))
+    assert record["identity"] == ("2" if overwrite else "1")
+
+
 def test_a_full_disk_names_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(source: object, target: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")

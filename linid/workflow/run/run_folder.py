@@ -30,12 +30,13 @@ FRICTION_FOLDER = "friction"
 CURRENTS_FOLDER = "by_currents"
 _LOGS = ("log.txt", "traceback.txt")
 LOCK_FILE = ".linid.lock"
+_GLANCE = 0.2  # s; as long as another run may take to see whether the folder is in use
 FINISHED = ("done", "not_converged")
 
 
 @dataclass
 class RunFolder:
-    """An open run folder; `record` is the content of run.json. finished: this run was complete before (resumed)."""
+    """An open run folder; `record` is the content of run.json. overwrite: an earlier run's files may be removed."""
 
     path: Path
     command: str
@@ -70,7 +71,7 @@ class RunFolder:
                 return
         self._create()
         self._take_lock()
-        if self.overwrite:
+        if self._holds_a_run_to_remove():
             clear_run(self.path, [Path(str(one["file"])) for one in inputs if "file" in one])
         for half in start_listing(self.path).half_written():
             half.unlink(missing_ok=True)
@@ -109,28 +110,24 @@ class RunFolder:
     def close(self) -> None:
         """Leave the folder to others."""
         stop_listing(self.path)
-        if self._lock is not None:
-            self._lock.release()
-            self._lock = None
+        self._leave_lock()
 
     def _take_lock(self) -> None:
         """Keep other runs out of the folder; the operating system lets go of it when this process ends."""
-        from filelock import FileLock, Timeout
+        self._lock = _lock(self.path)
 
-        self._lock = FileLock(self.path / LOCK_FILE)
+    def _holds_a_run_to_remove(self) -> bool:
+        """Whether there is one now: another run may have come and gone since the folder was chosen."""
         try:
-            self._lock.acquire(timeout=0)
-        except Timeout:
-            other = read_run(self.path) or {}
-            who = f" (process {other['process']} on {other.get('host')})" if "process" in other else ""
+            return self.previous is None and _check_room(self.path, self.overwrite)
+        except UsageError:
+            self._leave_lock()
+            raise
+
+    def _leave_lock(self) -> None:
+        if self._lock is not None:
+            self._lock.release()
             self._lock = None
-            raise UsageError(
-                str(self.path),
-                f"another run{who} is writing into this folder",
-                "Wait for its end, or choose another --out.",
-            ) from None
-        except (OSError, NotImplementedError):
-            self._lock = None  # a file system without locks
 
     def _create(self) -> None:
         try:
@@ -167,7 +164,9 @@ def open_run_folder(command: str, out: Path | None, *, overwrite: bool = False, 
             )
     else:
         path, previous = out or fresh_folder(command), None
-        overwrite = _check_room(path, overwrite)
+        if (path / LOCK_FILE).exists() and (held := _lock(path)) is not None:
+            held.release()
+        _check_room(path, overwrite)
     return RunFolder(path, command, previous=previous, overwrite=overwrite and not resume)
 
 
@@ -239,6 +238,24 @@ def _newest_unfinished(command: str) -> Path:
     raise UsageError(
         "--resume", f"no unfinished folder linid_{command}_* here", "Name the run's folder: --resume --out DIR."
     )
+
+
+def _lock(path: Path) -> Any:
+    """The folder's lock, taken; None on a file system without locks. UsageError where another run holds it."""
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(path / LOCK_FILE)
+    try:
+        lock.acquire(timeout=_GLANCE)
+    except Timeout:
+        other = read_run(path) or {}
+        who = f" (process {other['process']} on {other.get('host')})" if "process" in other else ""
+        raise UsageError(
+            str(path), f"another run{who} is writing into this folder", "Wait for its end, or choose another --out."
+        ) from None
+    except (OSError, NotImplementedError):
+        return None
+    return lock
 
 
 def _check_room(path: Path, overwrite: bool) -> bool:
