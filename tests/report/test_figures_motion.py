@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from linid.errors import DataError
 from linid.recording.recording import Recording
+from linid.report.figures.by_voltage import ByVoltage, by_voltage_figure
 from linid.report.figures.coast_down import coast_down_figure
 from linid.report.figures.common import breakdown
 from linid.report.figures.comparison import comparison_figure
@@ -297,3 +298,20 @@ def test_cases_of_operation_follow_position_and_velocity_and_show_both_models() 
         assert error.get_title(loc="left") == "sine RMS 50 µm; theta RMS 200 µm"
     with pytest.raises(DataError, match="no prediction"):
         operation_figure([coast()], [coast()], ("sine", "theta"), "free wheels")
+
+
+def test_runs_by_voltage_show_motion_and_currents() -> None:
+    one = move(n=1500)
+    currents = np.array([np.sin(20.0 * one.t + phase) for phase in (0.0, 2.1, 4.2)])
+    case = ByVoltage(replace(one, phase_currents=currents + 1e-3), 5.0 * currents, currents)
+    figure = by_voltage_figure([case, case], "Driven by voltages")
+    assert_sound(figure)
+    assert_no_overlap(figure)
+    position, error, voltages, shown = figure.axes[0::2]
+    assert "position" in position.get_ylabel() and len(lines(position, MEASURED)) == 1
+    off = np.abs(np.asarray(lines(error, ERROR)[0].get_ydata())).max()
+    assert off == pytest.approx(1e6 * np.abs(one.y_simulated - one.y_measured).max(), rel=1e-6)
+    assert len(voltages.get_lines()) == 4 and len(lines(shown, MODEL)) == 3
+    assert "1 mA" in shown.get_title(loc="left")
+    with pytest.raises(DataError, match="no run to draw"):
+        by_voltage_figure([], "none")

@@ -191,6 +191,8 @@ def test_jobs_wait_for_all_that_they_name() -> None:
         "narrow_stand",
         "narrow_sine",
         "narrow_theta",
+        "voltage_stand",
+        "voltage",
     }
     assert specs["field"].models == {"model": "job:motor_theta"} and specs["field"].after == ("motor_theta",)
     assert specs["narrow_sine"].options["model"] == "sine" and specs["narrow_sine"].options["input"] == "current"

@@ -38,8 +38,12 @@ jobs:
   - {{name: friction, command: fit-friction, files: [{files}]}}
   - {{name: motor, command: fit-motor, model: [sine, theta], friction: friction, files: [{files}]}}
   - {{name: field, command: field, geometry: {geometry}, model: motor_theta, friction: friction}}
+  - {{name: imposed, command: generate, axis: {ROOT / "configs" / "stand_by_voltage.yaml"},
+      only: [freewheel_1, freewheel_2, sine_voltage_1, sine_voltage_2]}}
+  - {{name: voltage, command: fit-motor, model: sine, input: voltage, files: ["job:imposed"]}}
   - {{name: paper, command: reproduce, files: [{files}], geometry: {geometry}, friction: friction, sine: motor_sine,
-      theta: motor_theta, narrow_files: [{files}], narrow_sine: motor_sine, narrow_theta: motor_theta}}
+      theta: motor_theta, narrow_files: [{files}], narrow_sine: motor_sine, narrow_theta: motor_theta,
+      voltage_files: ["job:imposed"], voltage_model: voltage}}
 """
     path = folder / "batch.yaml"
     path.write_text(text, encoding="utf-8")
@@ -50,13 +54,16 @@ jobs:
 def test_every_counterpart_is_written_under_its_name(tmp_path: Path) -> None:
     out = tmp_path / "o"
     body = summary("batch", batch(tmp_path, campaign(tmp_path)), "--out", out, "--jobs", 2)
-    assert [job["label"] for job in body["jobs"]] == ["friction", "motor_sine", "motor_theta", "field", "paper"]
+    labels = ["friction", "motor_sine", "motor_theta", "field", "imposed", "voltage", "paper"]
+    assert [job["label"] for job in body["jobs"]] == labels
     assert {job["status"] for job in body["jobs"]} <= {"done", "not_converged"}
     assert (out / "field" / "field.json").exists() and (out / "field" / "model_theta.json").exists()
     names = {path.name for path in (out / "paper" / "figures").iterdir()}
     for number in NUMBERS:
         assert any(re.match(rf"figure_{number:02d}_\w+\.png$", name) for name in names), number
+    assert "figure_by_voltage.png" in names
     page = (out / "paper" / "paper.html").read_text(encoding="utf-8")
+    assert "eqs. (31) and (39)" in page
     assert not re.findall(r'(?:src|href)="(?!data:|#)', page) and "<script" not in page
     assert all(f"Fig. {number}:" in page for number in NUMBERS)
     markdown = (out / "paper" / "paper.md").read_text(encoding="utf-8")
@@ -83,6 +90,13 @@ jobs:
     path.write_text(text, encoding="utf-8")
     result = linid("batch", path, "--out", tmp_path / "o")
     assert result.exit_code == 4 and "moves_" in result.stdout
+
+
+def test_recordings_by_voltage_need_a_model_of_the_windings(tmp_path: Path) -> None:
+    path = batch(tmp_path, campaign(tmp_path))
+    path.write_text(path.read_text(encoding="utf-8").replace(", voltage_model: voltage", ""), encoding="utf-8")
+    result = linid("batch", path, "--out", tmp_path / "o")
+    assert result.exit_code == 3 and "belong together" in result.stderr and not (tmp_path / "o").exists()
 
 
 @pytest.mark.parametrize("key", ["geometry", "sine", "narrow_files"])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from linid.config import YamlFile, validate_yaml
 from linid.errors import ConfigError
@@ -131,11 +131,12 @@ class FieldJob(Job):
 class ReproduceJob(Job):
     """The paper's tables and figures from fits of a stand, and its claims beside what was found.
 
-    narrow_*: the same fits of a stand whose field a sine cannot follow.
+    narrow_*: the same fits of a stand whose field a sine cannot follow; voltage_*: recordings driven by their phase
+    voltages and a model that knows the windings, which may be left out.
     """
 
-    CAMPAIGNS = ("files", "narrow_files")
-    MODELS = ("friction", "sine", "theta", "narrow_sine", "narrow_theta")
+    CAMPAIGNS = ("files", "narrow_files", "voltage_files")
+    MODELS = ("friction", "sine", "theta", "narrow_sine", "narrow_theta", "voltage_model")
     PATHS = ("geometry",)
 
     command: Literal["reproduce"]
@@ -147,7 +148,15 @@ class ReproduceJob(Job):
     narrow_files: Files
     narrow_sine: str
     narrow_theta: str
+    voltage_files: tuple[str, ...] = ()
+    voltage_model: str | None = None
     settings: Settings = Field(default_factory=lambda: Settings())
+
+    @model_validator(mode="after")
+    def _both_by_voltage(self) -> ReproduceJob:
+        if bool(self.voltage_files) != (self.voltage_model is not None):
+            raise ValueError("voltage_files and voltage_model belong together: give both or neither")
+        return self
 
 
 AnyJob = Annotated[

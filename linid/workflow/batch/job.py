@@ -199,9 +199,9 @@ def _field(call: _Call) -> Outcome:
 def _reproduce(call: _Call) -> Outcome:
     from linid.workflow.commands.reproduce import reproduce
 
-    narrow = tuple(Path(text) for text in call.spec.campaigns["narrow_files"])
+    others = {key: tuple(map(Path, call.spec.campaigns[f"{key}_files"])) for key in ("narrow", "voltage")}
     geometry = Path(call.options["geometry"])
-    return reproduce(call.request, call.reporter, models=call.models, narrow=narrow, geometry=geometry)
+    return reproduce(call.request, call.reporter, models=call.models, geometry=geometry, **others)
 
 
 _COMMANDS: dict[str, Callable[[_Call], Outcome]] = {

@@ -31,27 +31,38 @@ if TYPE_CHECKING:
 COMMAND = "reproduce"
 # The four cases of motor operation that the paper shows, by the names of the stand's scope modes.
 CASES = ("sine_current", "square_current", "sine_position", "moves")
+VOLTAGE = "voltage_model"  # a MODEL that knows the windings
 _IN_PRINT = tuple(f"figure_{number}_" for number in (14, 15, 16, 17))  # drawn as vectors too
 
 
 def reproduce(
-    request: Request, reporter: Reporter, *, models: Mapping[str, Path], narrow: Sequence[Path], geometry: Path
+    request: Request,
+    reporter: Reporter,
+    *,
+    models: Mapping[str, Path],
+    narrow: Sequence[Path],
+    geometry: Path,
+    voltage: Sequence[Path] = (),
 ) -> Outcome:
     """Write tables 1 to 3, figures 3 and 5 to 17 and the page of claims from fits of two stands.
 
-    models: MODELs friction, sine, theta, narrow_sine, narrow_theta; narrow: recordings of the stand whose field a sine
-    cannot follow; geometry: dimensions of the motor. Raises ConfigError or DataError.
+    models: MODELs friction, sine, theta, narrow_sine, narrow_theta and, with voltage, voltage_model; narrow: recordings
+    of the stand whose field a sine cannot follow; geometry: dimensions of the motor; voltage: recordings of one driven
+    by voltages. Raises ConfigError or DataError.
     """
     from linid import api
     from linid.physics.field.geometry import design, load_geometry
 
-    results = {name: api.load(path).result for name, path in models.items()}
+    results = {name: api.load(path).result for name, path in models.items() if name != VOLTAGE}
     made = design(load_geometry(geometry))
     stand = api.read(*request.files, **request.settings.given())
     other = api.read(*narrow, **request.settings.given())
+    imposed = api.read(*voltage, **request.settings.given()) if voltage else None
     _check(stand.recordings, request.files)
+    runs = {} if imposed is None else _voltage_figure(api.load(models[VOLTAGE]).result, imposed.recordings, voltage)
     folder = open_run_folder(COMMAND, request.out, overwrite=True)
-    inputs = [*stand.files, *other.files, *(file_record(path) for path in (*models.values(), geometry))]
+    read = [*stand.files, *other.files, *(() if imposed is None else imposed.files)]
+    inputs = [*read, *(file_record(path) for path in (*models.values(), geometry))]
     folder.begin(
         identity=identity_of(COMMAND, inputs),
         config="# linid batch, command reproduce\n",
@@ -70,7 +81,7 @@ def reproduce(
         evidence = _evidence(fitted, stand.recordings, further, request.settings.seed)
         tables = _tables(results, _truth(request.files))
         drawn = _figures(made, traces.of, stand.recordings)
-        drawn |= _closed_loop_figure(results["theta"], stand.recordings)
+        drawn |= _closed_loop_figure(results["theta"], stand.recordings) | runs
         pictures = _save(drawn, folder.path, request.settings.figure_formats, reporter)
         _write(folder.path, evidence, tables, pictures, _name(request.files))
         folder.end("done", DONE)
@@ -329,6 +340,31 @@ def _closed_loop_figure(theta: FitResult, recordings: Sequence[Recording]) -> di
         "figure_closed_loop": (
             "Not in the paper: the theta model in a drive's loops, commanded to where the machine went",
             partial(closed_loop_figure, moves.name, run, moves.axis, measured_current=current),
+        )
+    }
+
+
+def _voltage_figure(result: FitResult, recordings: Sequence[Recording], files: Sequence[Path]) -> dict[str, Drawn]:
+    """Held-out recordings as the phase voltages alone drive the model. Raises DataError where there is none."""
+    from linid.interface.measuring import run_by_voltage
+    from linid.report.figures.by_voltage import ByVoltage, by_voltage_figure
+
+    cases = []
+    for recording in recordings:
+        voltages, currents = recording.phase_voltages, recording.phase_currents
+        driven = recording.kind == "motor" and recording.split == "held_out"
+        if driven and voltages is not None and currents is not None:
+            cases.append(ByVoltage(run_by_voltage(result, recording), voltages, currents))
+    if not cases:
+        raise DataError(
+            ", ".join(str(path) for path in files),
+            "holds no driven held-out recording with phase voltages and currents",
+            "Take the campaign of a stand such as configs/stand_by_voltage.yaml.",
+        )
+    return {
+        "figure_by_voltage": (
+            "Not in the paper, whose drive took no voltages: eqs. (31) and (39), phase voltages alone drive the motor",
+            partial(by_voltage_figure, cases, "Driven by voltages alone: a free run, held-out recordings"),
         )
     }
 
