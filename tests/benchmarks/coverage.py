@@ -1,4 +1,5 @@
-"""Coverage of the 95 % intervals on the generated stand: `python -m tests.benchmarks.coverage friction 100`.
+"""Coverage of the 95 % intervals on the generated stand: `python -m tests.benchmarks.coverage friction 100`, or
+`... friction 40 100` for 40 draws of noise from seed 100 on. Every interval that misses is said with its seed.
 
 friction, sine, theta: the stand's own values and a sine motor of the same force; table_2, table_3: the motors and the
 friction of these tables of the paper.
@@ -25,15 +26,16 @@ from tests.identification.stand import stand
 SETTINGS = FitSettings(search=SearchSettings(population=24, generations=3), jobs=1)
 
 
-def main(kind: str, seeds: int) -> None:
-    """Fit `seeds` draws of noise of a stand as `kind` says and print coverage and scores per parameter."""
+def main(kind: str, seeds: int, first: int = 0) -> None:
+    """Fit `seeds` draws of noise, from `first` on, of a stand as `kind` says and print coverage and scores per
+    parameter."""
     campaign = STANDS[kind]() if kind in STANDS else stand()
     model = {"table_2": "sine", "table_3": "theta"}.get(kind, kind)
     inside: dict[str, list[bool]] = defaultdict(list)
     scores: dict[str, list[float]] = defaultdict(list)
     lost: dict[str, int] = defaultdict(int)
     friction: FitResult | None = None
-    for seed in range(seeds):
+    for seed in range(first, first + seeds):
         recordings = [r for r in resample_noise(campaign, 1000 + seed).recordings if r.split == "fit"]
         wheels = [r for r in recordings if r.kind == "free_wheel"]
         recordings = wheels + [r for r in recordings if r.name in DRIVEN]
@@ -46,9 +48,13 @@ def main(kind: str, seeds: int) -> None:
                 lost[estimate.name] += 1
             if estimate.status in ("fitted", "at_bound"):
                 truth = campaign.truth[estimate.name]
-                inside[estimate.name].append(estimate.low <= truth <= estimate.high)
+                holds = estimate.low <= truth <= estimate.high
+                if not holds:
+                    print(f"seed {seed}: {estimate.name} {estimate.value:.6g}", end=" ")
+                    print(f"[{estimate.low:.6g}, {estimate.high:.6g}], true {truth:.6g}", flush=True)
+                inside[estimate.name].append(holds)
                 scores[estimate.name].append((estimate.value - truth) / estimate.std)
-        print(f"\r{seed + 1}/{seeds}", end="", file=sys.stderr, flush=True)
+        print(f"\r{seed + 1 - first}/{seeds}", end="", file=sys.stderr, flush=True)
     print(f"\n{'parameter':<24}{'covered':>9}{'of':>5}{'mean z':>9}{'std z':>8}{'not identifiable':>18}")
     for name in sorted(set(inside) | set(lost)):
         z = np.array(scores[name]) if scores[name] else np.array([np.nan])
@@ -74,4 +80,4 @@ STANDS = {"sine": _with_sine_motor, "table_2": table_2, "table_3": table_3}
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "friction", int(sys.argv[2]) if len(sys.argv) > 2 else 100)
+    main(sys.argv[1] if len(sys.argv) > 1 else "friction", *map(int, sys.argv[2:] or ("100",)))
