@@ -147,7 +147,7 @@ def page(runs: list[Run]) -> str:
         )
     return _TEXT.format(
         rows="\n".join(rows),
-        missed=f"at most {100 * missed:.0f} %",
+        missed=f"at most {100 * missed:.2g} %",
         machine=f"{os.cpu_count()} cores, {platform.machine()}",
     )
 
