@@ -32,6 +32,7 @@ def test_intervals_cover_where_the_first_derivative_vanishes(truth: tuple[float,
         jacobian = np.column_stack([-phase * x, -phase, np.ones(x.size), -(x**2), -x, -np.ones(x.size)])
         information = jacobian.T @ jacobian / noise**2
         ends = profile_intervals(jacobian.T @ rest / noise**2, information, information, (0, 1), room)
+        assert all(low <= 0.0 <= high for low, high in ends)  # no estimate outside its own interval
         inside = [low <= t - p <= high for (low, high), t, p in zip(ends, truth, estimate, strict=True)]
         hits += inside[0]
     low, high = binom.ppf([0.0005, 0.9995], draws, 0.95) / draws

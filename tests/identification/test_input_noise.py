@@ -64,10 +64,12 @@ def motor_fit(campaign: GeneratedCampaign, model: ModelKind, seed: int) -> FitRe
     return fit(model, recordings, settings=SMALL, start=friction)
 
 
-def test_the_motor_of_table_2_is_recovered_from_noisy_currents() -> None:
-    """Plain least squares give 130.2 N/A and 0.551 with intervals that exclude 133.8 N/A and 0.5368."""
+@pytest.mark.parametrize("seed", [1, 1025])
+def test_the_motor_of_table_2_is_recovered_from_noisy_currents(seed: int) -> None:
+    """Plain least squares give 130.2 N/A and 0.551 with intervals that exclude 133.8 N/A and 0.5368 (seed 1); scores of
+    second order, which noise biases, an interval of the shift that excludes its own estimate (seed 1025)."""
     campaign = table_2()
-    found = {e.name: e for e in motor_fit(campaign, "sine", 1).estimates}
+    found = {e.name: e for e in motor_fit(campaign, "sine", seed).estimates}
     for name in ("force_constant", "winding_displacement", "electrical_wavenumber", "commutation_offset"):
         assert found[name].low < campaign.truth[name] < found[name].high, found[name]
         assert found[name].status == "fitted"

@@ -207,8 +207,10 @@ def estimate_uncertainty(
     told[:p] = True  # a start that moves nothing, such as the speed of an axis at rest, has no share in the rest
     jacobian = fit.jacobian[:, told]
     n = jacobian.shape[1]
-    # The back-EMF tells the field's phase at first order: no flat valley where voltages are known.
-    pair = None if problem.space.model.winding else field_phase.columns(problem.space)
+    # Back-EMF and windings that do not stand 120 degrees apart tell the field's phase at first order: no flat valley.
+    # The currents' noise, which is known in the latter case, would also bias the scores of second order.
+    hidden = known is None and not problem.space.model.winding
+    pair = field_phase.columns(problem.space) if hidden else None
     spurious = _feigned(problem, fit, seed, known)[np.ix_(told, told)]
     aligned = False
     if pair is not None:
@@ -221,7 +223,7 @@ def estimate_uncertainty(
             jacobian[:, pair] = by_phase
             spurious[list(pair)] = 0.0
             spurious[:, list(pair)] = 0.0
-    excess = _NO_EXCESS if known is None else known.excess * ~np.isin(np.arange(p), list(pair or ()) if aligned else [])
+    excess = _NO_EXCESS if known is None else known.excess
     meat = _meat(problem, fit.residuals, jacobian, p, excess)
     full = jacobian.T @ jacobian
     information = full[:n, :n]
@@ -240,9 +242,7 @@ def estimate_uncertainty(
     if pair is not None:
         full[:n, :n] = regular
         room = np.array([[-fit.point[column], 1.0 - fit.point[column]] for column in pair])
-        gradient = jacobian.T @ fit.residuals
-        gradient[: excess.shape[1]] -= excess.sum(axis=0)
-        ends = field_phase.profile_intervals(gradient, full, scores, pair, room)
+        ends = field_phase.profile_intervals(jacobian.T @ fit.residuals, full, scores, pair, room)
         deviations = np.sqrt(np.maximum(np.diag(block)[list(pair)], 1e-300))
         widths = np.array([high - low for low, high in ends]) / (2.0 * NORMAL_97_5)
         intervals = {

@@ -96,11 +96,14 @@ def _profile(gram: Array, d: float) -> float:
 
 
 def _ends(gram: Array, room: Array) -> tuple[float, float]:
-    """First and last offset within the box at which the profile stays under the limit."""
+    """First and last offset within the box at which the profile stays under the limit, the estimate's own among them:
+    in the flat valley a search may end beside the profile's lowest point."""
     outwards = np.geomspace(1e-6, 1.0, _POINTS)
     offsets = np.concatenate([room[0] * outwards[::-1], [0.0], room[1] * outwards])
     profile = np.array([_profile(gram, float(d)) for d in offsets])
     inside = np.flatnonzero(profile <= float(np.min(profile)) + CHI_SQUARED_95)
     low = offsets[max(int(inside[0]) - 1, 0)]
     high = offsets[min(int(inside[-1]) + 1, offsets.size - 1)]
-    return (float(low), float(high)) if math.isfinite(low + high) else (float(room[0]), float(room[1]))
+    if not math.isfinite(low + high):
+        return float(room[0]), float(room[1])
+    return min(float(low), 0.0), max(float(high), 0.0)
