@@ -108,6 +108,18 @@ def evidence(*, sine_force: float, narrow_force: float, ratio: float, wheel: flo
     )
 
 
+def drifting(found: Evidence, floor: float) -> Evidence:
+    """The same with a sine model that drifts by 160 mm in a free run, 2.5 times the motion's standard deviation."""
+    name = "sine_current_1"
+    far = replace(gap(name, free_run=2.5, floor=floor), drift=0.16)
+    near = gap(name, free_run=0.004, floor=floor)
+    return replace(
+        found,
+        sine=replace(found.sine, measured={**found.sine.measured, name: far}),
+        theta=replace(found.theta, measured={**found.theta.measured, name: near}),
+    )
+
+
 def verdict(found: Evidence, words: str) -> Claim:
     (claim,) = (one for one in claims(found) if words in one.claim)
     return claim
@@ -126,6 +138,8 @@ def test_verdicts_follow_the_numbers() -> None:
         == "does not hold"
     )
     assert verdict(usual, "Theta drifts").verdict == "cannot be told"  # the free runs are at their floor
+    assert verdict(drifting(usual, 0.001), "Theta drifts").verdict == "holds"
+    assert verdict(drifting(usual, 1.3), "Theta drifts").verdict == "cannot be told"  # noise alone loses step
     assert verdict(usual, "nome").verdict == "cannot be told"
     assert "500 times fewer" not in verdict(usual, "generations").reason
     assert f"{10_000 // 30} times fewer" in verdict(usual, "generations").reason
