@@ -89,5 +89,6 @@ def _joined(mine: Estimate, its: Estimate) -> Estimate:
     status = "not_identifiable" if "not_identifiable" in (mine.status, its.status) else mine.status
     note = mine.note or (its.note if its.status == status else "")
     if mine.high < its.low or its.high < mine.low:
-        note = "; ".join(filter(None, (note, f"shared by two minima, the other at {its.value:.4g}")))
+        both = f"not told apart: {mine.value:.4g} or {its.value:.4g}, shared by two minima"
+        note = "; ".join(filter(None, (note, both)))
     return replace(mine, low=low, high=high, std=mine.std * max(grown, 1.0), status=status, note=note)
