@@ -225,7 +225,7 @@ def _drift(evidence: Evidence) -> Claim:
         for name, fitted in (("sine", evidence.sine), ("theta", evidence.theta))
     }
     pairs = [(evidence.sine.measured[name].drift, evidence.theta.measured[name].drift) for name in names]
-    drifts = [f"{name} {1e3 * a:+.2g} and {1e3 * b:+.2g} mm" for name, (a, b) in zip(names, pairs, strict=True)]
+    drifts = [f"{name} {1e3 * a:+.3g} and {1e3 * b:+.3g} mm" for name, (a, b) in zip(names, pairs, strict=True)]
     within = all(
         m.gap.free_run < _CLEARLY * m.gap.free_run_floor or m.gap.free_run_floor > _LOST
         for fitted in (evidence.sine, evidence.theta)
