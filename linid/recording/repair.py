@@ -42,8 +42,6 @@ def fill(
     t, x, rows: (n,) times in s, raw values and their rows in the column; returns the values (n,). Raises DataError for
     more.
     """
-    from scipy.interpolate import CubicSpline
-
     bad = np.flatnonzero(~np.isfinite(x))
     if not len(bad):
         return x, None
@@ -51,6 +49,8 @@ def fill(
     good = np.isfinite(x)
     if len(bad) > max(1, FEW * len(x)) or run > LONGEST_RUN or good.sum() < FEWEST_OF_SPLINE:
         raise bad_cell_error(channel, rows[bad], len(x), place)
+    from scipy.interpolate import CubicSpline
+
     filled = np.asarray(CubicSpline(t[good], x[good])(t), dtype=np.float64)
     texts = sorted({_shown(channel, int(row)) for row in rows[bad]})[:3]
     listed = ", ".join(str(int(channel.column.lines[row])) for row in rows[bad[:5]])

@@ -42,6 +42,17 @@ def test_coefficients_are_continuous_and_interpolate() -> None:
         cubic_spline_coefficients(dt, np.zeros((1, 1)))
 
 
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 60])
+def test_coefficients_are_those_of_an_independent_library(n: int) -> None:
+    from scipy.interpolate import CubicSpline
+
+    dt, x = 2e-3, np.random.default_rng(n).normal(size=(3, n))
+    theirs = CubicSpline(np.arange(n) * dt, x, axis=1).c[::-1].transpose(2, 1, 0)
+    ours = cubic_spline_coefficients(dt, x)
+    for p in range(4):
+        np.testing.assert_allclose(ours[:, :, p], theirs[:, :, p], rtol=0.0, atol=1e-12 * np.abs(x).max() / dt**p)
+
+
 def recording(t: np.ndarray) -> Recording:
     return Recording(
         "r", t.copy(), np.sin(20 * t), phase_currents=np.stack([np.cos(20 * t)] * 3), v=20 * np.cos(20 * t)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import UsageError
+from linid.report.figures.load import load_early
 from linid.report.result_files import MODEL_FILE
 from linid.workflow.run import results
 from linid.workflow.run.outcome import DONE, NOT_CONVERGED, Outcome, gap_figure_text
@@ -43,6 +44,8 @@ def begin(request: Request, command: str, campaign: Campaign, identity: str, mor
     """Open the run folder and write what is known before the work starts."""
     folder = open_run_folder(command, request.out, overwrite=request.overwrite, resume=request.resume)
     config = settings_yaml(request.settings, f"Settings of this run, as `--config` reads them.\n{request.line}")
+    if request.settings.figures != "none" and request.jobs > 1:
+        load_early()
     folder.begin(
         identity=identity, config=config, inputs=[*campaign.files, *more], seed=request.settings.seed, jobs=request.jobs
     )
