@@ -34,6 +34,7 @@ ACCURACY = {
     "numbalsoda LSODA": 2e-7,
     "numba RK4": 5e-8,
     "diffrax Kvaerno5": 3e-6,
+    "CasADi CVODES": 2e-7,
     "MuJoCo RK4": 1e-6,
 }
 
@@ -143,6 +144,20 @@ def test_exact_derivatives_of_diffrax_are_those_of_linids_simulation() -> None:
     differences = (fine(problem.space.vectors(x + shifts)) - fine(problem.space.vectors(x - shifts))).T / (2.0 * h)
     found = derivatives(problem, 1e-8)(x)
     assert np.allclose(found, differences, atol=2e-3 * np.abs(differences).max())
+
+
+@pytest.mark.skipif(bool(missing(("casadi",))), reason="casadi is not installed")
+def test_sensitivities_of_casadi_are_those_of_linids_simulation() -> None:
+    from tests.benchmarks.peers.with_casadi import Sensitivities
+
+    problem = small("friction")
+    x = point("friction", problem)
+    fine = linid_simulation(problem, 64)
+    h = 1e-4
+    shifts = h * np.eye(problem.dimension)
+    differences = (fine(problem.space.vectors(x + shifts)) - fine(problem.space.vectors(x - shifts))).T / (2.0 * h)
+    found = Sensitivities(problem, 1e-9).jacobian(x)
+    assert np.all(np.abs(found - differences) < 1e-3 * np.abs(differences).max(axis=0))
 
 
 def test_the_watch_counts_keeps_improvements_and_ends() -> None:

@@ -66,6 +66,7 @@ def about(seeds: int, limit: float) -> dict[str, Any]:
         "pypesto",
         "diffrax",
         "jax",
+        "casadi",
         "numbalsoda",
         "mujoco",
     ):

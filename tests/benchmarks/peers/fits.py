@@ -342,20 +342,35 @@ def mujoco_sysid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> 
             continue  # a start from which it cannot go on
 
 
-def diffrax_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """scipy's least_squares from random starts on diffrax, with its exact forward derivatives."""
+def _exact_multistart(
+    problem: Problem, simulation: Any, seed: int, watch: Watch, slope: Callable[[Array], Array]
+) -> None:
+    """scipy's least_squares from random starts, with a peer's exact derivatives."""
     from scipy.optimize import least_squares
-
-    from tests.benchmarks.peers.with_jax import derivatives
 
     generator = np.random.default_rng(seed)
     errors = _errors(problem, simulation, watch)
-    slope = derivatives(problem, SIMULATORS["diffrax Kvaerno5"].usual)
     slope(problem.space.encode(problem.first))
     watch.begin = time.perf_counter()  # compiled by now, as the others are
     while True:
         start = np.clip(generator.random(problem.dimension), 1e-6, 1.0 - 1e-6)
         least_squares(errors, start, jac=slope, bounds=(0.0, 1.0), x_scale="jac")
+
+
+def diffrax_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
+    """Least squares on diffrax, with its forward differentiation of the solver."""
+    from tests.benchmarks.peers.with_jax import derivatives
+
+    slope = derivatives(problem, SIMULATORS["diffrax Kvaerno5"].usual)
+    _exact_multistart(problem, simulation, seed, watch, slope)
+
+
+def casadi_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
+    """Least squares on CVODES with its forward sensitivities, as PEtab's AMICI does too."""
+    from tests.benchmarks.peers.with_casadi import Sensitivities
+
+    slope = Sensitivities(problem, SIMULATORS["CasADi CVODES"].usual).jacobian
+    _exact_multistart(problem, simulation, seed, watch, slope)
 
 
 _SLOW_FIELD = "left out: the sine motor tells as much, and compiling takes minutes"
@@ -380,6 +395,7 @@ FITS = {
             "diffrax Kvaerno5",
             limits=(("theta", _SLOW_FIELD),),
         ),
+        Fit("CasADi, CVODES sensitivities, least_squares multistart", casadi_least_squares, "CasADi CVODES"),
         Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco", "absl", "imageio", "tabulate")),
     )
 }

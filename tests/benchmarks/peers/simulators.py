@@ -177,6 +177,15 @@ def by_mujoco(problem: Problem, substeps: int) -> Simulation:
     return simulation(problem, substeps)
 
 
+def by_casadi(problem: Problem, rtol: float) -> Simulation:
+    """CVODES on CasADi's expressions, compiled for its virtual machine."""
+    from tests.benchmarks.peers.with_casadi import Sensitivities
+
+    runs = Sensitivities(problem, rtol)
+    return lambda values: runs.positions(problem.space.encode(values))
+
+
+_NO_SPLINE = "left out: its integrators take inputs that are constant between the samples, not splines"
 _NO_FIELD = "has no motor whose force depends on position and three phase currents, except by callbacks written in full"
 SIMULATORS = {
     s.name: s
@@ -192,6 +201,14 @@ SIMULATORS = {
             1e-6,
             ("diffrax", "jax"),
             parallel=many_by_diffrax,
+        ),
+        Simulator(
+            "CasADi CVODES",
+            by_casadi,
+            (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10),
+            1e-7,
+            ("casadi",),
+            (("sine", _NO_SPLINE), ("theta", _NO_SPLINE)),
         ),
         Simulator(
             "MuJoCo RK4",
