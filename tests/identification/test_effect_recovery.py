@@ -90,9 +90,9 @@ def test_free_runs_recover_a_play() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SEEN_IN_THE_BALANCE)
+@pytest.mark.parametrize("name", [name for name in SEEN_IN_THE_BALANCE if name not in AHEAD])
 def test_fit_recovers_every_effect(name: str) -> None:
-    result = fit("sine", campaign_with((name,)), settings=AHEAD.get(name, QUICK), effects=(name,), known=given(name))
+    result = fit("sine", campaign_with((name,)), settings=QUICK, effects=(name,), known=given(name))
     check(name, result)
 
 
@@ -100,7 +100,10 @@ def test_fit_recovers_every_effect(name: str) -> None:
 @pytest.mark.xfail(reason="predictions that start from estimated hidden states shift the growth beyond the limit here")
 @pytest.mark.parametrize("seed", range(3))
 def test_a_few_samples_effect_is_found_whatever_the_rounding(seed: int) -> None:
-    """A force balance hardly shows breakaways, so first values are poor; noise below the encoder's decides nothing."""
+    """A force balance hardly shows breakaways, so first values are poor; noise below the encoder's decides nothing.
+
+    Without any noise the rounding of the last bits is the noise, and one rounding of many recovers the effect.
+    """
     generator = np.random.default_rng(seed)
     recordings = [
         replace(r, y=r.y + 1e-8 * generator.standard_normal(r.y.size)) for r in campaign_with(("dwell_stiction",))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from linid.identification.space.search_space import SearchSpace
 
 _CHUNK_FLOATS = 8_000_000  # residuals held at once during a population run, 64 MB
 _TANGENT_STEP = 1e-5  # of search coordinates, of which parameters are powers or straight lines
+COORDINATE_STEP = 1e-5  # of search coordinates, over which residuals are differenced
+OFFSET_STEP = 0.3  # of start offsets, in units of their uncertainty
 LOST = 1e6  # cost of a candidate whose simulation failed
 
 
@@ -44,12 +47,12 @@ class Problem:
 
     @property
     def carries_slopes(self) -> bool:
-        """Whether `slopes` knows the derivatives of all parts."""
-        return all(carries_slopes(part) for part in self.parts)
+        """Whether `slopes` knows the derivatives of some parts, so that it is quicker than differences of all."""
+        return any(carries_slopes(part) for part in self.parts)
 
     def slopes(self, point: Array, offsets: Array, shifts: Array) -> list[tuple[Array, Array]]:
         """Residuals (N,) of each part and their derivatives (N, p + S) by the search coordinates, then by shifts (those
-        of a part without offsets end before).
+        of a part without offsets end before). Parts whose simulation does not carry them along are differenced.
 
         point: (p,) search coordinates; offsets: (nuisances,) start offsets; shifts: (S, nuisances) directions of these.
         """
@@ -59,12 +62,12 @@ class Problem:
         tangents = (params[1 : 1 + size] - params[1 + size :]) / (2.0 * _TANGENT_STEP)
         out, at = [], 0
         for part in self.parts:
-            assert carries_slopes(part)
             own, count = slice(at, at + part.nuisances), size + (len(shifts) if part.nuisances else 0)
             directions = Directions(np.zeros((count, params.shape[1])), np.zeros((count, part.nuisances)))
             directions.params[:size] = tangents
             directions.offsets[size:] = shifts[: count - size, own]
-            out.append(part.slopes(params[0], offsets[own], directions))
+            known = part.slopes if carries_slopes(part) else partial(_differences, part, size)
+            out.append(known(params[0], offsets[own], directions))
             at += part.nuisances
         return out
 
@@ -82,6 +85,15 @@ class Problem:
         for part in self.parts:
             still.append(_class_rms(part.signal[None, :], part.classes, part.floor)[0])
         return still
+
+
+def _differences(part: Part, size: int, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+    """`Differentiable.slopes` by differences; size: how many of the directions are those of search coordinates."""
+    steps = np.where(np.arange(len(directions.params)) < size, COORDINATE_STEP, OFFSET_STEP)[:, None]
+    moved = np.vstack([params, params + steps * directions.params])
+    shifted = np.vstack([offsets, offsets + steps * directions.offsets])
+    rows = part.residuals(moved, shifted)
+    return rows[0], (rows[1:] - rows[0]).T / steps.T
 
 
 def _class_rms(residuals: Array, classes: NDArray[np.int64], floor: float) -> Array:

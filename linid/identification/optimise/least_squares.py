@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
-from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.objectives.problem import COORDINATE_STEP, OFFSET_STEP, Cost, Problem
 from linid.identification.result import Generation
 from linid.identification.settings import Ending
 from linid.identification.space.field_vector import FieldVector, field_vector
 
-_COORDINATE_STEP = 1e-5
-_OFFSET_STEP = 0.3
 # Standard deviations by which all residuals together change over the search box, of a coordinate that is left where it
 # is: exact derivatives tell a direction however little it matters, and steps would go as far as they may.
 _UNTOLD = 1e-6
@@ -133,15 +131,15 @@ class Linearisation:
         if self.problem.carries_slopes:
             return self._carried(x)
         p, k = self.p, self.k
-        steps = np.full(p, _COORDINATE_STEP)
+        steps = np.full(p, COORDINATE_STEP)
         if not central:
-            steps[x[:p] + _COORDINATE_STEP > 1.0] *= -1.0
+            steps[x[:p] + COORDINATE_STEP > 1.0] *= -1.0
         kinds = 2 if k else 0
         rows = [x]
         rows += [x + np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
         for kind in range(kinds):
             shift = np.zeros(p + k)
-            shift[p + kind :: 2] = _OFFSET_STEP
+            shift[p + kind :: 2] = OFFSET_STEP
             rows.append(x + shift)
         if central:
             rows += [x - np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
@@ -156,7 +154,7 @@ class Linearisation:
             for column in range(p):
                 out[:, column] = (values[1 + column] - base) / steps[column]
         for kind in range(kinds):
-            self._share_out(out, kind, (values[1 + p + kind] - base) / _OFFSET_STEP)
+            self._share_out(out, kind, (values[1 + p + kind] - base) / OFFSET_STEP)
         return _finite(base, out)
 
     def _carried(self, x: Array) -> tuple[Array, Array]:
@@ -377,13 +375,13 @@ def fit_start_offsets(part: FreeRun, vector: Array, rounds: int = 3) -> Array:
     edges = part.simulator.inputs.sample_offsets
     for _ in range(rounds):
         shifted = np.repeat(offsets, 3, axis=0)
-        shifted[1, 0::2] += _OFFSET_STEP
-        shifted[2, 1::2] += _OFFSET_STEP
+        shifted[1, 0::2] += OFFSET_STEP
+        shifted[2, 1::2] += OFFSET_STEP
         rows = part.residuals(np.repeat(vector, 3, axis=0), shifted)
         if not np.all(np.isfinite(rows)):
             break
         for index in range(len(part.recordings)):
             a, b = edges[index], edges[index + 1]
-            columns = (rows[1:, a:b] - rows[0, a:b]).T / _OFFSET_STEP
+            columns = (rows[1:, a:b] - rows[0, a:b]).T / OFFSET_STEP
             offsets[0, 2 * index : 2 * index + 2] -= np.linalg.lstsq(columns, rows[0, a:b], rcond=None)[0]
     return offsets

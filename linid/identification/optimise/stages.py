@@ -21,7 +21,7 @@ from linid.identification.settings import PLAIN, SCRATCH, Ending, FitSettings, H
 from linid.identification.uncertainty.identifiability import without_effect
 from linid.recording.recording import Recording
 
-_PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares on a part of the data
+_PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares that others go on from
 _VALLEY_GAIN = 0.15
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
 APART, ALIKE = 0.02, 1.1
@@ -90,6 +90,13 @@ def final_ending(settings: FitSettings) -> Ending:
     return Ending(settings.least_squares_steps, settings.least_squares_precision, _VALLEY_GAIN)
 
 
+def coarse_ending(settings: FitSettings) -> Ending:
+    """When least squares end that others go on from."""
+    return Ending(
+        settings.least_squares_steps, max(settings.least_squares_precision, _PART_PRECISION), _PART_VALLEY_GAIN
+    )
+
+
 def refine_first_candidates(
     problem: Problem, cost: Cost, starts: Array, watch: Callable[[int, float], None] | None = None
 ) -> Array:
@@ -137,9 +144,7 @@ def least_squares_in_stages(
                 hooks.progress("least squares", before + done, total, value)
 
         last = number == len(stages) - 1
-        steps, precision = settings.least_squares_steps, settings.least_squares_precision
-        part = Ending(steps, max(precision, _PART_PRECISION), _PART_VALLEY_GAIN)
-        ending = final_ending(settings) if last else part
+        ending = final_ending(settings) if last else coarse_ending(settings)
         rivals = [point]
         if number == 0 and not last:
             rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - point)) > APART]
