@@ -47,11 +47,12 @@ VECTOR_SIZE = EFFECT_START + len(EFFECT_SLOTS)
 OWN_START = VECTOR_SIZE
 
 # While a simulation with effects runs, its copy of the vector also holds the number of the recording, the campaign's
-# running time at t = 0, the hidden states, and the hidden states at the start of the step; behind them the variables of
-# own terms, and the stack of their programs.
+# running time at t = 0, the added mass in kg, the hidden states, and the hidden states at the start of the step; behind
+# them the variables of own terms, and the stack of their programs.
 RECORD = OWN_START + own_layout.SIZE
 ELAPSED = RECORD + 1
-STATE_START = RECORD + 2
+ADDED_MASS = RECORD + 2
+STATE_START = RECORD + 3
 
 
 def _state_places() -> dict[str, int]:

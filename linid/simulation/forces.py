@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import stribeck
-from linid.physics.model import ELAPSED, RECORD, STATE_SIZE, STATE_START, WORK_SIZE
+from linid.physics.model import ADDED_MASS, ELAPSED, RECORD, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.motors.harmonics import phase_forces
 from linid.physics.motors.motor import MAX_HARMONICS
 from linid.simulation.binding import allocating, compiled, inlined
@@ -47,13 +47,14 @@ class Bristles(NamedTuple):
 
 
 @allocating
-def work_vector(params, record, elapsed):
+def work_vector(params, record, elapsed, added_mass):
     """A copy of the parameters with room for what the effects need besides."""
     p = np.zeros(WORK_SIZE)
     for k in range(params.size):
         p[k] = params[k]
     p[RECORD] = record
     p[ELAPSED] = elapsed
+    p[ADDED_MASS] = added_mass
     return p
 
 
@@ -63,7 +64,7 @@ def axis_of(terms, candidates, stretch):
     on = candidates.on & terms.chosen | terms.always
     p = stretch.params
     if on & terms.acts.any or terms.law.elements > 0:
-        p = work_vector(stretch.params, stretch.record, stretch.elapsed)
+        p = work_vector(stretch.params, stretch.record, stretch.elapsed, stretch.added_mass)
     table = np.zeros((3, MAX_HARMONICS))
     harmonics, wavenumber, phase = terms.motor.prepare(candidates.motor, p, table)
     return Axis(on, stretch.powered, candidates.motor, harmonics, wavenumber, phase, p, table)

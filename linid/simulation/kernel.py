@@ -268,7 +268,7 @@ def reading_tasks_with(terms: Bundle) -> Any:
         nothing else. out: (candidates, samples)."""
         on = on & terms.chosen | terms.always
         for candidate in range(begin, end):
-            p = work_vector(params[candidate], 0.0, 0.0)
+            p = work_vector(params[candidate], 0.0, 0.0, 0.0)
             for k in range(y.size):
                 out[candidate, k] = reading_error(terms, on, 0.0, y[k], v[k], (0.0, 0.0, 0.0), p)
 

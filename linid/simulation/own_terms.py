@@ -9,9 +9,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from linid.physics.model import ELAPSED, MEMORY_PLACE, OWN_STACK, OWN_START, OWN_VARIABLES, STATE_SIZE, STATE_START
+from linid.physics.model import (
+    ADDED_MASS,
+    ELAPSED,
+    MASS,
+    MEMORY_PLACE,
+    OWN_STACK,
+    OWN_START,
+    OWN_VARIABLES,
+    STATE_SIZE,
+    STATE_START,
+)
 from linid.physics.own_terms import layout
-from linid.physics.own_terms.layout import HEAD, LEAST_REST, MEMORY_BIT, PLAY, TERMS
+from linid.physics.own_terms.layout import ACCELERATION_BIT, CREEP, HEAD, LEAST_REST, MEMORY_BIT, PLAY, TERMS
 from linid.simulation.binding import compiled, inlined
 
 FORCE, LEVEL = 0, 1  # parts of own terms: forces, and levels of friction
@@ -178,6 +188,17 @@ def program_value(p, pc, stop):
 
 
 @compiled
+def driven_acceleration(p, push, v):
+    """Acceleration in m/s^2 that the motor's force gives the mass beside friction of steady sliding (eq. 42), which at
+    rest holds against forces up to breakaway."""
+    level = p[0] + (p[1] - p[0]) * math.exp(-((abs(v) / p[2]) ** p[3]))
+    slides = 1.0 - math.exp(-((v / (CREEP * p[2])) ** 2))
+    held = min(max(push, -level), level)
+    friction = slides * math.copysign(level, v) + (1.0 - slides) * held + p[6] * v
+    return (push - friction) / (p[MASS] + p[ADDED_MASS])
+
+
+@compiled
 def own_sum(p, on, part, push, t, y, v):
     """Sum in N of the forces (part 0) or levels of friction (part 1) of all own terms; nan if it is no number.
 
@@ -189,6 +210,8 @@ def own_sum(p, on, part, push, t, y, v):
         p[at + 6] = p[_MEMORY + 3]
         p[at + 7] = p[_MEMORY + 7]
         p[at + 8] = p[_MEMORY + 8]
+    if on & ACCELERATION_BIT:
+        p[at + 9] = driven_acceleration(p, push, v)
     total = 0.0
     for k in range(TERMS):
         head = OWN_START + HEAD * k + 2 * part

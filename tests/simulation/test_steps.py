@@ -117,7 +117,7 @@ def test_terms_of_effects_are_chained(term: str, alone: bool) -> None:
     names = tuple(effect.name for effect in EFFECTS if term in effect.terms)
     model = Model("sine", names)
     values = {**AXIS, **{k: x for name in names for k, x in SAMPLES[name].items()}}
-    p = Plain().of(forces.work_vector)(model.vector(values), 2.0, 7.0)
+    p = Plain().of(forces.work_vector)(model.vector(values), 2.0, 7.0, 0.0)
     p[STATE_START : STATE_START + STATE_SIZE] = 1e-3 * np.arange(1.0, STATE_SIZE + 1.0)
     t, y, v, currents = 0.1, 0.03, 0.2, (0.5, -0.2, -0.3)
     chain = getattr(Plain().of(terms_of(model if alone else None)), term)

@@ -85,7 +85,7 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
         ),
         "since_reversal": Argument("since_reversal", "since_reversal", "s", memory.lasting),
         "rest_time": Argument("rest_time", f"log(rest + {_BRIEF:g})", "s", np.log(memory.rest + _BRIEF), offset=_BRIEF),
-        "acceleration": Argument("acceleration", "", f"{length}/s^2", rows.a - problem.residual),
+        "acceleration": Argument("acceleration", "acceleration", f"{length}/s^2", rows.a - problem.residual),
         "time": Argument("time", "t", "s", rows.t, spread=problem.blur),
     }
     if problem.field is not None:

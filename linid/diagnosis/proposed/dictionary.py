@@ -67,7 +67,7 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
     variable = _variable(problem, arguments[main], _likely(problem, family, main))
     for factor in _factors(problem, names - {main}):
         if main == "acceleration" and factor.resists:  # friction knows no sign of it
-            size = replace(arguments[main], symbol="abs(a)", values=np.abs(arguments[main].values))
+            size = replace(arguments[main], symbol="abs(acceleration)", values=np.abs(arguments[main].values))
             variable = _variable(problem, size, ())
         for shape in shapes(variable, _is_base(factor, main)):
             yield _times(problem, factor, variable, shape)
@@ -263,9 +263,8 @@ def _variable(problem: Problem, argument: Argument, wavenumbers: tuple[float, ..
     values = np.where(np.isfinite(argument.values), argument.values, high)
     place, passing = argument.name == "position", argument.name in ("time", "campaign_time")
     low = 0.0 if passing else low
-    code = "" if argument.name == "acceleration" else argument.symbol
     ends = place, place or passing
-    return Variable(symbol, unit, values, low, high, wavenumbers, *ends, code, argument.spread)
+    return Variable(symbol, unit, values, low, high, wavenumbers, *ends, argument.symbol, argument.spread)
 
 
 def _likely(problem: Problem, family: Family, main: str) -> tuple[float, ...]:

@@ -110,7 +110,7 @@ def _program(model: Model, numbers: tuple[float, ...], axis: str, substeps: int)
     )
 
 
-_PLACES = {"record": places.RECORD, "elapsed": places.ELAPSED, "added_mass": places.WORK_SIZE + 3}
+_PLACES = {"record": places.RECORD, "elapsed": places.ELAPSED, "added_mass": places.ADDED_MASS}
 
 
 def _harmonics(program: Program, terms: Any, model: Model, p: View, table: View) -> int | None:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from linid.export.program.layout import ADDED_MASS, HARMONICS, PHASE, WAVENUMBER
+from linid.export.program.layout import HARMONICS, PHASE, WAVENUMBER
+from linid.physics.model import ADDED_MASS
 from linid.simulation.course import FINEST, Course, inputs_then
 from linid.simulation.forces import (
     Axis,

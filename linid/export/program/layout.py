@@ -18,17 +18,17 @@ from linid.physics.own_terms import layout as own_layout
 from linid.physics.own_terms.own_term import is_own
 from linid.physics.parameter import Parameter
 
-# Behind the vector of a simulation: number of harmonics, their first wavenumber (rad/m) and phase (rad), the added mass
-# (kg), and how many intervals the inputs' coefficients hold.
-HARMONICS, WAVENUMBER, PHASE, ADDED_MASS, INTERVALS = range(places.WORK_SIZE, places.WORK_SIZE + 5)
+# Behind the vector of a simulation: number of harmonics, their first wavenumber (rad/m) and phase (rad), and how many
+# intervals the inputs' coefficients hold.
+HARMONICS, WAVENUMBER, PHASE, INTERVALS = range(places.WORK_SIZE, places.WORK_SIZE + 4)
 _NAMES = {
     HARMONICS: "harmonics",
     WAVENUMBER: "first_wavenumber",
     PHASE: "first_phase",
-    ADDED_MASS: "added_mass",
     INTERVALS: "intervals",
     places.RECORD: "record",
     places.ELAPSED: "elapsed",
+    places.ADDED_MASS: "added_mass",
 }
 
 

@@ -106,6 +106,7 @@ def _points(outlook: Outlook, force: float) -> dict[str, Array]:
     longest = max(outlook.durations)
     total = max(outlook.campaign_duration, longest)
     speed, push = max(outlook.top_speed, 1e-9), _PUSH * force
+    rate = speed**2 / max(outlook.stroke, 1e-9)  # what it takes to that speed at least
     ends = {
         "t": (0.0, longest),
         "T": (0.0, total),
@@ -116,6 +117,7 @@ def _points(outlook: Outlook, force: float) -> dict[str, Array]:
         "since_reversal": (0.0, longest),
         "rest": (0.0, longest),
         "slid": (0.0, outlook.stroke),
+        "acceleration": (-rate, rate),
     }
     shares = np.random.default_rng(0).random((len(layout.VARIABLES), _SAMPLES))
     return {name: ends[name][0] + (ends[name][1] - ends[name][0]) * shares[k] for k, name in enumerate(ends)}

@@ -12,11 +12,14 @@ POOL = 384  # numbers for all programs and parameters of one model: room for a s
 SIZE = TERMS * HEAD + POOL
 STACK = 24  # numbers that a program may hold at once
 
-# What a formula may use of the motion and of the drive; after the fifth, what the memory keeps.
-VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid")
-MEMORY_VARIABLES = VARIABLES[5:]
-# Bits that switch on own forces, own levels of friction, and the memory, beyond those of the library's effects.
-FORCE_BIT, LEVEL_BIT, MEMORY_BIT = 1 << 60, 1 << 61, 1 << 62
+# What a formula may use of the motion and of the drive; after the fifth, what the memory keeps, and what follows from
+# friction and mass.
+VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid", "acceleration")
+MEMORY_VARIABLES = VARIABLES[5:9]
+# Bits that switch on own forces, own levels of friction, the memory, and the acceleration, beyond those of the
+# library's effects.
+FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT = 1 << 60, 1 << 61, 1 << 62, 1 << 59
+CREEP = 1.0  # Stribeck velocities: slower than about that an axis is held, not sliding
 
 # The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since
 # the turning point and since the farthest one, place in m where the axis has been for how many s, the last rest in s,

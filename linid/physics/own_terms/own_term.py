@@ -62,6 +62,8 @@ class OwnTerm:
     def bits(self) -> int:
         """What it switches on in a simulation."""
         out = layout.MEMORY_BIT if self.variables & set(layout.MEMORY_VARIABLES) else 0
+        if "acceleration" in self.variables:
+            out |= layout.ACCELERATION_BIT
         for one in self.summands:
             out |= layout.LEVEL_BIT if one.friction else layout.FORCE_BIT
         return out

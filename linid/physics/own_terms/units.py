@@ -15,6 +15,7 @@ _VARIABLES = {
     "since_reversal": (0.0, 1.0, 0.0),
     "rest": (0.0, 1.0, 0.0),
     "slid": (1.0, 0.0, 0.0),
+    "acceleration": (1.0, -2.0, 0.0),
 }
 _PLAIN = (0.0, 0.0, 0.0)
 _SAME = ("-x", "abs", "+", "-", "min", "max")
