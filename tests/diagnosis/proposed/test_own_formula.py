@@ -12,6 +12,7 @@ from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.waves import wave_families
+from linid.physics.own_terms.layout import VARIABLES
 from linid.physics.own_terms.own_term import parse_term
 from linid.physics.own_terms.values import formula_values
 from tests.diagnosis.proposed.axis import axis, family_of
@@ -21,7 +22,7 @@ MOVING = 0.02  # m/s, above which a bristle's friction is that of the sign
 
 def variables(problem: Problem) -> dict[str, Array]:
     known = {one.plain.symbol: one.plain.values for one in arguments_of(problem).values()}
-    return {name: known[name] for name in ("y", "v", "F", "t", "T", "travel", "since_reversal", "rest", "slid")}
+    return {name: known[name] for name in VARIABLES}
 
 
 FORMS = (
@@ -36,6 +37,8 @@ FORMS = (
     "travel x direction",
     "rest_time x direction",
     "rest_time and slid x direction",
+    "acceleration",
+    "acceleration x direction",
     "campaign_time x direction",
     "time x motor force",
     "one direction",
@@ -76,10 +79,3 @@ def test_formulas_of_waves() -> None:
             check(problem, family)
             tried += 1
     assert tried > 2
-
-
-def test_an_acceleration_has_no_own_term() -> None:
-    problem = axis(lambda p: -0.1 * np.abs(p.rows.a) * np.sign(p.rows.v))
-    assert all(
-        one.own(one.starts[0]) == "" for one in formulas(problem, family_of(problem, "acceleration x direction"))
-    )
