@@ -132,18 +132,21 @@ def test_the_field_as_a_fourier_series_is_the_papers(kind: str) -> None:
     )
 
 
+def differences(problem: Problem, x: np.ndarray) -> np.ndarray:
+    """Derivatives (N, p) of linid's positions in fine steps by the unit cube's coordinates."""
+    fine, h = linid_simulation(problem, 64), 1e-4
+    shifts = h * np.eye(problem.dimension)
+    return (fine(problem.space.vectors(x + shifts)) - fine(problem.space.vectors(x - shifts))).T / (2.0 * h)
+
+
 @pytest.mark.skipif(bool(missing(("diffrax", "jax"))), reason="diffrax is not installed")
 def test_exact_derivatives_of_diffrax_are_those_of_linids_simulation() -> None:
     from tests.benchmarks.peers.with_jax import derivatives
 
     problem = small("sine")
     x = point("sine", problem)
-    fine = linid_simulation(problem, 64)
-    h = 1e-4
-    shifts = h * np.eye(problem.dimension)
-    differences = (fine(problem.space.vectors(x + shifts)) - fine(problem.space.vectors(x - shifts))).T / (2.0 * h)
-    found = derivatives(problem, 1e-8)(x)
-    assert np.allclose(found, differences, atol=2e-3 * np.abs(differences).max())
+    wanted = differences(problem, x)
+    assert np.allclose(derivatives(problem, 1e-8)(x), wanted, atol=2e-3 * np.abs(wanted).max())
 
 
 @pytest.mark.skipif(bool(missing(("casadi",))), reason="casadi is not installed")
@@ -152,12 +155,8 @@ def test_sensitivities_of_casadi_are_those_of_linids_simulation() -> None:
 
     problem = small("friction")
     x = point("friction", problem)
-    fine = linid_simulation(problem, 64)
-    h = 1e-4
-    shifts = h * np.eye(problem.dimension)
-    differences = (fine(problem.space.vectors(x + shifts)) - fine(problem.space.vectors(x - shifts))).T / (2.0 * h)
-    found = Sensitivities(problem, 1e-9).jacobian(x)
-    assert np.all(np.abs(found - differences) < 1e-3 * np.abs(differences).max(axis=0))
+    wanted = differences(problem, x)
+    assert np.all(np.abs(Sensitivities(problem, 1e-9).jacobian(x) - wanted) < 1e-3 * np.abs(wanted).max(axis=0))
 
 
 def test_the_watch_counts_keeps_improvements_and_ends() -> None:

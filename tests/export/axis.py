@@ -30,6 +30,9 @@ EIGHT = (
 OWN = "my_drag: -c * v * abs(v) + spline(y, -0.06, 0.09, 5)"
 OWN_VALUES = {"my_drag_c": 1.5, **{f"my_drag_{k}": value for k, value in enumerate((0.4, -0.3, 0.5, 0.2, -0.4), 1)}}
 
+LOOSE = "loose: -b * acceleration * abs(acceleration)"
+LOOSE_VALUES = {"loose_b": 0.005}
+
 
 def result_of(
     effects: tuple[str, ...] = (),
