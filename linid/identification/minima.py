@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from linid.identification.uncertainty.voltage_noise import without_voltage_noise
 from linid.statistics import NORMAL_97_5
 
 # Deviations by which freeing a rival of what noise of the inputs does to it changes how far it lies behind: 0.1 at most
-# in eight fits of generated stands and other campaigns, where the residuals need no whitening.
+# in six fits of campaigns of others, where the residuals need no whitening.
 _CHANGED = 0.5
 
 
@@ -51,6 +52,17 @@ class _Found:
     solution: LeastSquaresFit
     result: FitResult
     white: bool
+
+    @cached_property
+    def _weighted(self) -> tuple[list[Array], Array]:
+        """The weights (N,) of each part's residuals here, and the weighted squares (G,) by group."""
+        weights = weights_at(self.problem, self.solution)
+        return weights, group_squares(self.problem, self.solution, weights)
+
+    def lead(self, problem: Problem, rival: LeastSquaresFit) -> float:
+        """How much less this costs than a rival, in standard deviations; problem: that of the rival's residuals."""
+        weights, squares = self._weighted
+        return advantage(squares, group_squares(problem, rival, weights))
 
 
 def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
@@ -83,9 +95,7 @@ def _is_plain(task: Task, best: _Found) -> bool:
     found = levenberg_marquardt(
         held, Cost(held), point, best.solution.offsets, ending=final_ending(task.settings), final=False
     )
-    weights = weights_at(best.problem, best.solution)
-    squares = (group_squares(best.problem, best.solution, weights), group_squares(held, found, weights))
-    return advantage(*squares) < NORMAL_97_5
+    return best.lead(held, found) < NORMAL_97_5
 
 
 def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found, hooks: Hooks) -> FitResult:
@@ -101,23 +111,17 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
         solution = levenberg_marquardt(
             problem, Cost(problem), start, solution.offsets, ending=final_ending(task.settings)
         )
-        if _lead(best, problem, solution) > NORMAL_97_5 + _CHANGED:
+        if best.lead(problem, solution) > NORMAL_97_5 + _CHANGED:
             return best.result
     rival = _found(task, problem, state, replace(solution, history=best.solution.history), hooks)
     if float(np.max(np.abs(rival.solution.point - best.solution.point))) < APART:
         return best.result
-    lead = _lead(best, rival.problem, rival.solution)
+    lead = best.lead(rival.problem, rival.solution)
     if lead > NORMAL_97_5:
         return best.result
     if lead < -NORMAL_97_5:
         return rival.result
     return shared(best.result, rival.result, problem.space)
-
-
-def _lead(best: _Found, problem: Problem, rival: LeastSquaresFit) -> float:
-    """How much less a minimum costs than a rival, in standard deviations; problem: that of the rival's residuals."""
-    weights = weights_at(best.problem, best.solution)
-    return advantage(group_squares(best.problem, best.solution, weights), group_squares(problem, rival, weights))
 
 
 def _settled(task: Task, problem: Problem, start: Array, solution: LeastSquaresFit) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from linid.physics.friction import stribeck
 from linid.physics.model import (
     ADDED_MASS,
     ELAPSED,
@@ -191,7 +192,7 @@ def program_value(p, pc, stop):
 def driven_acceleration(p, push, v):
     """Acceleration in m/s^2 that the motor's force gives the mass beside friction of steady sliding (eq. 42), which at
     rest holds against forces up to breakaway."""
-    level = p[0] + (p[1] - p[0]) * math.exp(-((abs(v) / p[2]) ** p[3]))
+    level = stribeck(v, p[0], p[1], p[2], p[3])
     slides = 1.0 - math.exp(-((v / (CREEP * p[2])) ** 2))
     held = min(max(push, -level), level)
     friction = slides * math.copysign(level, v) + (1.0 - slides) * held + p[6] * v

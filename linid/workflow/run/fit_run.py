@@ -44,11 +44,11 @@ def begin(request: Request, command: str, campaign: Campaign, identity: str, mor
     """Open the run folder and write what is known before the work starts."""
     folder = open_run_folder(command, request.out, overwrite=request.overwrite, resume=request.resume)
     config = settings_yaml(request.settings, f"Settings of this run, as `--config` reads them.\n{request.line}")
-    if request.settings.figures != "none" and request.jobs > 1:
-        load_early()
     folder.begin(
         identity=identity, config=config, inputs=[*campaign.files, *more], seed=request.settings.seed, jobs=request.jobs
     )
+    if request.settings.figures != "none" and request.jobs > 1 and not folder.finished_before:
+        load_early()
     return folder
 
 

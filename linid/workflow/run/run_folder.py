@@ -70,9 +70,14 @@ class RunFolder:
             if self.finished_before:
                 return
         self._create()
-        self._take_lock()
-        if self._holds_a_run_to_remove():
-            clear_run(self.path, [Path(str(one["file"])) for one in inputs if "file" in one])
+        self._lock = _lock(self.path)
+        try:
+            # Another run may have come and gone since the folder was chosen.
+            if self.previous is None and _check_room(self.path, self.overwrite):
+                clear_run(self.path, [Path(str(one["file"])) for one in inputs if "file" in one])
+        except UsageError:
+            self._leave_lock()
+            raise
         for half in start_listing(self.path).half_written():
             half.unlink(missing_ok=True)
         self.record = {
@@ -111,18 +116,6 @@ class RunFolder:
         """Leave the folder to others."""
         stop_listing(self.path)
         self._leave_lock()
-
-    def _take_lock(self) -> None:
-        """Keep other runs out of the folder; the operating system lets go of it when this process ends."""
-        self._lock = _lock(self.path)
-
-    def _holds_a_run_to_remove(self) -> bool:
-        """Whether there is one now: another run may have come and gone since the folder was chosen."""
-        try:
-            return self.previous is None and _check_room(self.path, self.overwrite)
-        except UsageError:
-            self._leave_lock()
-            raise
 
     def _leave_lock(self) -> None:
         if self._lock is not None:
@@ -241,7 +234,8 @@ def _newest_unfinished(command: str) -> Path:
 
 
 def _lock(path: Path) -> Any:
-    """The folder's lock, taken; None on a file system without locks. UsageError where another run holds it."""
+    """The folder's lock, taken, which the operating system lets go of when this process ends; None on a file system
+    without locks. UsageError where another run holds it."""
     from filelock import FileLock, Timeout
 
     lock = FileLock(path / LOCK_FILE)
