@@ -253,13 +253,16 @@ def backward(
     fits = judge.fits
     dropped: dict[str, Part] = {}
     revivals = renewals = 0
+    anew: frozenset[str] = frozenset()  # effects that were last found anew
     while True:
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
         parts = [part for _, part in in_parallel(partial(part_of, judge, base, full), added, screening.jobs)]
-        better = renewed(fits, screening, full, parts) if renewals < RENEWALS else None
-        renewals += 1
+        # What was found beside effects that have gone since is found once more beside those that stay.
+        due = renewals < RENEWALS or (frozenset(added) != anew and all(stands(part) for part in parts))
+        better = renewed(fits, screening, full, parts) if due else None
+        renewals, anew = renewals + 1, frozenset(added) if due else anew
         if better is not None:
             full = better
             continue

@@ -22,7 +22,16 @@ from linid.physics.model import (
     STATE_START,
 )
 from linid.physics.own_terms import layout
-from linid.physics.own_terms.layout import ACCELERATION_BIT, CREEP, HEAD, LEAST_REST, MEMORY_BIT, PLAY, TERMS
+from linid.physics.own_terms.layout import (
+    ACCELERATION_BIT,
+    CREEP,
+    HEAD,
+    LEAST_REST,
+    MEMORY_BIT,
+    PLAY,
+    STRIBECK_BIT,
+    TERMS,
+)
 from linid.simulation.binding import compiled, inlined
 
 FORCE, LEVEL = 0, 1  # parts of own terms: forces, and levels of friction
@@ -213,6 +222,8 @@ def own_sum(p, on, part, push, t, y, v):
         p[at + 8] = p[_MEMORY + 8]
     if on & ACCELERATION_BIT:
         p[at + 9] = driven_acceleration(p, push, v)
+    if on & STRIBECK_BIT:
+        p[at + 10] = stribeck(v, p[0], p[1], p[2], p[3]) / p[0]
     total = 0.0
     for k in range(TERMS):
         head = OWN_START + HEAD * k + 2 * part

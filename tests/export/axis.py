@@ -33,6 +33,9 @@ OWN_VALUES = {"my_drag_c": 1.5, **{f"my_drag_{k}": value for k, value in enumera
 LOOSE = "loose: -b * acceleration * abs(acceleration)"
 LOOSE_VALUES = {"loose_b": 0.005}
 
+PRESSED = "pressed: -c * stribeck * (1 + cos(90 * y)) * sign(v)"
+PRESSED_VALUES = {"pressed_c": 0.6}
+
 
 def result_of(
     effects: tuple[str, ...] = (),

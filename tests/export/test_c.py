@@ -12,7 +12,7 @@ import pytest
 from linid.export.target import Exported
 from linid.export.targets.c.target import TARGET
 from linid.recording.recording import Recording
-from tests.export.axis import EIGHT, LOOSE, LOOSE_VALUES, OWN, OWN_VALUES, exported, simulated
+from tests.export.axis import EIGHT, LOOSE, LOOSE_VALUES, OWN, OWN_VALUES, PRESSED, PRESSED_VALUES, exported, simulated
 from tests.export.compiler import compiled, needs_compiler
 from tests.simulation.axis_with_effects import NAMES, start_of_run, synchronous_run
 
@@ -46,10 +46,19 @@ def run(program: Path, model: Exported, recording: Recording) -> tuple[np.ndarra
         (NAMES, {}),
         ((*EIGHT, OWN), {"values": OWN_VALUES}),
         ((LOOSE,), {"values": LOOSE_VALUES}),
+        ((PRESSED,), {"values": PRESSED_VALUES}),
         ((), {"law": "maxwell_slip"}),
         ((), {"law": "elasto_plastic"}),
     ],
-    ids=["bare", "all effects", "nine effects and an own term", "of acceleration", "maxwell slip", "elasto-plastic"],
+    ids=[
+        "bare",
+        "all effects",
+        "nine effects and an own term",
+        "of acceleration",
+        "of the Stribeck curve",
+        "maxwell slip",
+        "elasto-plastic",
+    ],
 )
 def test_a_recording_runs_as_linid_runs_it(effects: tuple[str, ...], more: dict[str, object], tmp_path: Path) -> None:
     model = exported(effects, **more)

@@ -14,7 +14,7 @@ import pytest
 from linid.export.target import Exported
 from linid.export.targets.python import TARGET
 from linid.physics.laws.registry import LAWS
-from tests.export.axis import EIGHT, LOOSE, LOOSE_VALUES, OWN, OWN_VALUES, exported, simulated
+from tests.export.axis import EIGHT, LOOSE, LOOSE_VALUES, OWN, OWN_VALUES, PRESSED, PRESSED_VALUES, exported, simulated
 from tests.simulation.axis_with_effects import NAMES, start_of_run, synchronous_run
 
 # Both compute the same in the same order; libraries may round the last digit otherwise, which reversals carry on.
@@ -55,7 +55,11 @@ def test_the_module_runs_as_linid_does(effects: tuple[str, ...], law: str, tmp_p
     assert np.abs(found - y).max() < SAME
 
 
-@pytest.mark.parametrize(("own", "values"), [(OWN, OWN_VALUES), (LOOSE, LOOSE_VALUES)], ids=["plain", "acceleration"])
+@pytest.mark.parametrize(
+    ("own", "values"),
+    [(OWN, OWN_VALUES), (LOOSE, LOOSE_VALUES), (PRESSED, PRESSED_VALUES)],
+    ids=["plain", "acceleration", "Stribeck curve"],
+)
 def test_own_terms_run_as_linid_does(own: str, values: dict[str, float], tmp_path: Path) -> None:
     with_own, plain = exported((own, "cogging"), values=values), exported(("cogging",))
     found, y = compared(with_own, tmp_path)

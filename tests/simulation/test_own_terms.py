@@ -56,6 +56,7 @@ def reference(force: Interpreter | None, level: Interpreter | None, memory: bool
         slides = 1.0 - math.exp(-((v / g["stribeck_velocity"]) ** 2))
         held = min(max(push, -resistance), resistance)
         steady = slides * math.copysign(resistance, v) + (1.0 - slides) * held + g["viscous_friction"] * v
+        seen["stribeck"] = resistance / g["coulomb_force"]
         seen["acceleration"] = (push - steady) / g["mass"]
         resistance += level(seen) if level else 0.0
         w_rate = v - g["bristle_stiffness"] * abs(v) * w / resistance
@@ -96,6 +97,7 @@ CASES = {
     "friction_by_speed": (None, "c * exp(-abs(v) / 0.3)", {"c": 0.8}, []),
     "loose_mass": ("-c * acceleration * abs(acceleration)", None, {"c": 0.005}, []),
     "friction_by_acceleration": (None, "c * abs(acceleration)", {"c": 0.05}, []),
+    "pressed_by_place": (None, "c * stribeck * (1 + cos(30 * y))", {"c": 0.8}, []),
     "both": ("-b * y", "c * F ** 2", {"b": 6.0, "c": 0.02}, []),
 }
 
@@ -125,8 +127,9 @@ def test_against_a_slow_reference(name: str) -> None:
 def test_order(name: str) -> None:
     text, own = term_of(name)
     fine = run(text, own, 128)
-    # Steady friction, which bends about the Stribeck velocity, is in the acceleration: order shows in finer steps.
-    counts = np.array([4, 8, 16] if "acceleration" in text else [2, 4, 8, 16])
+    # What holds steady friction bends about the Stribeck velocity: there order shows in finer steps.
+    bends = "acceleration" in text or "stribeck" in text
+    counts = np.array([4, 8, 16] if bends else [2, 4, 8, 16])
     errors = [np.sqrt(np.mean((run(text, own, int(n)) - fine) ** 2)) for n in counts]
     slope = -np.polyfit(np.log(counts), np.log(np.maximum(errors, 1e-13)), 1)[0]
     print(name, slope, errors)

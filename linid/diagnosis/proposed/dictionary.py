@@ -21,6 +21,7 @@ from linid.diagnosis.proposed.wave_columns import wave_columns
 _FACTORS = ("direction", "motor_force", "velocity", "recording")  # of other arguments, where there are any
 _SYMBOLS = {"position": "y", "travel": "travel", "since_reversal": "time since reversal", "rest_time": "rest"}
 _SYMBOLS |= {"time": "t", "campaign_time": "T", "acceleration": "a", "velocity": "v", "motor_force": "F"}
+_CURVE = "g(v)/F_C"  # the Stribeck curve over Coulomb's force, in words
 _TURNS = (0.15, 0.3, 0.5, 1.0)  # m/s in which a wave's phase may turn round
 _GROWTH = 0.1  # of the largest speed, over which a wave may grow
 _GATE = 0.03  # of the largest speed, over which a gate opens
@@ -50,6 +51,12 @@ class _Factor:
     values: Array
     resists: bool = False
 
+    @property
+    def code(self) -> str:
+        """It in the words of own terms."""
+        text = self.text.replace("²", "**2").replace("|F|", "abs(F)").replace("|v|", "abs(v)").replace(" · ", "*")
+        return text.replace(_CURVE, "stribeck")
+
 
 def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
     """All formulas that have the arguments of a family."""
@@ -57,15 +64,16 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
     if "recording" in names:
         return
     arguments = {key: argument.plain for key, argument in arguments_of(problem).items()}
+    level = problem.stribeck if family.scaled else np.ones(problem.stribeck.size)
     if names == {"direction"}:
-        yield _one_way(problem)
+        yield _one_way(problem, level)
         return
     main = next((name for name in _SYMBOLS if name in names and name not in _FACTORS), "")
     if not main:
-        yield from _of_motion(problem, arguments, names)
+        yield from _of_motion(problem, arguments, names, level)
         return
     variable = _variable(problem, arguments[main], _likely(problem, family, main))
-    for factor in _factors(problem, names - {main}):
+    for factor in _factors(problem, names - {main}, level):
         if main == "acceleration" and factor.resists:  # friction knows no sign of it
             size = replace(arguments[main], symbol="abs(acceleration)", values=np.abs(arguments[main].values))
             variable = _variable(problem, size, ())
@@ -81,8 +89,8 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
         yield _place_and_force(problem, variable)
 
 
-def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[str]) -> Iterator[Formula]:
-    """Formulas of velocity, motor force and direction alone."""
+def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[str], level: Array) -> Iterator[Formula]:
+    """Formulas of velocity, motor force and direction alone. level: (n,) as of `_resisting`."""
     one = np.ones(problem.rows.t.size)
     friction = _Factor("sign(v)", _force(problem), one, True)
     pairs: list[tuple[str, _Factor, bool]] = []
@@ -91,7 +99,7 @@ def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[s
     elif names == {"motor_force"}:
         pairs = [("motor_force", _Factor("", _force(problem), one), True), ("force_size", friction, False)]
     elif names == {"motor_force", "direction"}:
-        pairs = [("force_size", friction, False)]
+        pairs = [("force_size", _resisting(_force(problem), level), False)]
     elif "velocity" in names:
         pairs = [("speed", _Factor("F", "", problem.push), False)]
         damping = _Factor("v", over(_force(problem), _speed(problem)), problem.rows.v)
@@ -103,22 +111,29 @@ def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[s
                 yield _times(problem, factor, variable, shape)
 
 
-def _factors(problem: Problem, others: set[str]) -> tuple[_Factor, ...]:
-    """What a shape of one argument may be multiplied by to depend on the others too."""
+def _resisting(unit: str, level: Array, size: str = "", values: Array | float = 1.0) -> _Factor:
+    """Friction. level: (n,) of the Stribeck curve where it scales that, else 1; size: text of what else it grows with,
+    of values (n,)."""
+    curve = "" if np.all(level == 1.0) else _CURVE
+    return _Factor(" · ".join(part for part in (size, curve, "sign(v)") if part), unit, values * level, True)
+
+
+def _factors(problem: Problem, others: set[str], level: Array) -> tuple[_Factor, ...]:
+    """What a shape of one argument may be multiplied by to depend on the others too. level: (n,) as of `_resisting`."""
     push, force, speed = problem.push, _force(problem), _speed(problem)
     one = np.ones(push.size)
     if others == set():
         return (_Factor("", force, one),)
     if others == {"direction"}:
-        return (_Factor("sign(v)", force, one, True),)
+        return (_resisting(force, level),)
     if others == {"velocity"}:
         return (_Factor("v", over(force, speed), problem.rows.v),)
     if others == {"motor_force"}:
         squares = _Factor("F²", over("", force), push**2)
         return _Factor("F", "", push), squares, _Factor("|F|", "", np.abs(push))
     if others == {"motor_force", "direction"}:
-        squares = _Factor("F² · sign(v)", over("", force), push**2, True)
-        return _Factor("|F| · sign(v)", "", np.abs(push), True), squares
+        squares = _resisting(over("", force), level, "F²", push**2)
+        return _resisting("", level, "|F|", np.abs(push)), squares
     if others == {"motor_force", "velocity"}:
         return (_Factor("F · |v|", over("", speed), push * np.abs(problem.rows.v)),)
     return ()
@@ -137,22 +152,23 @@ def _times(problem: Problem, factor: _Factor, x: Variable, shape: Shape) -> Form
         return whole.replace("|v|² · sign(v)", "v · |v|").replace("|v|³ · sign(v)", "v³")
 
     def own(theta: Array) -> str:
-        code = factor.text.replace("²", "**2").replace("|F|", "abs(F)").replace("|v|", "abs(v)").replace(" · ", "*")
-        return summed(own_shape(shape.name, x, theta), code)
+        return summed(own_shape(shape.name, x, theta), factor.code)
 
     return Formula(f"{shape.name} {factor.text}", columns, shape.starts, shape.logs, words, own)
 
 
-def _one_way(problem: Problem) -> Formula:
-    """A Coulomb force in one direction of motion only."""
-    forward = (problem.friction < 0.0).astype(np.float64)[:, None]
-    columns = -problem.resisted(forward)
+def _one_way(problem: Problem, level: Array) -> Formula:
+    """Friction in one direction of motion only. level: (n,) as of `_resisting`."""
+    factor = _resisting(_force(problem), level)
+    columns = -problem.resisted(((problem.friction < 0.0) * factor.values)[:, None])
 
     def words(a: Array, theta: Array) -> str:
-        return f"{quantity(a[0], _force(problem))} · [v > 0]"
+        return f"{quantity(a[0], _force(problem))} · {factor.text.replace('sign(v)', '[v > 0]')}"
 
-    forth = "(0.5 + 0.5*sign(v))"
-    return Formula("one way", lambda theta: columns, np.empty((1, 0)), (), words, lambda theta: f"c_1*{forth}*sign(v)")
+    def own(theta: Array) -> str:
+        return f"c_1*(0.5 + 0.5*sign(v))*{factor.code}"
+
+    return Formula("one way", lambda theta: columns, np.empty((1, 0)), (), words, own)
 
 
 def _turning(problem: Problem, x: Variable) -> Iterator[Formula]:

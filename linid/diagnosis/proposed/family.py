@@ -14,6 +14,7 @@ from linid.diagnosis.proposed.basis import Basis, Side, constant, curve, product
 from linid.diagnosis.proposed.problem import Problem
 
 ONE_WAY = ("max(0, tanh(v/0.001))", "max(0, tanh(-v/0.001))")  # factors that are 1 in one direction, 0 in the other
+SCALED = "*stribeck"  # factor of levels of friction that scale the Stribeck curve
 HARMONICS = 3  # of the pole pitch, where each may depend on something else too
 ONE, TWO, ROUND = 20, 7, 12  # functions of one argument, of each of two, and around a period
 _FINELY = ("position", "campaign_time")
@@ -40,7 +41,8 @@ class Family:
     recording has coefficients of its own, 0 where all share them; formula: of an own term, its coefficients to follow,
     empty where none can be written; wanders: each moment is told by those beside it, and by nothing else; sides,
     factor: how it is drawn (factor: "", direction, motor_force or velocity); call: the function beside a factor as a
-    formula, empty where it has none; bends: numbers of a factor that bends.
+    formula, empty where it has none; bends: numbers of a factor that bends; scaled: whether a level of friction scales
+    the whole Stribeck curve, as what presses harder does, and is not added to it.
     """
 
     arguments: tuple[str, ...]
@@ -54,6 +56,7 @@ class Family:
     factor: str = ""
     call: str = ""
     bends: int = 0
+    scaled: bool = False
 
     @property
     def passing(self) -> int:
@@ -73,7 +76,7 @@ def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fa
         if key not in ("speed", "force_size"):
             yield force(problem, (argument.name,), key, basis)
         if key == "speed":  # an odd function of the velocity, with its presliding
-            yield friction(problem, ("velocity",), key, basis)
+            yield friction(problem, ("velocity",), key, basis, scaled=False)
         elif key not in ("velocity", "motor_force"):
             yield friction(problem, (argument.name, "direction"), key, basis)
         yield from _times(problem, arguments, key, argument, basis)
@@ -96,10 +99,10 @@ def force(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, fac
     )
 
 
-def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) -> Family:
-    """A family of levels of friction."""
-    formula = f"-({basis.call})*sign(v)" if basis.call else ""
-    columns = problem.resisted(basis.columns)
+def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis, scaled: bool = True) -> Family:
+    """A family of levels of friction. scaled: as of `Family`."""
+    formula = f"-({basis.call}){SCALED if scaled else ''}*sign(v)" if basis.call else ""
+    columns = problem.resisted(basis.columns * problem.stribeck[:, None] if scaled else basis.columns)
     return Family(
         tuple(dict.fromkeys(names)),
         f"{form} x direction",
@@ -108,22 +111,36 @@ def friction(problem: Problem, names: tuple[str, ...], form: str, basis: Basis) 
         formula=formula,
         sides=basis.sides,
         factor="direction",
+        scaled=scaled,
     )
+
+
+def added_level(problem: Problem, family: Family) -> Family | None:
+    """A family whose levels scale the Stribeck curve, with levels that are added to it; None where it has no such."""
+    if not family.scaled or family.local or not family.formula or any(side.size == 1 for side in family.sides):
+        return None
+    levels = np.ones((problem.rows.t.size, 1))
+    for side in family.sides:
+        functions = side.at(side.argument.values, side.argument.spread)
+        levels = np.einsum("ni,nj->nij", levels, functions).reshape(levels.shape[0], -1)
+    formula = family.formula.replace(SCALED, "")
+    return replace(family, columns=problem.resisted(levels), formula=formula, scaled=False)
 
 
 def _one_way(problem: Problem) -> Family:
     """Friction that differs with the direction by a constant."""
     forward = (problem.friction < 0.0).astype(np.float64)[:, None]
-    formula = f"-c_1*{ONE_WAY[0]}*sign(v)"
+    formula = f"-c_1*{ONE_WAY[0]}{SCALED}*sign(v)"
     way = Argument("direction", "sign(v)", "", np.sign(problem.rows.v))
     return Family(
         ("direction",),
         "one direction",
-        problem.resisted(forward),
+        problem.resisted(forward * problem.stribeck[:, None]),
         1e-6 * np.eye(1),
         formula=formula,
         sides=(Side(way, -1.0, 1.0, 1),),
         factor="direction",
+        scaled=True,
     )
 
 
@@ -169,11 +186,11 @@ def per_recording(problem: Problem, piece: float) -> Iterator[Family]:
     piece: s that are left out in turn.
     """
     rows = problem.rows
-    owner = _indicators(rows.recording)
+    owner, level = _indicators(rows.recording), problem.stribeck[:, None]
     modelled = (rows.a - problem.residual)[:, None]
     every: tuple[tuple[str, tuple[str, ...], Callable[[], Array]], ...] = (
         ("inertia per recording", ("acceleration", "recording"), lambda: owner * modelled),
-        ("friction per recording", ("direction", "recording"), lambda: problem.resisted(owner)),
+        ("friction per recording", ("direction", "recording"), lambda: problem.resisted(owner * level)),
         ("force per recording", ("recording",), lambda: problem.pushed(owner)),
         ("damping per recording", ("velocity", "recording"), lambda: problem.pushed(owner * rows.v[:, None])),
         ("thrust per recording", ("motor_force", "recording"), lambda: problem.pushed(owner * problem.push[:, None])),

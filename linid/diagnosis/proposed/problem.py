@@ -37,10 +37,11 @@ class Problem:
     residual: (n,) m/s^2; weights: (n,) s^2/m, a residual times its weight is about 1 where all is left; noise: (n,)
     (m/s^2)^2 by encoder and inputs; base: (n, r) weighted columns of what the model's own parameters can do; ridge:
     (r,) what holds each of these; mass: (n,) kg; push: (n,) motor force in N; friction: (n,) on the mass over its
-    steady level, with its presliding; blur: (n,) s, deviation of the moments that a row is the mean of; relaxed: m
-    of travel in which a bristle forgets a rest; follows: (n,) m in which it follows its level; damped: s in which it
-    follows one that rises; held: (n,) judging rows; elapsed: (R,) s of the campaign at each recording's start; field:
-    rad/m of the motor's field or None; rotary: whether lengths are angles; seed: of the null's draws.
+    steady level, with its presliding; stribeck: (n,) that level over Coulomb's force; blur: (n,) s, deviation of the
+    moments that a row is the mean of; relaxed: m of travel in which a bristle forgets a rest; follows: (n,) m in which
+    it follows its level; damped: s in which it follows one that rises; held: (n,) judging rows; elapsed: (R,) s of the
+    campaign at each recording's start; field: rad/m of the motor's field or None; rotary: whether lengths are angles;
+    seed: of the null's draws.
     """
 
     rows: Rows
@@ -52,6 +53,7 @@ class Problem:
     mass: Array
     push: Array
     friction: Array
+    stribeck: Array
     blur: Array
     relaxed: float
     follows: Array
@@ -140,6 +142,7 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
         mass=mass,
         push=_motor_force(judge, step, field),
         friction=-slopes["coulomb_force"] / _counted(unknowns["coulomb_force"], values) * mass * coulomb / steady,
+        stribeck=steady / coulomb,
         blur=balance.blur[rows.recording],
         relaxed=coulomb / stiffness,
         follows=steady / stiffness,

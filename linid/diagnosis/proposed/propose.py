@@ -10,7 +10,7 @@ import numpy as np
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument, arguments_of
 from linid.diagnosis.proposed.bent import bent
-from linid.diagnosis.proposed.family import Family, families, of_running_time, per_recording
+from linid.diagnosis.proposed.family import Family, added_level, families, of_running_time, per_recording
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.regression import Regression, Sums
@@ -72,8 +72,10 @@ def propose(problem: Problem, found: Sequence[Regression]) -> Proposal | None:
 
 
 def _finer(problem: Problem, proposal: Proposal) -> Proposal:
-    """A proposal with a factor that bends, where that predicts clearly more."""
-    finer = bent(problem, proposal.regression)
+    """A proposal with a factor that bends, or with a level that is added to all friction, where that predicts clearly
+    more."""
+    added = added_level(problem, proposal.family)
+    finer = bent(problem, proposal.regression) if added is None else Regression(proposal.regression.sums, added)
     if finer is None or finer.best[1] <= (1.0 + FINER) * proposal.gain or finer.closed() <= proposal.closed:
         return proposal
     return tested(problem, finer) or proposal

@@ -12,7 +12,7 @@ import numpy as np
 from linid.arrays import Array, Integers
 from linid.diagnosis.proposed.arguments import Argument
 from linid.diagnosis.proposed.basis import Basis, curve, product, waves
-from linid.diagnosis.proposed.family import ONE_WAY, Family, force
+from linid.diagnosis.proposed.family import ONE_WAY, SCALED, Family, force
 from linid.diagnosis.proposed.history import direction_of
 from linid.diagnosis.proposed.problem import Problem
 
@@ -68,7 +68,8 @@ def _sorts(problem: Problem, argument: Argument) -> Iterator[_Sort]:
     rows = problem.rows
     one = np.ones(rows.t.size)
     yield _Sort((), "force", one, formula="{}")
-    yield _Sort(("direction",), "friction", one, resists=True, formula="-({})*sign(v)")
+    formula = f"-({{}}){SCALED}*sign(v)"
+    yield _Sort(("direction",), "friction", problem.stribeck, resists=True, formula=formula)
     if np.any(problem.push):
         yield _Sort(("motor_force",), "motor force", problem.push, formula="F*({})")
     if argument.name == "campaign_time":
@@ -195,4 +196,14 @@ def _family(
     columns = problem.resisted(columns) if sort.resists else problem.pushed(columns)
     formula, factor = sort.formula.format(basis.call), sort.names[0] if sort.names else ""
     call = basis.call if factor else ""
-    return Family(names, form, columns, basis.roughness, formula=formula, sides=basis.sides, factor=factor, call=call)
+    return Family(
+        names,
+        form,
+        columns,
+        basis.roughness,
+        formula=formula,
+        sides=basis.sides,
+        factor=factor,
+        call=call,
+        scaled=sort.resists,
+    )

@@ -23,6 +23,7 @@ _MOST_SEARCHED = 5  # parameters that are not linear with more than one starting
 _DECADE = 10.0  # between the ends of a range, from which on it is searched on a logarithmic scale
 _SAMPLES = 512
 _SMALLEST = 1e-9  # of the largest size: a multiplier that small is not to be seen at these starting values
+_BREAKAWAY = 2.0  # largest level of friction, in parts of Coulomb's force
 _PUSH = 3.0  # largest motor force, in scales of the forces on the axis
 
 
@@ -118,6 +119,7 @@ def _points(outlook: Outlook, force: float) -> dict[str, Array]:
         "rest": (0.0, longest),
         "slid": (0.0, outlook.stroke),
         "acceleration": (-rate, rate),
+        "stribeck": (1.0, _BREAKAWAY),
     }
     shares = np.random.default_rng(0).random((len(layout.VARIABLES), _SAMPLES))
     return {name: ends[name][0] + (ends[name][1] - ends[name][0]) * shares[k] for k, name in enumerate(ends)}

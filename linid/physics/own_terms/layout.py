@@ -14,11 +14,11 @@ STACK = 24  # numbers that a program may hold at once
 
 # What a formula may use of the motion and of the drive; after the fifth, what the memory keeps, and what follows from
 # friction and mass.
-VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid", "acceleration")
+VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid", "acceleration", "stribeck")
 MEMORY_VARIABLES = VARIABLES[5:9]
-# Bits that switch on own forces, own levels of friction, the memory, and the acceleration, beyond those of the
-# library's effects.
-FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT = 1 << 60, 1 << 61, 1 << 62, 1 << 59
+# Bits that switch on own forces, own levels of friction, the memory, the acceleration, and the Stribeck curve, beyond
+# those of the library's effects.
+FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT, STRIBECK_BIT = 1 << 60, 1 << 61, 1 << 62, 1 << 59, 1 << 58
 CREEP = 1.0  # Stribeck velocities: slower than about that an axis is held, not sliding
 
 # The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since

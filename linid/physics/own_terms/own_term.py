@@ -64,6 +64,8 @@ class OwnTerm:
         out = layout.MEMORY_BIT if self.variables & set(layout.MEMORY_VARIABLES) else 0
         if "acceleration" in self.variables:
             out |= layout.ACCELERATION_BIT
+        if "stribeck" in self.variables:
+            out |= layout.STRIBECK_BIT
         for one in self.summands:
             out |= layout.LEVEL_BIT if one.friction else layout.FORCE_BIT
         return out

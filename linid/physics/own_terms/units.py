@@ -16,6 +16,7 @@ _VARIABLES = {
     "rest": (0.0, 1.0, 0.0),
     "slid": (1.0, 0.0, 0.0),
     "acceleration": (1.0, -2.0, 0.0),
+    "stribeck": (0.0, 0.0, 0.0),
 }
 _PLAIN = (0.0, 0.0, 0.0)
 _SAME = ("-x", "abs", "+", "-", "min", "max")

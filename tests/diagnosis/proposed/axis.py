@@ -20,6 +20,7 @@ from linid.diagnosis.proposed.short_formula import FoundFormula, ranked_formulas
 RECORDINGS, LENGTH, STEP = 12, 900, 3e-3  # 2.7 s each
 MASS, STROKE = 2.0, 0.6  # kg, m
 NOISE = 0.1  # m/s^2
+CREEPING = 0.15  # m/s, a Stribeck velocity that these speeds show
 FIELD = 200.0  # rad/m
 HELD_EVERY = 4
 _TURNS = 30
@@ -36,14 +37,16 @@ def axis(
     rotary: bool = False,
     rests: bool = False,
     stroke: float = STROKE,
+    creeping: float = 0.0,
 ) -> Problem:
     """Swings over the stroke with a known mass, Coulomb and viscous friction and force constant fitted.
 
     missing: force (n,) in N that the model lacks; noise: deviation in m/s^2; memory: of the noise, from row to row;
-    rests: whether the axis stops on its way, for 0.05 to 0.5 s; stroke: in m or rad.
+    rests: whether the axis stops on its way, for 0.05 to 0.5 s; stroke: in m or rad;
+    creeping: Stribeck velocity in m/s, 0: friction is of one level.
     """
     random = np.random.default_rng(seed)
-    bare = _bare(random, rotary, rests, stroke)
+    bare = _bare(random, rotary, rests, stroke, creeping)
     driven = bare.push
     force = np.zeros(driven.size)
     for _ in range(_TURNS if missing is not None else 0):  # the drive moves the axis so whatever is missing
@@ -67,6 +70,7 @@ def axis(
         mass=bare.mass,
         push=bare.push,
         friction=bare.friction,
+        stribeck=bare.stribeck,
         blur=bare.blur,
         relaxed=bare.relaxed,
         follows=bare.follows,
@@ -83,11 +87,11 @@ def rows_of(problem: Problem, kept: Flags) -> Problem:
     """A problem of some rows (n,) of it."""
     rows = problem.rows
     some = {f.name: getattr(rows, f.name)[kept] for f in fields(rows)}
-    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "blur", "follows", "held")
+    own = ("residual", "weights", "noise", "base", "mass", "push", "friction", "stribeck", "blur", "follows", "held")
     return replace(problem, rows=Rows(**some), **{name: getattr(problem, name)[kept] for name in own})
 
 
-def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float) -> Problem:
+def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float, creeping: float) -> Problem:
     """The motion alone, without any residual."""
     owner = np.repeat(np.arange(RECORDINGS), LENGTH)
     t = np.tile(np.arange(LENGTH) * STEP, RECORDINGS)
@@ -113,6 +117,7 @@ def _bare(random: np.random.Generator, rotary: bool, rests: bool, stroke: float)
         mass=np.full(n, MASS),
         push=MASS * a - 3.0 * friction + load,
         friction=friction,
+        stribeck=1.0 + (0.6 * np.exp(-((v / creeping) ** 2)) if creeping else np.zeros(n)),
         blur=np.zeros(n),
         relaxed=1e-5,
         follows=np.full(n, 1e-9),

@@ -8,20 +8,21 @@ import pytest
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import arguments_of
 from linid.diagnosis.proposed.dictionary import formulas
-from linid.diagnosis.proposed.family import Family
+from linid.diagnosis.proposed.family import Family, added_level
 from linid.diagnosis.proposed.leftover import Leftover
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.waves import wave_families
 from linid.physics.own_terms.layout import VARIABLES
 from linid.physics.own_terms.own_term import parse_term
 from linid.physics.own_terms.values import formula_values
-from tests.diagnosis.proposed.axis import axis, family_of
+from tests.diagnosis.proposed.axis import CREEPING, axis, family_of
 
 MOVING = 0.02  # m/s, above which a bristle's friction is that of the sign
 
 
 def variables(problem: Problem) -> dict[str, Array]:
     known = {one.plain.symbol: one.plain.values for one in arguments_of(problem).values()}
+    known["stribeck"] = problem.stribeck
     return {name: known[name] for name in VARIABLES}
 
 
@@ -43,6 +44,21 @@ FORMS = (
     "time x motor force",
     "one direction",
 )
+
+
+@pytest.mark.parametrize("form", ["force_size x direction", "position x direction", "one direction"])
+def test_friction_that_scales_the_stribeck_curve_is_written_so(form: str) -> None:
+    problem = axis(None, creeping=CREEPING)
+    family = family_of(problem, form)
+    assert family.scaled
+    for formula in (one for one in formulas(problem, family) if one.name != "a wave each way"):  # which is a force
+        theta = formula.starts[0] if formula.starts.size else np.zeros(0)
+        assert "*stribeck*sign(v)" in formula.own(theta)
+    check(problem, family)
+    added = added_level(problem, family)
+    if added is not None:
+        assert not any("stribeck" in one.own(one.starts[0]) for one in formulas(problem, added))
+        check(problem, added)
 
 
 def check(problem: Problem, family: Family) -> None:

@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import AS_GOOD, candidates, judged_families, propose
-from tests.diagnosis.proposed.axis import RECORDINGS, Force, axis, rows_of
+from tests.diagnosis.proposed.axis import CREEPING, RECORDINGS, Force, axis, rows_of
 
 
 def wave(period: float) -> Force:
@@ -77,6 +77,24 @@ def test_a_hidden_force_gets_its_own_arguments(name: str) -> None:
     assert re.fullmatch(form, proposal.family.form), proposal.family.form
     assert proposal.low <= proposal.closed and proposal.closed > (0.6 if name == "walk" else 0.95)
     assert proposal.p_value == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("scaled", [True, False])
+@pytest.mark.parametrize(
+    ("level", "form"),
+    [
+        (lambda p: wave(0.017)(p), r"waves of 58\.8\d* per m, friction"),
+        (lambda p: 0.8 * np.sin(2.0 * math.pi * running_time(p) / 14.0), r"waves of 0\.071\d* per s, friction"),
+    ],
+    ids=["wave", "cooler"],
+)
+def test_rows_tell_what_scales_friction_from_what_adds_to_it(level: Force, form: str, scaled: bool) -> None:
+    """Where the axis creeps, what presses harder has more to rub than a seal that rubs besides."""
+    problem = axis(lambda p: level(p) * p.friction * (p.stribeck if scaled else 1.0), creeping=CREEPING)
+    proposal = propose(problem, judged_families(problem))
+    assert proposal is not None and re.fullmatch(form, proposal.family.form), proposal
+    assert proposal.family.scaled == scaled == ("stribeck" in proposal.family.formula)
+    assert proposal.closed > 0.95
 
 
 def test_waves_of_a_turn_have_whole_orders() -> None:

@@ -34,12 +34,12 @@ def kernel_value(text: str, values: dict[str, float], variables: dict[str, float
     p[RECORD + 1] = variables["T"] - variables["t"]
     for k, name in enumerate(layout.VARIABLES):
         p[OWN_VARIABLES + k] = variables[name]
-    on = model.mask & ~(layout.MEMORY_BIT | layout.ACCELERATION_BIT)
+    on = model.mask & ~(layout.MEMORY_BIT | layout.ACCELERATION_BIT | layout.STRIBECK_BIT)
     return float(summed(p, on, part, variables["F"], variables["t"], variables["y"], variables["v"]))
 
 
 VARIABLES = {"t": 0.3, "T": 7.3, "y": 0.11, "v": -0.4, "F": 12.0}
-VARIABLES |= {"travel": 0.05, "since_reversal": 0.2, "rest": 1.5, "slid": 0.02, "acceleration": 1.7}
+VARIABLES |= {"travel": 0.05, "since_reversal": 0.2, "rest": 1.5, "slid": 0.02, "acceleration": 1.7, "stribeck": 1.2}
 numbers = st.floats(-3.0, 3.0, allow_nan=False).map(lambda x: round(x, 3))
 leaves = st.one_of(
     numbers.map(lambda x: f"({x})"), st.sampled_from([*layout.VARIABLES, "pi"]), st.sampled_from(["b", "q", "k0"])

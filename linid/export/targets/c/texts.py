@@ -110,7 +110,8 @@ static void next_sample(@name@_model *m, double t, double dt, long substeps, lon
 @copy_next@
 }
 
-static void outputs_at(const @name@_model *m, double t, double out[4])
+/* Own terms of friction work in the model's memory. */
+static void outputs_at(@name@_model *m, double t, double out[4])
 {
     (void)t;
     @call_outputs@
@@ -118,7 +119,8 @@ static void outputs_at(const @name@_model *m, double t, double out[4])
 
 void @name@_outputs(const @name@_model *m, double out[4])
 {
-    outputs_at(m, m->t, out);
+    @name@_model now = *m;
+    outputs_at(&now, now.t, out);
 }
 
 void @name@_record(@name@_model *m, const double *coefficients, long n, double t, double dt, long substeps, double y,
