@@ -23,7 +23,7 @@ from linid.diagnosis.proposed.describe import described, in_the_model, with_form
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.problem import Problem, problem_of
-from linid.diagnosis.proposed.propose import LEAST_CLOSED, WORTH, Proposal, judged_families, propose
+from linid.diagnosis.proposed.propose import AS_GOOD, LEAST_CLOSED, WORTH, Proposal, judged_families, propose, tested
 from linid.diagnosis.proposed.regression import Regression, closed_share, held_squares
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
@@ -85,6 +85,13 @@ def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> L
     if leaves_nothing(excess, judge.fits.level(found.best.residual, found.best.floor, rows), unexplained):
         return None
     means.watch("term", 0, 3)
+    lead = _first_lead(base, found, means)
+    return None if lead is None else with_fewer_arguments(lead)
+
+
+def _first_lead(base: Base, found: Selection, means: Means) -> Lead | None:
+    """The term that the recordings ask for beside the models as they are."""
+    judge = base.judge
     beside = lead_beside(judge, found.best, means.seed)
     cancelled = _cancelled(base, found, means.seed)
     if cancelled is not None and _level_with(judge, cancelled) < _level_with(judge, beside):
@@ -145,6 +152,29 @@ def lead_beside(judge: Judge, start: Fitted, seed: int) -> Lead | None:
     judged = judged_families(problem)
     proposal = propose(problem, judged)
     return None if proposal is None else Lead(problem, tuple(judged), proposal, start, judge)
+
+
+def with_fewer_arguments(lead: Lead) -> Lead:
+    """A lead, or the best with some of its arguments alone that closes as much once the base has moved beside it.
+
+    A base that was fitted without a force along the way puts the motor's field elsewhere to imitate it, by more than
+    its slopes there reach: what it then leaves depends on the motor's force too.
+    """
+    mine, gain = set(lead.proposal.arguments), lead.proposal.gain
+    for one in lead.judged:
+        if set(one.family.arguments) < mine and one.best[1] >= WORTH * gain and effect_of(one.family):
+            proposal = tested(lead.problem, one)
+            fewer = None if proposal is None else replace(lead, proposal=proposal)
+            return lead if fewer is None or _closes(fewer) < AS_GOOD * _closes(lead) else fewer
+    return lead
+
+
+def _closes(lead: Lead) -> float:
+    """Share of the excess that a term closes in the model, base and effects identified anew beside it; as found where
+    no model can have it."""
+    if lead.joined is None:
+        return lead.proposal.closed
+    return 1.0 - _left(lead.problem, lead.joined.fitted)
 
 
 def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:
