@@ -163,7 +163,7 @@ def with_fewer_arguments(lead: Lead) -> Lead:
     mine, gain = set(lead.proposal.arguments), lead.proposal.gain
     for one in lead.judged:
         if set(one.family.arguments) < mine and one.best[1] >= WORTH * gain and effect_of(one.family):
-            proposal = tested(lead.problem, one)
+            proposal = tested(lead.problem, one, tries=1)
             fewer = None if proposal is None else replace(lead, proposal=proposal)
             return lead if fewer is None or _closes(fewer) < AS_GOOD * _closes(lead) else fewer
     return lead

@@ -81,8 +81,9 @@ def _finer(problem: Problem, proposal: Proposal) -> Proposal:
     return tested(problem, finer) or proposal
 
 
-def tested(problem: Problem, regression: Regression) -> Proposal | None:
-    """A family as a proposal if it stands: no chance of rolled residuals, and beyond doubt on the judging rows."""
+def tested(problem: Problem, regression: Regression, tries: int = TRIES) -> Proposal | None:
+    """A family as a proposal if it stands: no chance of rolled residuals, and beyond doubt on the judging rows. tries:
+    families that are tested, of which this is one."""
     penalty, gain = regression.best
     low = float(np.quantile(regression.closed_draws(_RESAMPLES), 0.025))
     closed = regression.closed()
@@ -92,7 +93,7 @@ def tested(problem: Problem, regression: Regression) -> Proposal | None:
     rolled = with_rolled(problem.rest, problem.rows.recording, problem.seed)[order].astype(np.float64)
     gains = regression.gains(rolled, penalty)
     chance = p_value(float(gains[0]), gains[1:])
-    if chance > SURE / TRIES:
+    if chance > SURE / tries:
         return None
     return Proposal(regression.family, gain, min(closed, 1.0), low, chance, regression)
 
@@ -128,7 +129,7 @@ def _all_families(problem: Problem, arguments: dict[str, Argument], left: Callab
 
 def candidates(found: Sequence[Regression]) -> list[Regression]:
     """The families, that which is tested first before the others: of those as good as the best the one of fewest
-    arguments and coefficients, what only passes last; then the rest."""
+    arguments and coefficients, what only passes last, friction before a damping that it equals; then the rest."""
     if not found:
         return []
     aimless = [one for one in found if one.family.wanders]
@@ -140,8 +141,8 @@ def candidates(found: Sequence[Regression]) -> list[Regression]:
     best = found[0].best[1]
     alike = [one for one in found if one.best[1] >= AS_GOOD * best]
 
-    def order(one: Regression) -> tuple[int, int, int, float]:
+    def order(one: Regression) -> tuple[int, int, int, bool, float]:
         numbers = one.family.columns.shape[1] + one.family.bends
-        return one.family.passing, len(one.family.arguments), numbers, -one.best[1]
+        return one.family.passing, len(one.family.arguments), numbers, one.family.factor == "velocity", -one.best[1]
 
     return [*sorted(alike, key=order), *(one for one in found if one.best[1] < AS_GOOD * best)]
