@@ -369,7 +369,7 @@ def effects(name: str | None, json_output: bool) -> None:
     --effect "NAME: FORMULA" is a term of your own, a force in N (rotary: N m), of t, T (of the campaign), y, v, F (of
     the motor), acceleration, stribeck, travel and since_reversal, rest and slid, powers, abs, sign, sin, cos, exp, log,
     sqrt, tanh, min, max, pi, spline, spline2, periodic, and parameters to be identified, all other names. A product
-    with sign(v) is friction, one with stribeck as well at breakaway as much more as the axis' own.
+    with sign(v) is friction; with stribeck as a further factor it rises towards breakaway as the axis' own does.
     --effect learned is the term that the recordings ask for, of a diagnosis' model or sought anew.
 
     \b

@@ -88,7 +88,7 @@ class Balance:
         self.jobs = jobs
         self.seed = seed
         self._part = Acceleration(base, self.recordings, jobs)
-        self.rows = rows_of(self._part, self.recordings)
+        self.rows = _rows(self._part, self.recordings)
 
     def __getstate__(self) -> dict[str, Any]:
         # On its way to a worker: it has one thread and a memory of its own.
@@ -215,8 +215,7 @@ def thrust_current(recording: Recording) -> Array:
     return np.asarray(np.sqrt(2.0 / 3.0 * (i_1**2 + i_2**2 + i_3**2)))
 
 
-def rows_of(part: Acceleration, recordings: tuple[Recording, ...]) -> Rows:
-    """The rows of a force balance. part: of it, over these recordings."""
+def _rows(part: Acceleration, recordings: tuple[Recording, ...]) -> Rows:
     offsets = part.simulator.inputs.sample_offsets
     owner = part.classes
     sample = part.rows - offsets[owner]

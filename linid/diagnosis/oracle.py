@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from linid.arrays import Array, Integers
-from linid.diagnosis.balance import rows_of
+from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.held_out_tests import Part
 from linid.diagnosis.means import Means
@@ -17,7 +17,6 @@ from linid.diagnosis.measures import model_of
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import fit_effects, part_of
 from linid.diagnosis.shares import Shares, shares_of
-from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.result import FitResult, ModelKind
 from linid.recording.recording import Recording
 
@@ -94,9 +93,8 @@ def ahead_along(result: FitResult, recordings: Sequence[Recording]) -> float:
     """RMS position error in m (rotary: rad) 0.1 s after any row by what a model misses along the measured motion, as
     that of a true term is told. Source: linid's own form."""
     model, vector = model_of(result)
-    part = Acceleration(model, tuple(recordings), 1)
-    rows = rows_of(part, tuple(recordings))
-    return _error_ahead(rows.t, rows.recording, -part.residuals(vector, np.zeros((1, 0)))[0])
+    balance = Balance(model, recordings, 1, result.seed)
+    return _error_ahead(balance.rows.t, balance.rows.recording, balance.residuals(model, vector)[0])
 
 
 def _error_ahead(t: Array, owner: Integers, residual: Array) -> float:

@@ -42,14 +42,13 @@ def _worse(given: Sequence[Sequence[float]]) -> bool:
     return lacking.worse_somewhere(changes)
 
 
-# Decision by its threshold: in which module it stands, and the decision from what was recorded.
-DECISIONS: dict[str, tuple[Any, Callable[[Any], bool]]] = {
-    "INSTEAD": (lacking, _instead),
-    "LEFT_BY_FORM": (lacking, _instead),
-    "LIKELY": (held_out_tests, _likely),
-    "SMALL_RISE": (lacking, _worse),
+# By threshold: the module in which it stands, under which name its decision is recorded, and that decision.
+DECISIONS: dict[str, tuple[Any, str, Callable[[Any], bool]]] = {
+    "INSTEAD": (lacking, "instead", _instead),
+    "LEFT_BY_FORM": (lacking, "instead", _instead),
+    "LIKELY": (held_out_tests, "likely", _likely),
+    "SMALL_RISE": (lacking, "worse", _worse),
 }
-_RECORDED = {"INSTEAD": "instead", "LEFT_BY_FORM": "instead", "LIKELY": "likely", "SMALL_RISE": "worse"}
 
 
 @contextmanager
@@ -103,7 +102,7 @@ def records(folder: Path, keys: dict[str, Key], without: bool) -> dict[str, Reco
 
 def turned(name: str, given: Sequence[Any], factor: float) -> int:
     """How many decisions a threshold at another value turns."""
-    place, decide = DECISIONS[name]
+    place, _, decide = DECISIONS[name]
     value = factor * float(getattr(place, name))
     usual = [decide(one) for one in given]
     with mock.patch.object(place, name, value):
@@ -113,8 +112,8 @@ def turned(name: str, given: Sequence[Any], factor: float) -> int:
 def report(found: dict[str, Record]) -> list[str]:
     """The table as Markdown, and how far masses lay from the truth."""
     lines = ["| threshold | value | decisions | yes | turned at half | at twice |", "|---|---|---|---|---|---|"]
-    for name, (place, decide) in DECISIONS.items():
-        given = [one for record in found.values() for one in record[_RECORDED[name]]]
+    for name, (place, kind, decide) in DECISIONS.items():
+        given = [one for record in found.values() for one in record[kind]]
         yes = sum(map(decide, given))
         cells = (len(given), yes, turned(name, given, 0.5), turned(name, given, 2.0))
         lines.append(f"| `{name}` | {getattr(place, name):g} | " + " | ".join(map(str, cells)) + " |")

@@ -92,7 +92,7 @@ def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
 def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[str], level: Array) -> Iterator[Formula]:
     """Formulas of velocity, motor force and direction alone. level: (n,) as of `_resisting`."""
     one = np.ones(problem.rows.t.size)
-    friction = _Factor("sign(v)", _force(problem), one, True)
+    friction = _resisting(_force(problem), one)
     pairs: list[tuple[str, _Factor, bool]] = []
     if "motor_force" not in names:
         pairs = [("speed", friction, True), ("velocity", _Factor("", _force(problem), one), True)]
