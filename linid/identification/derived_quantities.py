@@ -19,6 +19,7 @@ from linid.statistics import NORMAL_97_5
 # Minimum over k of the harmonics' share: (a_1 - 1)^2 + a_3^2 + ... with a_n = 2 sqrt(pi) k exp(-n^2 k^2 pi^2/4).
 SINE_LIMIT_K = 0.46223
 _FUNDAMENTAL = "fundamental_force_constant"
+SINE_COST = "sine_force_error"
 _ROTARY = {"m": "rad", "N/A": "N m/A"}  # units of a rotary axis
 
 
@@ -53,7 +54,7 @@ def derived_quantities(result: FitResult, recordings: Sequence[Recording]) -> tu
     if not motor.phases:
         return ()
     unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
-    shapes = unsure & {name for name, _ in motor.shape}
+    shapes = shapes_not_told(result)
     out = []
     for row in (*_of_every_motor(motor), *motor.derived, *_of_the_shape(motor), *_of_the_windings(result)):
         # The fundamental is told whatever the field's shape, so shapes that nothing tells are held.
@@ -123,14 +124,28 @@ def _sine_cost(result: FitResult, recordings: Sequence[Recording], unsure: bool)
         total += float((higher + force[1]) @ (higher + force[1]))
     # Two digits: a share of force to judge by, not to compute with.
     share = float(f"{math.sqrt(lost / total):.2g}") if total > 0.0 else 0.0
-    pays = share >= NEGLIGIBLE
+    note = sine_note(result, share, unsure)
+    return Estimate(SINE_COST, "e_sine", "1", share, math.nan, math.nan, math.nan, "fixed", note)
+
+
+def sine_note(result: FitResult, share: float, unsure: bool) -> str:
+    """What a share of the RMS force that a sine misses means for the choice of the motor's model.
+
+    unsure: the recordings do not tell the shape of the field.
+    """
+    pays, motor = share >= NEGLIGIBLE, MOTORS[result.model]
     note = f"{result.model} pays at these currents" if pays else "sine would do at these currents"
-    if not unsure and "nome" in values:
-        k = k_of(values["nome"])
-        note = f"k is {k - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {note}"
-    elif unsure and pays:
+    if unsure and not pays:
+        return "the recordings do not tell the field shape: sine does as well on them"
+    if unsure:
         names = " and ".join(name.replace("_", " ") for name, _ in reversed(motor.shape))
-        note += f", which tell {names} only together"
-    elif unsure:
-        note = "the recordings do not tell the field shape: sine does as well on them"
-    return Estimate("sine_force_error", "e_sine", "1", share, math.nan, math.nan, math.nan, "fixed", note)
+        return f"{note}, which tell {names} only together"
+    if "nome" not in {e.name for e in result.estimates}:
+        return note
+    return f"k is {k_of(result.value('nome')) - SINE_LIMIT_K:+.3f} from {SINE_LIMIT_K}: {note}"
+
+
+def shapes_not_told(result: FitResult) -> set[str]:
+    """Parameters of the field's shape that the recordings do not tell."""
+    unsure = {e.name for e in result.estimates if e.status == "not_identifiable"}
+    return unsure & {name for name, _ in MOTORS[result.model].shape}

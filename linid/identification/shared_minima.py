@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from linid.identification.derived_quantities import derived_quantities
+from linid.identification.derived_quantities import SINE_COST, derived_quantities, shapes_not_told, sine_note
 from linid.identification.result import Estimate, FitResult
 from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.identification.uncertainty.estimates import is_useless_ratio
 from linid.identification.uncertainty.identifiability import RANGE_LIMIT, advice
+from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.statistics import NORMAL_97_5
 
 
@@ -30,11 +31,12 @@ def shared(best: FitResult, rival: FitResult, space: SearchSpace) -> FitResult:
     told = replace(best, estimates=tuple(estimates))
     of_rival = {e.name: e for e in derived_quantities(replace(rival, estimates=tuple(others)), ())}
     of_best = {e.name: e for e in derived_quantities(told, ())}
-    derived = (
-        _joined(of_best[e.name], of_rival[e.name]) if math.isfinite(e.low) and math.isfinite(e.high) else e
+    costs = {e.name: e for e in rival.derived}
+    derived = tuple(
+        _sine_cost(e, costs[e.name], told) if e.name == SINE_COST else _derived(e, of_best[e.name], of_rival[e.name])
         for e in best.derived
     )
-    return replace(told, derived=tuple(derived))
+    return replace(told, derived=derived)
 
 
 def with_twin(result: FitResult, space: SearchSpace) -> FitResult:
@@ -78,6 +80,26 @@ def _says_nothing(estimate: Estimate, searched: SearchParameter) -> bool:
     if searched.log and estimate.low > 0.0:
         return is_useless_ratio(0.5 * math.log(estimate.high / estimate.low) / NORMAL_97_5)
     return 0.5 * (estimate.high - estimate.low) / NORMAL_97_5 > RANGE_LIMIT * (searched.upper - searched.lower)
+
+
+def _derived(known: Estimate, mine: Estimate, its: Estimate) -> Estimate:
+    """A derived quantity with an interval that also holds that of the other minimum.
+
+    known: as the best result has it, which may hold a third minimum already; mine: derived anew, with what is told now.
+    """
+    note = known.note if mine.note in known.note else "; ".join(filter(None, (known.note, mine.note)))
+    return _joined(replace(known, status=mine.status, note=note), its)
+
+
+def _sine_cost(mine: Estimate, its: Estimate, told: FitResult) -> Estimate:
+    """What a sine would miss, with a word on whether both minima say the same of it."""
+    if mine.value == its.value and mine.note:  # a twin pushes alike; the note may hold another minimum already
+        return mine
+    both = f"{mine.value:.2g} or {its.value:.2g}, shared by two minima"
+    if (mine.value >= NEGLIGIBLE) == (its.value >= NEGLIGIBLE):
+        return replace(mine, note=f"{both}: {sine_note(told, mine.value, bool(shapes_not_told(told)))}")
+    note = f"{both}: these recordings do not tell whether {told.model} pays"
+    return replace(mine, status="not_identifiable", note=note)
 
 
 def _joined(mine: Estimate, its: Estimate) -> Estimate:

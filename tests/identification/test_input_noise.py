@@ -88,9 +88,16 @@ def test_rival_minima_are_told_apart_by_what_noise_may_do() -> None:
 def test_a_rival_with_wide_magnets_is_fitted_before_its_shape_is_free() -> None:
     """In this draw of noise the first minimum has a nome of 0.89; the true one beside it costs the same."""
     campaign = table_3()
-    found = {e.name: e for e in motor_fit(campaign, "theta", 1004).estimates}
+    result = motor_fit(campaign, "theta", 1004)
+    found = {e.name: e for e in (*result.estimates, *result.derived)}
     for name in ("winding_displacement", "nome", "electrical_wavenumber", "commutation_offset"):
         assert found[name].low < campaign.truth[name] < found[name].high, found[name]
+    # What follows from them holds both minima too, and says so.
+    derived = {"phase_spacing": 1.513 / 104.7, "coil_length": 2.0 * 1.376 / 104.7, "fundamental_force_constant": 120.75}
+    for name, truth in derived.items():
+        assert found[name].low < truth < found[name].high, found[name]
+    assert "shared by two minima" in found["phase_spacing"].note
+    assert "shared by two minima" in found["sine_force_error"].note and "k is" not in found["sine_force_error"].note
 
 
 @pytest.mark.exhaustive
