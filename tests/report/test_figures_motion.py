@@ -16,7 +16,7 @@ from linid.report.figures.coast_down import coast_down_figure
 from linid.report.figures.common import breakdown
 from linid.report.figures.comparison import comparison_figure
 from linid.report.figures.currents import currents_figure, liveliest
-from linid.report.figures.free_wheel import free_wheel_displacement_figure, free_wheel_velocity_figure
+from linid.report.figures.free_wheel import free_wheel_displacement_figure, free_wheel_velocity_figure, until_rest
 from linid.report.figures.operation import operation_figure
 from linid.report.figures.overview import overview_figure
 from linid.report.style import ACCENT, ERROR, MEASURED, MODEL
@@ -285,6 +285,7 @@ def test_cases_of_operation_follow_position_and_velocity_and_show_both_models() 
     figure = operation_figure([ours, ours], [theirs, theirs], ("sine", "theta"), "Sine model")
     assert_sound(figure)
     assert len(figure.axes) == 6  # position, velocity and error of two cases
+    assert any("begins anew from the measured state every 0.1 s" in text.get_text() for text in figure.texts)
     for position, velocity, error in (figure.axes[:3], figure.axes[3:]):
         for axes in (position, velocity):
             (measured,) = lines(axes, MEASURED)
@@ -298,6 +299,15 @@ def test_cases_of_operation_follow_position_and_velocity_and_show_both_models() 
         assert error.get_title(loc="left") == "sine RMS 50 µm; theta RMS 200 µm"
     with pytest.raises(DataError, match="no prediction"):
         operation_figure([coast()], [coast()], ("sine", "theta"), "free wheels")
+
+
+def test_what_follows_a_stop_is_cut_but_for_a_little() -> None:
+    whole = coast(n=3000)
+    cut = until_rest(whole)
+    stop = whole.t[np.flatnonzero(whole.velocity_simulated > 1e-6)[-1]]
+    assert stop < cut.t[-1] < 1.6 * stop < whole.t[-1]
+    for name in ("y_measured", "y_simulated", "velocity_measured", "velocity_simulated"):
+        np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name)[: cut.t.size])
 
 
 def test_runs_by_voltage_show_motion_and_currents() -> None:

@@ -58,6 +58,8 @@ def test_a_model_follows_a_reference_and_a_machine_is_laid_beside_it(model: Path
     row = body["closed_loop"][0]
     assert row["gap_rms"] < ROUNDED
     assert row["following_error_measured_rms"] == pytest.approx(row["following_error_rms"], abs=ROUNDED)
+    told = linid("validate", model, campaign, "--no-figures", "--out", tmp_path / "open")
+    assert told.exit_code == 0 and "--controller compares" in told.stderr
 
 
 def test_what_cannot_follow_is_said(model: Path, tmp_path: Path) -> None:

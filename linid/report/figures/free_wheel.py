@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -53,6 +54,14 @@ def _end_of_interest(trace: Trace) -> float:
     t = trace.t - trace.t[0]
     stop = float(t[np.flatnonzero(away)[-1]]) if away.any() else float(t[-1])
     return min(_BEYOND_STOP * stop, float(t[-1])) or 1.0
+
+
+def until_rest(trace: Trace) -> Trace:
+    """The motion of a trace (samples in SI, as before) until the stop and a share beyond, without its currents."""
+    few = slice(int(np.searchsorted(trace.t - trace.t[0], _end_of_interest(trace), side="right")))
+    names = ("t", "y_measured", "y_simulated", "velocity_measured", "velocity_simulated")
+    cut: dict[str, Any] = {name: getattr(trace, name)[few] for name in names}
+    return replace(trace, phase_currents=None, drive_input=None, **cut)
 
 
 def _lines(trace: Trace, quantity: str) -> tuple[Array, Array]:

@@ -48,7 +48,7 @@ def pair_figure(design: MotorDesign) -> Figure:
         along.set_title("along the guideway")
         across.set_title("across the guideway")
         along.set_ylabel("flux density $B_z$ (T)")
-        along.legend(loc="upper right")
+        along.legend(loc="upper right", frameon=True, facecolor="white", framealpha=1.0)  # its swatch is shaded too
         caption(
             figure,
             f"Gaussian: $B_0$ = {gaussian.peak:.4g} T, $\\sigma_x$ = {gaussian.sigma_x * _MM:.4g} mm, $\\sigma_y$ = "

@@ -42,6 +42,10 @@ def operation_figure(traces: Sequence[Trace], others: Sequence[Trace], names: tu
         figure = new_figure(height)
         figure.set_layout_engine(None)
         figure.text(0.01, 1 - 2.0 / height, title, fontsize=9.5, fontweight="bold", va="top")
+        ahead = pieces[0][0]
+        note = f"Each model begins anew from the measured state every {ahead.horizon:.3g} s." if ahead else ""
+        note += " Error: predicted minus measured position; RMS: of its ends."
+        figure.text(0.01, 1 - 7.0 / height, note, fontsize=7, color=MUTED, va="top")
         for index, (trace, pair) in enumerate(zip(traces, pieces, strict=True)):
             panels = [figure.add_axes(box) for box in _boxes(index, height)]
             _case(panels, trace, [one for one in pair if one is not None], names)

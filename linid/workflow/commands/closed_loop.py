@@ -51,10 +51,11 @@ def run_closed_loops(
     from linid.report.figures.closed_loop import closed_loop_figure
     from linid.report.figures.write import Drawing
 
-    def drawing(name: str, stem: str, run: ClosedLoop, measured: Any) -> Drawing:
+    def drawing(recording: Recording, stem: str, run: ClosedLoop, measured: Any) -> Drawing:
+        limit, current = controller.current_limit_a, None if measured is None else _logged_current(fit, recording)
         return Drawing(
             f"closed_loop_{stem}",
-            lambda: closed_loop_figure(name, run, fit.result.axis, measured, controller.current_limit_a),
+            lambda: closed_loop_figure(recording.name, run, fit.result.axis, measured, limit, current),
         )
 
     rows: list[Row] = []
@@ -64,11 +65,22 @@ def run_closed_loops(
         run = api.follow(fit, recording, controller, position=start[0], speed=start[1])
         measured = recording.y if recording.reference is not None else None
         path = write_text(folder / "closed_loop" / f"{stem}.csv", closed_loop_csv(run, recording.axis, measured))
-        drawings.append(drawing(recording.name, stem, run, measured))
+        drawings.append(drawing(recording, stem, run, measured))
         errors.append(float(np.max(np.abs(run.following_error))))
         rows.append({"recording": recording.name, "file": str(path), **_measures(run, controller, measured)})
     worst = int(np.argmax(errors))  # also one that is no number
     return rows, [drawing._replace(few=k == worst) for k, drawing in enumerate(drawings)]
+
+
+def _logged_current(fit: Fit, recording: Recording) -> Any:
+    """The machine's own q-current (n,) in A beside a model's; None where the recording logs none."""
+    from linid.diagnosis.measures import model_of
+    from linid.simulation.closed_loop import measured_q_current
+
+    model = model_of(fit.result)[0]
+    if recording.phase_currents is not None and model.driven_by.phases:
+        return measured_q_current(model, {e.name: e.value for e in fit.result.estimates}, recording)
+    return recording.drive_input if recording.input_unit == "A" else None
 
 
 def _measures(run: ClosedLoop, controller: Controller, measured: Any) -> Row:

@@ -81,8 +81,8 @@ def _free_wheel_figures(traces: Mapping[str, Trace], wheels: Sequence[Recording]
             "Fig. 11: resistive force model against the free wheels",
             partial(
                 overview_figure,
-                [traces[r.name] for r in wheels],
-                "Free wheels: measured (blue) and simulated (black) position",
+                [free_wheel.until_rest(traces[r.name]) for r in wheels],
+                "Free wheels, long rests cut: measured (blue) and simulated (black) position",
             ),
         ),
     }

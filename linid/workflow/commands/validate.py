@@ -77,6 +77,8 @@ def validate(
         more: list[Drawing] = []
         if loops is not None:
             outcome, more = _with_closed_loops(outcome, fit, chosen, loops)
+        elif any(one.reference is not None for one in chosen):
+            reporter.say("commanded positions are logged: --controller compares how model and machine follow them")
         outcome = reporter.show(outcome)
         results.draw(lambda: results.validation_pictures(found, campaign) + more, folder.path, request, reporter)
         folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
