@@ -40,6 +40,17 @@ def test_free_wheels_with_added_masses_give_friction_and_mass() -> None:
     assert max(result.residual_rms.values()) < 1.2 * np.hypot(0.2e-6, 0.1e-6 / np.sqrt(12.0))
 
 
+def test_what_the_shipped_recordings_miss_is_their_draw_of_noise() -> None:
+    """Three of data/stand's seven truths lie outside the intervals; its noise reversed, as far on the other side."""
+    campaign = stand(only=FREE_WHEELS)
+    reversed_noise = [replace(r, y=2.0 * campaign.exact[r.name].y - r.y) for r in campaign.recordings]
+    one, other = (fit("friction", r, settings=SMALL).estimates for r in (campaign.recordings, reversed_noise))
+    for mine, its in zip(one, other, strict=True):
+        if mine.status != "fixed":
+            truth = campaign.truth[mine.name]
+            assert abs(0.5 * (mine.value + its.value) - truth) < 0.5 * mine.std, (mine, its)
+
+
 @pytest.mark.parametrize(("campaign", "seed"), [(stand, 1016), (table_2, 1030)])
 def test_a_needle_of_friction_at_rest_is_not_taken_for_the_minimum(
     campaign: Callable[[], GeneratedCampaign], seed: int
