@@ -131,14 +131,25 @@ class JointFit(Criterion):
         )
         return step if step.level < one.level else one
 
+    def unfitted(self, model: Model, values: Mapping[str, float], preset: Mapping[str, float]) -> tuple[Array, Array]:
+        """Residual (n,) in m/s^2 of all rows and floor (B,) that a model has at first values in SI, before any fit."""
+        posed, x = self._posed(model, values, self._held(model, preset), UNSHAPED)
+        vector = posed.vectors(x)
+        return self.balance.residuals(model, vector)[0], self.floor_of(model, vector[0])
+
+    def has_room(self, model: Model, values: Mapping[str, float], preset: Mapping[str, float]) -> bool:
+        """Whether first values in SI lie within what is searched, to rounding."""
+        posed, x = self._posed(model, values, self._held(model, preset), UNSHAPED)
+        vector = posed.vectors(x)[0]
+        there = np.array([vector[model.slot(c.name)] for c in posed.coordinates if c.name in values])
+        wanted = np.array([values[c.name] for c in posed.coordinates if c.name in values])
+        return bool(np.allclose(there, wanted, rtol=1e-9, atol=0.0))
+
     def level_at(
         self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]
     ) -> float:
         """The criterion per row that a model has at first values in SI, before any fit."""
-        posed, x = self._posed(model, values, self._held(model, preset), UNSHAPED)
-        vector = posed.vectors(x)
-        residual = self.balance.residuals(model, vector)[0]
-        return self.level(residual, self.floor_of(model, vector[0]), self.rows_of(recordings))
+        return self.level(*self.unfitted(model, values, preset), self.rows_of(recordings))
 
     def at(
         self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]

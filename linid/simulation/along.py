@@ -37,6 +37,7 @@ REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance o
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
 PIECES = 8
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
+RAISED = 4.0  # times its own, to which effects may raise friction for that to hold: no deflection then exceeds this
 
 
 class MeasuredMotion(NamedTuple):
@@ -270,9 +271,11 @@ def along_one(terms, candidates, stretch, motion, w, kept, before, found):
     resistance = Resistance(1.0, 1.0, 0.0)
     last = before_last = mean = late = force = 0.0
     want_a = found.a.size > 0
-    # Where nothing but the motion acts on the bristle, it can be followed in parts.
-    skipping = motion.wanted.size > 0 and not want_a and not (on & acts.between or on & acts.sensor)
+    # Where nothing that has states of its own acts on the bristle, it can be followed in parts.
+    skipping = motion.wanted.size > 0 and not want_a and not (on & acts.advance or on & acts.sensor)
     memory = FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
+    if on & acts.level or on & acts.load:
+        memory *= RAISED
     motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:

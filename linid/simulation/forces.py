@@ -205,9 +205,9 @@ def force_once(terms, axis, t, y, v, currents):
 
 @compiled
 def friction_load(terms, axis, t, y, v, currents):
-    """Sliding and breakaway friction in N that the motor's force adds."""
+    """Sliding and breakaway friction in N that the motor's force adds, or that own terms add."""
     push = 0.0
-    if axis.powered:
+    if axis.powered and axis.on & terms.acts.pressed:
         driven = driven_currents(terms, axis, t, y, v, currents)
         field = field_position(terms, axis, t, y, v, driven)
         push = terms.motor.thrust(axis, field, driven)

@@ -15,7 +15,7 @@ from linid.physics.effects.effect import STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
-from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT
+from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT, MEMORY_BIT
 from linid.simulation import own_terms
 from linid.simulation.binding import inlined, part, values_at
 from linid.simulation.bundle import Bundle
@@ -221,8 +221,8 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
     load and pushed (N on the mass by the motor's force) (value, on, push, t, y, v, currents, p); all others (value, on,
     t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); law: those of the friction law (laws.py); acts:
     per term the bits of all effects, and of own terms, that have it, besides `any`, `push` (what changes the forces on
-    the mass) and `between` (what acts between the samples of a measured motion); chosen, always: bits that the caller
-    of the kernel chooses, and that are known when it is compiled.
+    the mass), `pressed` (what makes friction of the motor's force) and `between` (what acts between the samples of a
+    measured motion); chosen, always: bits that the caller of the kernel chooses, and that it has when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
@@ -238,6 +238,7 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
             chains[term] = link(chains[term])
     guards = {
         **bits,
+        "pressed": bits_of("load", effects) | (own & LEVEL_BIT and LOAD_BIT),
         "any": sum(1 << EFFECTS.index(effect) for effect in effects) | own,
         "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
         "between": bits["level"] | bits["load"] | bits["advance"],

@@ -12,6 +12,8 @@ from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge, judge_of
+from linid.diagnosis.masses import _level_by_size, _scaled
+from linid.physics.effects.registry import canonical
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from tests.diagnosis.machine import COULOMB, MASS, VISCOUS, K, Noise, recording
@@ -115,3 +117,17 @@ def test_the_mass_alone_moves_no_recording_without_another_mass() -> None:
     owner = judge.balance.rows.recording
     told = [float(np.abs(slope[owner == k]).max()) for k in range(4)]
     assert max(told[0], told[1], told[3]) < 1e-6 * told[2]
+
+
+@pytest.mark.parametrize("effect", ["", "wave: c_1 * cos(40 * y) * sign(v)", "knee: c_1 * min(max(F, -2), 2)"])
+def test_the_criterion_by_the_size_of_all_forces_is_that_of_simulations(effect: str) -> None:
+    """Where all forces grow together, two sizes tell the others; where a formula holds newtons, each is simulated."""
+    judge = weighed(TRUE)
+    model = Model("force", canonical((effect,)) if effect else ())
+    own = {p.name: 0.3 for p in model.parameters if p.name.endswith("_c_1")}
+    found = judge.fits.at(model, {**TRUE, **own}, {}, (0, 1, 2))
+    level, rows = _level_by_size(judge.fits, found), judge.fits.rows_of((0, 1, 2))
+    sizes = (-0.9, -0.2, 0.4, 0.9)
+    simulated = [judge.fits.level(*judge.fits.unfitted(model, _scaled(found, one), {}), rows) for one in sizes]
+    assert [level(one) for one in sizes] == pytest.approx(simulated, abs=1e-9)
+    assert np.ptp(simulated) > 0.1

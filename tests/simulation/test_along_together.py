@@ -81,3 +81,33 @@ def test_candidates_have_the_same_bits_alone(name: str, seed: int, size: int, wa
             assert np.array_equal(
                 all_of_them[k : k + 1] if all_of_them.shape[0] > 1 else all_of_them, alone, equal_nan=True
             )
+
+
+SKIPPED = {
+    "plain": (Model("sine"), {}),
+    "level": (Model("sine", ("position_dependent_friction",)), {}),
+    "load": (Model("sine", ("load_dependent_friction",)), {}),
+    "own": (Model("sine", ("learned: (c_1 * cos(90 * y) + c_2 * stribeck) * sign(v)",)), {"learned_c_1": 3.0}),
+}
+
+
+@pytest.mark.parametrize("name", SKIPPED)
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_not_followed_is_forgotten(name: str, seed: int) -> None:
+    """A bristle that is wanted now and then is followed over a part of the way, and is where the whole way leads it.
+
+    Friction of the own term reaches four times that of the axis.
+    """
+    model, given_values = SKIPPED[name]
+    recording, v, rests = motion(seed)
+    simulator = Simulator(model, pack_inputs([recording]), 1, 1)
+    values = {p.name: p.default for p in model.parameters} | {"coulomb_force": 1.0, "static_force": 1.2} | given_values
+    candidates = model.vector(values)[None, :]
+    wanted = np.random.default_rng(seed).random(v.size) < 0.01
+    wanted[-1] = True
+    arguments = (candidates, recording.y, v, rests, np.full((1, 1), np.nan))
+    followed = simulator.along(*arguments, acceleration=False).bristle[0]
+    parts = simulator.along(*arguments, acceleration=False, wanted=wanted).bristle[0]
+    assert np.count_nonzero(np.isfinite(parts)) < 0.9 * v.size
+    # where an axis that moved has forgotten where it came from
+    assert parts[wanted] == pytest.approx(followed[wanted], abs=1e-9 * np.max(np.abs(followed)))

@@ -24,7 +24,7 @@ from linid.physics.model import Model
 
 NAME = "learned"
 _SMALL = 1e-2  # of what is left, in a difference that shows what an amplitude does
-_TURNS = 3  # of curve and model, each with the other as it was last
+_TURNS = 2  # of curve and model, each with the other as it was last: a third one lowers the criterion by 6e-4 at most
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ STACK = 24  # numbers that a program may hold at once
 # friction and mass.
 VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid", "acceleration", "stribeck")
 MEMORY_VARIABLES = VARIABLES[5:9]
-# Bits that switch on own forces, own levels of friction, the memory, the acceleration, and the Stribeck curve, beyond
-# those of the library's effects.
-FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT, STRIBECK_BIT = 1 << 60, 1 << 61, 1 << 62, 1 << 59, 1 << 58
+# Bits that switch on own forces, own levels of friction, the memory, the acceleration, the Stribeck curve, and the
+# motor's force in a level of friction, beyond those of the library's effects.
+FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT, STRIBECK_BIT, LOAD_BIT = (1 << k for k in (60, 61, 62, 59, 58, 57))
 CREEP = 1.0  # Stribeck velocities: slower than about that an axis is held, not sliding
 
 # The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since

@@ -68,6 +68,8 @@ class OwnTerm:
             out |= layout.STRIBECK_BIT
         for one in self.summands:
             out |= layout.LEVEL_BIT if one.friction else layout.FORCE_BIT
+        if out & layout.LEVEL_BIT and self.variables & {"F", "acceleration"}:
+            out |= layout.LOAD_BIT
         return out
 
     def range_of(self, parameter: str) -> tuple[float, float] | None:
