@@ -273,9 +273,8 @@ def along_one(terms, candidates, stretch, motion, w, kept, before, found):
     want_a = found.a.size > 0
     # Where nothing that has states of its own acts on the bristle, it can be followed in parts.
     skipping = motion.wanted.size > 0 and not want_a and not (on & acts.advance or on & acts.sensor)
-    memory = FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
-    if on & acts.level or on & acts.load:
-        memory *= RAISED
+    raised = RAISED if on & acts.level or on & acts.load else 1.0
+    memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
     motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
