@@ -33,12 +33,15 @@ def test_states_by_hand() -> None:
     assert state(Change(2.0, INF, 1.0)) == WORSE
     for unclear in (Change(2.0, 1.0, NAN), Change(NAN, 1.0, 0.5), Change(1.0, NAN, 0.5), Change(INF, 1.0, 0.5)):
         assert state(unclear) == "-"
+    assert state(Change(2.0, 2.001, 2.0)) == "-"
 
 
 @given(*[st.floats(1e-6, 10.0)] * 3)
 def test_a_percentage_lies_within_0_and_100(before: float, after: float, floor: float) -> None:
     text = state(Change(before, after, floor))
-    if text not in (AT_FLOOR, WORSE):
+    if text == "-":
+        assert before <= floor < after
+    elif text not in (AT_FLOOR, WORSE):
         assert 0 <= float(text.strip("<> %")) <= 100
 
 

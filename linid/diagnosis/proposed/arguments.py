@@ -16,6 +16,7 @@ from linid.physics.effects.effect import ARGUMENTS
 # What only passes comes last: between equals, what a designer can change is likelier the cause.
 PASSING = ("time", "campaign_time", "recording")
 NEAR = 0.004  # of the stroke: what a reversal or a rest leaves behind is drawn by the logarithm of the way since
+RATE = "rate of the motor force"
 _BRIEF = 0.03  # s, a rest that hardly counts
 TURN = 2.0 * math.pi  # rad
 _TURNS = 2.0  # from which on an axis comes back to the same angles
@@ -95,6 +96,8 @@ def arguments_of(problem: Problem) -> dict[str, Argument]:
     if np.any(problem.push != 0.0):
         found["motor_force"] = Argument("motor_force", "F", force, problem.push)
         found["force_size"] = Argument("motor_force", "abs(F)", force, np.abs(problem.push))
+        rates = problem.rates(problem.push[:, None])[:, 0]
+        found["force_rate"] = Argument("motor_force", "", f"{force}/s", rates, said=RATE)
     if problem.elapsed.size > 1 and float(np.ptp(problem.elapsed)) > 0.0:
         elapsed = problem.elapsed[rows.recording] + rows.t
         found["campaign_time"] = Argument("campaign_time", "T", "s", elapsed)

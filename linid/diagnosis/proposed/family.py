@@ -72,6 +72,9 @@ def families(problem: Problem, arguments: Mapping[str, Argument]) -> Iterator[Fa
     for key, argument in arguments.items():
         if key == "slid":
             continue
+        if key == "force_rate":  # what acts late, or through a filter
+            yield force(problem, (argument.name,), key, curve(argument, ONE))
+            continue
         basis = curve(argument, ROUND if argument.period else FINE if key in _FINELY else ONE)
         if key not in ("speed", "force_size"):
             yield force(problem, (argument.name,), key, basis)

@@ -95,6 +95,14 @@ class Problem:
         place = np.maximum(last, 0)
         return place, np.where(last >= 0, np.exp(-(path - path[place]) / self.relaxed), 0.0)
 
+    def rates(self, values: Array) -> Array:
+        """How fast values (n, k) change, (n, k) per second; 0 where rows are missing between."""
+        out = np.zeros_like(values)
+        t, owner = self.rows.t, self.rows.recording
+        inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
+        out[1:-1][inner] = (values[2:] - values[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
+        return out
+
     def pushed(self, forces: Array) -> Array:
         """What forces on the mass (n, k) in N give the rows, (n, k) in m/s^2: at rest the bristle takes them up, and
         forgets that as it slides."""
@@ -104,13 +112,9 @@ class Problem:
     def resisted(self, levels: Array) -> Array:
         """What higher levels (n, k) of friction in N give the rows, (n, k) in m/s^2: nothing at rest; the bristles bend
         to a new level only as the axis moves, and where it rises, their damping adds to it."""
-        rising = np.zeros_like(levels)
-        t, owner = self.rows.t, self.rows.recording
-        inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
-        rising[1:-1][inner] = (levels[2:] - levels[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
         kept = self._kept
         share = np.where(self.rows.standstill, 0.0, (1.0 - kept) * self.friction)
-        bent = share[:, None] * (levels + self.damped * rising)
+        bent = share[:, None] * (levels + self.damped * self.rates(levels))
         band = np.stack([np.ones(kept.size), -np.append(kept[1:], 0.0)])
         return np.asarray(solve_banded((1, 0), band, bent, check_finite=False) / self.mass[:, None])
 

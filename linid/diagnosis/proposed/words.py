@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from linid.diagnosis.proposed.arguments import arguments_of
+from linid.diagnosis.proposed.arguments import RATE, arguments_of
 from linid.diagnosis.proposed.basis import support
 from linid.diagnosis.proposed.curve import period_of
 from linid.diagnosis.proposed.problem import Problem
@@ -95,6 +95,8 @@ def _manners(proposal: Proposal) -> dict[str, str]:
             out["time"] = f"{quantity(float(wave[1]), 'Hz')}, {out['time']}"
     for side in family.sides:
         period = period_of(side)
+        if side.argument.said == RATE:
+            out[side.argument.name] = "how fast it changes"
         if period and side.argument.unit == "s":
             out[side.argument.name] = quantity(1.0 / period, "Hz")
         elif period:

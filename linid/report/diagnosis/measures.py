@@ -93,6 +93,8 @@ def state(change: Change) -> str:
         return "-"
     if after <= floor:
         return AT_FLOOR
+    if before <= floor:
+        return "-"
     return percent(max(0.0, (before**2 - after**2) / (before**2 - floor**2)))
 
 

@@ -18,7 +18,7 @@ from linid.diagnosis.proposed.waves import wave_families
 from linid.physics.effects.effect import ARGUMENTS
 from tests.diagnosis.proposed.axis import LENGTH, RECORDINGS, STEP, axis, rows_of
 
-SMOOTH = ("position", "velocity", "travel", "since_reversal", "motor_force", "time", "campaign_time")
+SMOOTH = ("position", "velocity", "travel", "since_reversal", "motor_force", "force_rate", "time", "campaign_time")
 
 
 @pytest.mark.parametrize("key", SMOOTH)

@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 from linid.diagnosis.proposed.history import memory_of
 from linid.diagnosis.proposed.problem import Problem
 from linid.diagnosis.proposed.propose import AS_GOOD, candidates, judged_families, propose
-from tests.diagnosis.proposed.axis import CREEPING, RECORDINGS, Force, axis, rows_of
+from tests.diagnosis.proposed.axis import CREEPING, MASS, RECORDINGS, Force, axis, rows_of
 
 
 def wave(period: float) -> Force:
@@ -41,6 +41,11 @@ def after_rest(p: Problem) -> np.ndarray:
     return np.asarray(3.0 * memory.rest * np.exp(-memory.slid / 0.02) * p.friction)
 
 
+def late(p: Problem) -> np.ndarray:
+    """What a motor's force is short of that acts 4 ms late, told by what accelerates: friction hardly changes."""
+    return np.asarray(-4e-3 * p.rates(MASS * p.rows.a[:, None])[:, 0])
+
+
 HIDDEN: dict[str, tuple[Force, tuple[str, ...], str]] = {
     "wave": (wave(0.023), ("position",), r"waves of 43\.\d+ per m, force"),
     "friction wave": (
@@ -63,6 +68,7 @@ HIDDEN: dict[str, tuple[Force, tuple[str, ...], str]] = {
         r"waves of 0\.071\d* per s, friction",
     ),
     "vibration": (vibration, ("time",), r"waves of 13\.0\d* per s, phase by recording"),
+    "late": (late, ("motor_force",), "force_rate"),
     "walk": (walk, ("time",), "wandering force"),
 }
 
