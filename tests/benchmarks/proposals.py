@@ -2,7 +2,7 @@
 
 FOLDER holds a challenge of causes outside the library (`linid challenge make --kinds unknown`), or of none. Effects of
 the library are not tried: what is judged is the proposal itself, in some seconds a campaign. --derive: the same with
-each threshold at half and at twice its value (shares: as far from 1).
+each threshold at half and at twice its value (shares: as far from 1; quantiles: squared, and their square roots).
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from linid.challenge.outside import CAUSES
 from linid.challenge.proposals import cause_of, grade
 from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.means import Means
+from linid.diagnosis.proposed import bent, waves
 from linid.diagnosis.proposed import propose as rules
-from linid.diagnosis.proposed import waves
 from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.regression import Regression
 from linid.recording.campaign import read_campaign
 from linid.threads import one_thread
 
 SEED = 1
-# Thresholds of the choice, of the search, and those of them that are shares of the best.
+# Thresholds of the choice, of the search (and where they stand), and those of them that are shares of the best.
 THRESHOLDS = ("AS_GOOD", "FINER", "WORTH", "SURE", "LEAST_CLOSED", "LEAST_EXCESS", "LEAST_GAIN")
-SEARCHING = ("LEAST_PART",)
+SEARCHING = {"LEAST_PART": waves, "BENDS": bent}
 SHARES = ("AS_GOOD",)
 
 
@@ -54,14 +54,19 @@ def mark(key: Key, problem: Problem, judged: Sequence[Regression]) -> tuple[str,
 
 
 @contextmanager
-def threshold(name: str, factor: float) -> Iterator[float]:
-    """A threshold of the proposal at another value."""
-    place = waves if name in SEARCHING else rules
+def threshold(name: str, factor: float) -> Iterator[str]:
+    """A threshold of the proposal at another value, and that in words."""
+    place = SEARCHING.get(name, rules)
     before = getattr(place, name)
-    value = 1.0 - (1.0 - before) * factor if name in SHARES else min(before * factor, 1.0)
+    if isinstance(before, tuple):
+        value = tuple(quantile ** (1.0 / factor) for quantile in before)
+        words = ", ".join(f"{quantile:.2g}" for quantile in value)
+    else:
+        value = 1.0 - (1.0 - before) * factor if name in SHARES else min(before * factor, 1.0)
+        words = f"{value:g}"
     setattr(place, name, value)
     try:
-        yield value
+        yield words
     finally:
         setattr(place, name, before)
 
@@ -82,9 +87,9 @@ def main() -> None:
         print(f"{name} {'+'.join(key.effects) or 'nothing'}: {words}: {grade_of} [{seconds:.1f} s]", flush=True)
         for constant in (*THRESHOLDS, *SEARCHING) if arguments.derive else ():
             for factor in (0.5, 2.0):
-                with threshold(constant, factor) as value:
+                with threshold(constant, factor) as words:
                     again = rules.judged_families(problem) if constant in (*SEARCHING, "LEAST_GAIN") else judged
-                    others.setdefault(f"{constant} {value:g}", Counter())[mark(key, problem, again)[0]] += 1
+                    others.setdefault(f"{constant} {words}", Counter())[mark(key, problem, again)[0]] += 1
     print(f"as they are: {dict(marks)}")
     for label, counts in others.items():
         print(f"{label}: {dict(counts)}")
