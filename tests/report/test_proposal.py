@@ -155,6 +155,11 @@ def test_what_the_term_does_not_depend_on_and_how_to_test_it_are_said_once() -> 
     ]
     cubic = replace(unknown(), proposal=term(None, ("velocity",), short=ShortFormula("−2 N/(m/s)³ · v³", 0.8, 1)))
     assert "with 1 fitted number (v: velocity)." in [line.text for line in term_lines(cubic)][1]
+    level = ShortFormula("0.23 N · sin(2π · y/15 mm − 2.15) · g(v)/F_C · sign(v)", 0.8, 3)
+    balls = replace(unknown(), proposal=term(None, ("position", "direction"), short=level))
+    assert [line.text for line in term_lines(balls)][1].endswith(
+        "(y: position, v: velocity, g(v)/F_C: friction of steady sliding over that of fast sliding)."
+    )
     made = of_position()
     assert made.proposal is not None
     same = replace(made, verdict=replace(made.verdict, next_experiment=made.proposal.next_experiment))

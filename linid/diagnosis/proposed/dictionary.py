@@ -14,14 +14,13 @@ from linid.diagnosis.proposed.basis import support
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.own_formula import gated, own_shape, summed
 from linid.diagnosis.proposed.problem import Problem
-from linid.diagnosis.proposed.quantities import over, quantity
+from linid.diagnosis.proposed.quantities import STRIBECK, over, quantity
 from linid.diagnosis.proposed.shapes import Shape, Variable, less, shapes, wave_words
 from linid.diagnosis.proposed.wave_columns import wave_columns
 
 _FACTORS = ("direction", "motor_force", "velocity", "recording")  # of other arguments, where there are any
 _SYMBOLS = {"position": "y", "travel": "travel", "since_reversal": "time since reversal", "rest_time": "rest"}
 _SYMBOLS |= {"time": "t", "campaign_time": "T", "acceleration": "a", "velocity": "v", "motor_force": "F"}
-_CURVE = "g(v)/F_C"  # the Stribeck curve over Coulomb's force, in words
 _TURNS = (0.15, 0.3, 0.5, 1.0)  # m/s in which a wave's phase may turn round
 _GROWTH = 0.1  # of the largest speed, over which a wave may grow
 _GATE = 0.03  # of the largest speed, over which a gate opens
@@ -55,7 +54,7 @@ class _Factor:
     def code(self) -> str:
         """It in the words of own terms."""
         text = self.text.replace("²", "**2").replace("|F|", "abs(F)").replace("|v|", "abs(v)").replace(" · ", "*")
-        return text.replace(_CURVE, "stribeck")
+        return text.replace(STRIBECK, "stribeck")
 
 
 def formulas(problem: Problem, family: Family) -> Iterator[Formula]:
@@ -114,7 +113,7 @@ def _of_motion(problem: Problem, arguments: Mapping[str, Argument], names: set[s
 def _resisting(unit: str, level: Array, size: str = "", values: Array | float = 1.0) -> _Factor:
     """Friction. level: (n,) of the Stribeck curve where it scales that, else 1; size: text of what else it grows with,
     of values (n,)."""
-    curve = "" if np.all(level == 1.0) else _CURVE
+    curve = "" if np.all(level == 1.0) else STRIBECK
     return _Factor(" · ".join(part for part in (size, curve, "sign(v)") if part), unit, values * level, True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+STRIBECK = "g(v)/F_C"  # the Stribeck curve over Coulomb's force, in formulas for people
 _SMALLER = {"m": ("mm", 1e3, 1.0), "m/s": ("mm/s", 1e3, 0.1), "s": ("ms", 1e3, 0.1), "rad": ("rad", 1.0, 0.0)}
 _RAISED = {1.0: "", 2.0: "²", 3.0: "³"}
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from linid.diagnosis.proposed.quantities import STRIBECK
 from linid.diagnosis.report_data import MEASURES
 from linid.physics.wording import fitting_words
 from linid.report.diagnosis.content import STATUS_WORDS, force_word, interval_percent, p_words, percent
@@ -140,8 +141,10 @@ def _short_words(diagnosis: Diagnosis, term: ProposedTerm, short: ShortFormula) 
     said = [
         f"{letter}: {fitting_words(ARGUMENTS[name], diagnosis.axis, diagnosis.model)}"
         for name, letter in _LETTERS.items()
-        if re.search(rf"(?<![A-Za-z]){letter}(?![A-Za-z])", short.text)
+        if re.search(rf"(?<![A-Za-z]){letter}(?![A-Za-z])", short.text.replace(STRIBECK, ""))
     ]
+    if STRIBECK in short.text:
+        said.append(f"{STRIBECK}: friction of steady sliding over that of fast sliding")
     return f"closes {percent(short.closed)} of what is left with {count}" + (f" ({', '.join(said)})." if said else ".")
 
 
