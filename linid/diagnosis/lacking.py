@@ -105,6 +105,12 @@ def _first_lead(base: Base, found: Selection, means: Means) -> Lead | None:
         its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
         if does_without_effects(by_term, by_effects, beside_left, its_shape):
             return alone
+        # What a term does at rest and at reversals shows in the model alone.
+        in_model = beside is not None and does_without_effects(
+            1.0 - _closes(alone), by_effects, 1.0 - _closes(beside), its_shape
+        )
+        if in_model:
+            return alone
     for part in _passing(found):
         lasting = lead_beside(judge, part.without, means.seed)
         if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:

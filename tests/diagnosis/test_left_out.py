@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import linid
+from linid.challenge.files import write_hidden_campaign
+from linid.challenge.make import Plan, make_campaign
+from linid.interface.stages import base_kind
 from tests.diagnosis.test_controls import coast_downs
 
 
@@ -17,6 +22,19 @@ def test_a_left_out_effect_is_not_named_and_its_force_is_proposed() -> None:
     assert "left out of consideration: quadratic drag" in found.found.diagnosis.assumptions
     assert found.proposal is not None and "velocity" in found.proposal.arguments
     assert not {one.effect for one in found.proposal.resembles} & set(left_out)
+
+
+@pytest.mark.exhaustive
+def test_friction_that_knows_the_direction_is_no_constant_force_with_a_rest(tmp_path: Path) -> None:
+    """Wherever the axis slides it is a constant force, which the library has; what that leaves at reversals is of the
+    same cause, and no term of the travel."""
+    hidden = make_campaign(Plan(10003, kinds=("single",), strength=(0.1, 1.0)), 2)
+    assert [effect.name for effect in hidden.effects] == ["asymmetric_friction"]
+    write_hidden_campaign(hidden, tmp_path, fresh=False)
+    campaign = linid.read(tmp_path / hidden.name / "campaign.yaml")
+    found = linid.diagnose(campaign, base_kind(campaign.recordings), without=("asymmetric_friction",))
+    assert found.verdict.effects == () and found.proposal is not None
+    assert found.proposal.arguments == ("direction",) and found.proposal.closed > 0.95
 
 
 @pytest.mark.parametrize(
