@@ -50,13 +50,15 @@ class MeasuredMotion:
         return step, np.sqrt(np.maximum(level**2 - step**2 / 12.0, 0.0))
 
 
-def motion_behind(y: Array, dt: float) -> MeasuredMotion:
+def motion_behind(y: Array, dt: float, *, sets_off: bool = False) -> MeasuredMotion:
     """Smooth positions y (n,) in m on a uniform grid of dt s, and find where the axis rests.
 
-    The speed is only a start value for short predictions; it is never fitted.
+    The speed is only a start value for short predictions; it is never fitted. sets_off: the axis rests at the first
+    sample and moves from then on, a bend that no window around it tells.
     """
     smooth, speed, noise, speed_noise = _smooth(y, dt)
     rests = _rests(y, noise, max(2, round(_REST / dt)))
+    rests[0] |= sets_off
     speed[rests] = 0.0
     return MeasuredMotion(y, dt, smooth, speed, rests, noise, speed_noise)
 

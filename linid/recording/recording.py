@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from linid.arrays import Array
+from linid.recording.jumps import sets_off
 from linid.recording.motion import MeasuredMotion, motion_behind
 
 Axis = Literal["linear", "rotary"]
@@ -113,7 +114,8 @@ class Recording:
         """The motion behind the positions: smoothed once, and carried to copies with the same positions."""
         dt = self.duration / (self.y.size - 1)
         if self.carried is None or self.carried.measured is not self.y or self.carried.dt != dt:
-            object.__setattr__(self, "carried", motion_behind(self.y, dt))
+            inputs = self.phase_currents if self.phase_currents is not None else self.drive_input
+            object.__setattr__(self, "carried", motion_behind(self.y, dt, sets_off=sets_off(self.y, inputs)))
         assert self.carried is not None
         return self.carried
 

@@ -10,17 +10,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from linid.identification.objectives.free_run import FreeRun
 from linid.physics.model import Model
 from linid.recording import Recording, cubic_spline_coefficients, read_campaign
-from linid.recording.input_course import find_jumps, input_coefficients, input_course, jump_instants
+from linid.recording.input_course import input_coefficients, input_course
+from linid.recording.jump_instants import jump_instants
+from linid.recording.jumps import find_jumps, step_courses, step_sizes
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from linid.stand.description import AxisDescription, load_axis_description
-from linid.stand.generate import GeneratedCampaign, generate
+from linid.stand.generate import GeneratedCampaign, generate, resample_noise
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 DT = 1e-3
 INSTANT = 0.06  # of a sampling interval: what noise of 0.2 um leaves of a step of 30 N on 0.6 kg
+FOLLOWED = 1e-3  # m: of poles 14 mm apart, what a step's instant and its speed leave in a second
 NEARER = 3.0  # times, at least, that the run of a square wave is nearer than through a spline
 
 
@@ -60,6 +64,40 @@ def test_a_mass_under_held_forces_moves_as_uniform_acceleration_says() -> None:
     np.testing.assert_allclose(y[0], np.concatenate([[0.0], np.cumsum(speed[:-1] * DT + a * DT**2 / 2.0)]), atol=1e-11)
 
 
+def test_a_resting_axis_swings_on_its_bristle_once_a_small_force_steps() -> None:
+    """A spring and a damper hold it: x(t) = u / k (1 - exp(-d t) (cos(w t) + d / w sin(w t))), from the step on. Its
+    bristle starts in balance with the force at the first sample, whenever within the first interval the step comes."""
+    mass, spring, damper, gain, instant = 0.6, 1.0e4, 40.0, 0.01, 0.3
+    u = np.concatenate([[0.0], np.ones(79)])
+    t = np.arange(u.size) * DT
+    held = Recording("r", t, 0.0 * t, drive_input=u, between_samples="hold", jump_at=instant)
+    model = Model("force")
+    bristle = {"coulomb_force": 50.0, "static_force": 50.0, "stribeck_velocity": 1.0, "stribeck_exponent": 2.0}
+    bristle |= {"bristle_stiffness": spring, "bristle_damping": damper, "viscous_friction": 0.0}
+    vector = model.vector(bristle | {"mass": mass, "force_constant": gain})[None, :]
+    simulator = Simulator(model, pack_inputs([held]), 8)
+    y = simulator.run(vector, whole_recordings(simulator.inputs), np.array([[[0.0, 0.0, np.nan]]]))[0][0]
+    decay = damper / (2.0 * mass)
+    swing, passed = np.sqrt(spring / mass - decay**2), np.maximum(t - instant * DT, 0.0)
+    still = np.exp(-decay * passed) * (np.cos(swing * passed) + decay / swing * np.sin(swing * passed))
+    np.testing.assert_allclose(y, gain / spring * (1.0 - still), atol=2e-3 * gain / spring)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-7])
+def test_an_axis_that_is_pushed_from_rest_starts_at_rest(noise: float) -> None:
+    """y = a (t - lag)^2 / 2 from the lag on: no polynomial across that bend tells that the first speed is zero."""
+    t, lag, pushed = np.arange(200) * DT, 0.3 * DT, 40.0
+    y = 0.4 + 0.5 * pushed * np.maximum(t - lag, 0.0) ** 2 + noise * np.random.default_rng(5).standard_normal(t.size)
+    stepping = np.concatenate([[0.0], np.full(t.size - 1, 0.5)])
+    for inputs in ({"drive_input": stepping}, {"phase_currents": np.outer([1.0, -0.5, -0.5], stepping)}):
+        motion = Recording("r", t, y, **inputs).motion  # type: ignore[arg-type]
+        assert motion.v[0] == 0.0 and motion.standstill[0] and not motion.standstill[1]
+        assert abs(motion.v[4] - pushed * (t[4] - lag)) < 4.0 * max(noise, 1e-9) / DT
+    coasting = Recording("r", t, 0.4 + pushed * DT * t + 0.5 * pushed * t**2, drive_input=stepping)
+    assert coasting.motion.v[0] == pytest.approx(pushed * DT, rel=1e-6)
+    assert Recording("r", t, y).motion.v[0] != 0.0  # nothing is known of a step
+
+
 def test_straight_lines_meet_the_samples() -> None:
     u = np.random.default_rng(4).normal(size=(1, 50))
     straight = Recording("r", np.arange(50) * DT, np.arange(50.0), drive_input=u[0], between_samples="linear")
@@ -84,29 +122,51 @@ def test_smooth_rough_and_noisy_inputs_stay_splines(seed: int, frequency: float,
         assert np.array_equal(input_coefficients(whole, inputs), cubic_spline_coefficients(t[-1] / 599, inputs))
 
 
-@pytest.fixture(scope="module")
-def square() -> GeneratedCampaign:
-    """A square wave whose edges fall anywhere within the sampling intervals."""
+def square_wave(amplitude: float) -> GeneratedCampaign:
+    """A square wave whose edges fall anywhere within the sampling intervals; amplitude: A."""
     described = load_axis_description(CONFIGS / "stand_axis.yaml").model_dump()
     mode = {"name": "square", "mode": "square_current", "split": "fit", "duration_s": 1.0, "start_position_m": 0.39}
-    described["campaign"] = [mode | {"amplitude_a": 0.2, "frequency_hz": 7.0}]
+    described["campaign"] = [mode | {"amplitude_a": amplitude, "frequency_hz": 7.0}]
     return generate(AxisDescription.model_validate(described), seed=1)
+
+
+@pytest.fixture(scope="module")
+def square() -> GeneratedCampaign:
+    """A gentle one."""
+    return square_wave(0.2)
+
+
+@pytest.fixture(scope="module")
+def pushed() -> GeneratedCampaign:
+    """One that pushes the axis off so hard that its first step stands out."""
+    return square_wave(0.5)
+
+
+def instants(one: Recording) -> np.ndarray:
+    """When the currents of a recording stepped, in s, as its motion tells."""
+    assert one.phase_currents is not None
+    jumps = find_jumps(one.phase_currents)
+    sizes = step_sizes(jumps, step_courses(one.phase_currents, jumps))
+    return np.array([one.t[jump.first] for jump in jumps]) + DT * jump_instants(one, jumps, sizes)
 
 
 def test_the_motion_tells_when_the_current_stepped(square: GeneratedCampaign) -> None:
     """The stand's drive commands at the edges of the wave, and its current lags 0.3 ms behind."""
     one = square.recordings[0]
-    assert one.phase_currents is not None
-    jumps = find_jumps(one.phase_currents)
     loop = square.description.drive.loop_period_s
     lag = square.description.drive.current_time_constant_s
     edges = (np.arange(1, 15) - 0.5) / (2 * 7.0)  # the wave begins in the middle of its first level, from rest
     edges = np.ceil(edges / loop - 1e-6) * loop
-    begun = np.array([one.t[jump.first] for jump in jumps])
-    found = begun + DT * jump_instants(one, jumps)
+    found = instants(one)
     np.testing.assert_allclose(found[found > 0.01], edges + lag, atol=INSTANT * DT)
-    stated = replace(one, jump_at=0.25)
-    assert np.all(jump_instants(stated, jumps) == 0.25)
+    assert np.allclose(instants(replace(one, jump_at=0.25)) / DT % 1.0, 0.25)
+
+
+def test_later_steps_tell_when_the_first_one_came(pushed: GeneratedCampaign) -> None:
+    """Its own motion alone, over which friction builds up, puts it a tenth of an interval too early."""
+    lag = pushed.description.drive.current_time_constant_s
+    for seed in range(1, 4):
+        assert abs(instants(resample_noise(pushed, seed).recordings[0])[0] - lag) < INSTANT * DT
 
 
 def test_a_square_wave_is_followed_where_a_spline_drifts(square: GeneratedCampaign) -> None:
@@ -123,6 +183,19 @@ def test_a_square_wave_is_followed_where_a_spline_drifts(square: GeneratedCampai
         return float(np.abs(y[0] - exact.y).max())
 
     assert furthest(one) * NEARER < furthest(replace(one, between_samples="spline"))
+
+
+def test_a_free_run_from_rest_follows_a_square_wave(pushed: GeneratedCampaign) -> None:
+    """From the measured start, by what the recording tells of its steps: the field's phase is never lost. Through a
+    start whose bristle is bent by a step that has not come yet it was lost within 0.2 s."""
+    exact = pushed.exact["square"]
+    one = replace(pushed.recordings[0], phase_currents=exact.currents)
+    model = Model("theta")
+    known = {p.name for p in model.parameters}
+    vector = model.vector({name: value for name, value in pushed.truth.items() if name in known})[None, :]
+    run = FreeRun(model, (one,), 8, 1)
+    y = run.simulate(vector, np.zeros((1, run.nuisances)))[0][0]
+    assert np.abs(y - exact.y).max() < FOLLOWED
 
 
 def test_a_mapping_states_what_inputs_do(tmp_path: Path) -> None:

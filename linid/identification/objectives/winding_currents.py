@@ -12,7 +12,7 @@ from linid.arrays import Array, Integers
 from linid.identification.signals.motion import measure_motion
 from linid.physics.electrical import SEPARATE, STAR
 from linid.physics.model import Model
-from linid.recording.input_course import find_jumps
+from linid.recording.jumps import find_jumps
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import currents_along
