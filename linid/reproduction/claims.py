@@ -201,7 +201,7 @@ def _square_waves(evidence: Evidence) -> Claim:
         "Force error on square waves, " + "; ".join(found) + ".",
         "It depends on the magnets, not on the currents' shape: at the nome of table 3 nothing is left of the fifth "
         "harmonic, the first that currents with the sum zero leave, and both models push alike; narrow magnets have "
-        "it. What both leave here are the steps themselves, which fall between the samples of the currents. The "
+        "it. No balance is drawn up about the steps themselves, which fall between the samples of the currents. The "
         "windings of table 2 (see below) shake by themselves.",
     )
 
@@ -225,24 +225,23 @@ def _drift(evidence: Evidence) -> Claim:
         for name, fitted in (("sine", evidence.sine), ("theta", evidence.theta))
     }
     pairs = [(evidence.sine.measured[name].drift, evidence.theta.measured[name].drift) for name in names]
-    drifts = [f"{name} {1e3 * a:+.3g} and {1e3 * b:+.3g} mm" for name, (a, b) in zip(names, pairs, strict=True)]
-    within = all(
-        m.gap.free_run < _CLEARLY * m.gap.free_run_floor or m.gap.free_run_floor > _LOST
-        for fitted in (evidence.sine, evidence.theta)
-        for m in _of(fitted, OPEN_LOOP)
-    )
+    drifts = [f"{name} {1e3 * a:+.1f} and {1e3 * b:+.1f} mm" for name, (a, b) in zip(names, pairs, strict=True)]
+    gaps = [m.gap for fitted in (evidence.sine, evidence.theta) for m in _of(fitted, OPEN_LOOP)]
+    within = all(gap.free_run < _CLEARLY * gap.free_run_floor or gap.free_run_floor > _LOST for gap in gaps)
+    low, high = (pick(gap.free_run_floor for gap in gaps) for pick in (min, max))
     less = means["theta"] < means["sine"] / _CLEARLY
     verdict: Verdict = "cannot be told" if within else "holds" if less else "does not hold"
     return Claim(
         "Theta drifts less than sine.",
         "secs. 5.2, 5.3",
         verdict,
-        f"Position error at the end of the free run, sine and theta: {'; '.join(drifts)}.",
-        "What is off in the logged currents does it: their noise and, under square waves, the instants between two "
-        "samples at which they step. An axis driven by currents has no spring to bring it back: where such noise alone "
-        "loses step, how far which model goes is chance."
+        f"Position error at the end of the free run, sine and theta: {'; '.join(drifts)}. The sensors' noise alone "
+        f"would leave {low:.2g} to {high:.2g} times the motion (RMS).",
+        "The noise of the logged currents does it: an axis driven by currents has no spring to bring it back. Where "
+        "such noise alone loses step, how far which model goes is chance. When square waves step between two samples "
+        "is found well enough: by currents without noise and the stand's own parameters they are followed."
         if within
-        else "Beyond what is off in the logged currents does.",
+        else "Beyond what the noise of the logged currents does.",
     )
 
 

@@ -140,6 +140,9 @@ def test_verdicts_follow_the_numbers() -> None:
     assert verdict(usual, "Theta drifts").verdict == "cannot be told"  # the free runs are at their floor
     assert verdict(drifting(usual, 0.001), "Theta drifts").verdict == "holds"
     assert verdict(drifting(usual, 1.3), "Theta drifts").verdict == "cannot be told"  # noise alone loses step
+    assert "0.0001 to 1.3 times the motion" in verdict(drifting(usual, 1.3), "Theta drifts").found
+    assert "noise of the logged currents does it" in verdict(drifting(usual, 1.3), "Theta drifts").reason
+    assert "Beyond what the noise" in verdict(drifting(usual, 0.001), "Theta drifts").reason
     assert verdict(usual, "nome").verdict == "cannot be told"
     assert "500 times fewer" not in verdict(usual, "generations").reason
     assert f"{10_000 // 30} times fewer" in verdict(usual, "generations").reason
