@@ -239,7 +239,7 @@ def _drift(evidence: Evidence) -> Claim:
         f"would leave {low:.2g} to {high:.2g} times the motion (RMS).",
         "The noise of the logged currents does it: an axis driven by currents has no spring to bring it back. Where "
         "such noise alone loses step, how far which model goes is chance. When square waves step between two samples "
-        "is found well enough: by currents without noise and the stand's own parameters they are followed."
+        "is found well enough: by currents without noise and this stand's own parameters they are followed."
         if within
         else "Beyond what the noise of the logged currents does.",
     )
