@@ -64,21 +64,18 @@ def _level_by_size(fits: JointFit, found: Fitted) -> Callable[[float], float]:
     The motion hangs on ratios of these: with an added mass a, accelerations are (m + a) / (m + a / factor) times as
     large. So two sizes tell all others, where a third one bears it out; else (a formula in N, say) each is simulated.
     """
-    recordings = fits.balance.recordings
-    added = np.array([recordings[k].added_mass for k in range(len(recordings))])[fits.balance.rows.recording]
-    rows = fits.rows_of(found.recordings)
+    added = np.array([r.added_mass for r in fits.balance.recordings])[fits.balance.rows.recording]
+    mass, rows = found.values["mass"], fits.rows_of(found.recordings)
 
     def simulated(logarithm: float) -> tuple[Array, Array]:
         return fits.unfitted(found.model, _scaled(found, logarithm), found.preset)
 
     def growth(logarithm: float) -> Array:
-        mass = found.values["mass"]
         return np.asarray((mass + added) / (mass + added * math.exp(-logarithm)) - 1.0)
 
     (here, floor), (other, _), (third, _) = (simulated(one) for one in _TOLD_BY)
-    unit = growth(_TOLD_BY[1])
-    change = np.where(unit == 0.0, 0.0, (other - here) / np.where(unit == 0.0, 1.0, unit))
-
+    unit = growth(_TOLD_BY[1])  # 0 without an added mass
+    change = np.divide(other - here, unit, out=np.zeros_like(here), where=unit != 0.0)
     foretold = here + change * growth(_TOLD_BY[2])
     as_simulated = bool(np.max(np.abs(foretold - third)) < _AS_SIMULATED * np.max(np.abs(third)))
 

@@ -58,7 +58,9 @@ def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: flo
     """
     gains = (bends / sizes)[1:]
     gains = gains[np.isfinite(gains)]
-    gain = float(np.median(gains)) if gains.size >= _FEWEST_ALIKE else 0.0
+    if gains.size < _FEWEST_ALIKE:
+        return otherwise
+    gain = float(np.median(gains))
     if not robust_spread(gains - gain) < _ALIKE * gain:
         return otherwise
     s, tries = np.arange(1.0, _PUSHED + 1.0), np.linspace(0.0, jump.last + 1.0, _FINE * (jump.last + 1) + 1)
