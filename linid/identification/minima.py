@@ -105,7 +105,7 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
     told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
     if start is None or task.settings.least_squares_steps == 0 or not (best.white or told):
         return best.result
-    start = _settled(task, problem, start, best.solution)
+    start = _settled(task, problem, start, best)
     solution = replace(best.solution, point=start)
     if not best.white:
         solution = levenberg_marquardt(
@@ -124,15 +124,20 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
     return shared(best.result, rival.result, problem.space)
 
 
-def _settled(task: Task, problem: Problem, start: Array, solution: LeastSquaresFit) -> Array:
-    """A start (p,) with another shape of the field, all else fitted to that before the shape is free."""
+def _settled(task: Task, problem: Problem, start: Array, best: _Found) -> Array:
+    """A start (p,) with another shape of the field, all else fitted to that before the shape is free.
+
+    Where the best one's residuals are whitened, under that: from where plain least squares leave the other parameters
+    a free shape may run back to the best one's.
+    """
     names = problem.space.names
     column = names.index("nome")
     nome = problem.space.values(start)["nome"]
     held = Problem(problem.space.holding({"nome": nome}), problem.parts)
-    found = levenberg_marquardt(
-        held, Cost(held), np.delete(start, column), solution.offsets, ending=coarse_ending(task.settings), final=False
-    )
+    ending, offsets = coarse_ending(task.settings), best.solution.offsets
+    found = levenberg_marquardt(held, Cost(held), np.delete(start, column), offsets, ending=ending, final=False)
+    if best.white:
+        found = fit_under_noise(held, found, seed=task.settings.search.seed).fit
     return np.insert(found.point, column, start[column])
 
 

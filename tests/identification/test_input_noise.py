@@ -57,10 +57,11 @@ def test_whitened_residuals_of_the_truth_are_white_and_of_unit_variance() -> Non
     assert np.mean(plain[:, 1:] * plain[:, :-1]) > 0.9 * np.mean(plain**2)
 
 
-def motor_fit(campaign: GeneratedCampaign, model: ModelKind, seed: int) -> FitResult:
-    """A motor's fit to a campaign with a draw of noise, friction from its free wheels."""
+def motor_fit(campaign: GeneratedCampaign, model: ModelKind, seed: int, friction_seed: int | None = None) -> FitResult:
+    """A motor's fit to a campaign with a draw of noise, friction from its free wheels or those of another draw."""
     recordings = resample_noise(campaign, seed).recordings
-    friction = fit("friction", [r for r in recordings if r.kind == "free_wheel"], settings=SMALL)
+    wheels = recordings if friction_seed is None else resample_noise(campaign, friction_seed).recordings
+    friction = fit("friction", [r for r in wheels if r.kind == "free_wheel"], settings=SMALL)
     return fit(model, recordings, settings=SMALL, start=friction)
 
 
@@ -98,6 +99,16 @@ def test_a_rival_with_wide_magnets_is_fitted_before_its_shape_is_free() -> None:
         assert found[name].low < truth < found[name].high, found[name]
     assert "shared by two minima" in found["phase_spacing"].note
     assert "shared by two minima" in found["sine_force_error"].note and "k is" not in found["sine_force_error"].note
+
+
+def test_a_rival_is_settled_under_the_noise_before_its_shape_is_free() -> None:
+    """In this draw the first minimum has a nome of 0.89 and costs 2.4 standard deviations more than the true one; from
+    where plain least squares leave the other parameters the rival ran back to it, and that was told as certain."""
+    campaign = table_3()
+    found = {e.name: e for e in motor_fit(campaign, "theta", 3158, friction_seed=3150).estimates}
+    for name in ("winding_displacement", "nome", "electrical_wavenumber", "commutation_offset"):
+        assert found[name].low < campaign.truth[name] < found[name].high, found[name]
+    assert found["nome"].value < 0.8
 
 
 @pytest.mark.exhaustive
