@@ -28,6 +28,7 @@ def orders_of(term: ProposedTerm) -> set[float]:
     return {float(k) for k in re.findall(r"cos\(([\d.]+) ?\* ?y\)", term.effect)}
 
 
+@pytest.mark.exhaustive
 def test_emps_lacks_a_friction_that_knows_the_direction() -> None:
     fitted, held = emps("DATA_EMPS"), emps("DATA_EMPS_PULSES")
     recordings = (fitted, replace(held, split="held_out"))
