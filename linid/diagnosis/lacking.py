@@ -39,7 +39,7 @@ from linid.recording.recording import Recording
 
 INSTEAD = 0.5  # of what the effects leave, with a term beside them: a term that leaves less says that they are none
 # Of the excess: an effect of just the term's arguments that leaves less is the cause, in another form.
-LEFT_BY_FORM = 0.2
+LEFT_BY_FORM = 0.13
 # Of what a term takes from the error 0.1 s ahead of all held-out recordings together: what that of one may rise by, as
 # where the friction that is identified anew beside it moves by some per cent.
 SMALL_RISE = 0.05
@@ -98,24 +98,41 @@ def _first_lead(base: Base, found: Selection, means: Means) -> Lead | None:
         return cancelled
     if not found.parts:
         return beside
-    beside_left = 1.0 if beside is None else 1.0 - beside.proposal.closed
     alone = lead_beside(judge, found.base, means.seed)
-    if alone is not None:
-        by_term, by_effects = 1.0 - alone.proposal.closed, _left(alone.problem, found.best)
-        its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
-        if does_without_effects(by_term, by_effects, beside_left, its_shape):
-            return alone
-        # What a term does at rest and at reversals shows in the model alone.
-        in_model = beside is not None and does_without_effects(
-            1.0 - _closes(alone), by_effects, 1.0 - _closes(beside), its_shape
-        )
-        if in_model:
-            return alone
-    for part in _passing(found):
-        lasting = lead_beside(judge, part.without, means.seed)
-        if lasting is not None and 1.0 - lasting.proposal.closed <= _left(lasting.problem, found.best) * beside_left:
+    if alone is not None and _instead_of_effects(found, alone, beside):
+        return alone
+    for part in passing(found):
+        lasting = alone if len(found.parts) == 1 else lead_beside(judge, part.without, means.seed)
+        if lasting is not None and _as_good_as_passing(found, part, lasting, beside):
             return lasting
     return None if beside is None else _without_the_weak(judge, found, beside, means.seed)
+
+
+def _instead_of_effects(found: Selection, alone: Lead, beside: Lead | None) -> bool:
+    """Whether a term alone does without the named effects, as found or in the model, where what it does at rest and at
+    reversals shows; beside: the best term beside them."""
+    by_effects = _left(alone.problem, found.best)
+    its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
+    return any(
+        does_without_effects(_left_by(alone, in_model), by_effects, _left_by(beside, in_model), its_shape)
+        for in_model in (False, True)
+    )
+
+
+def _as_good_as_passing(found: Selection, part: Part, lasting: Lead, beside: Lead | None) -> bool:
+    """Whether a term in the place of an effect of single moments or recordings leaves no more than all effects and the
+    best term beside them, as found or in the model; a term of the effect's arguments is its shape."""
+    if _of_the_arguments((part.name,), lasting.proposal.arguments):
+        return False
+    by_effects = _left(lasting.problem, found.best)
+    return any(_left_by(lasting, in_model) <= by_effects * _left_by(beside, in_model) for in_model in (False, True))
+
+
+def _left_by(lead: Lead | None, in_model: bool) -> float:
+    """Share of the excess that a term leaves, as found or in the model; without one all."""
+    if lead is None:
+        return 1.0
+    return 1.0 - (_closes(lead) if in_model else lead.proposal.closed)
 
 
 def does_without_effects(by_term: float, by_effects: float, beside: float, its_shape: bool) -> bool:
@@ -138,9 +155,11 @@ def _of_the_arguments(effects: Sequence[str], arguments: Sequence[str]) -> bool:
     return any(set(answer) == set(arguments) for name in effects for answer in find_effect(name).depends_on)
 
 
-def _passing(found: Selection) -> list[Part]:
-    """The effects of single moments that leave something: what always acts may look like one where it is strongest."""
-    able = [part for part in found.parts if find_effect(part.name).acts == "one" and len(found.parts) > 1]
+def passing(found: Selection) -> list[Part]:
+    """The effects of single moments or recordings that leave something: what always acts may look like one where it is
+    strongest."""
+    effects = {part.name: find_effect(part.name) for part in found.parts}
+    able = [part for part in found.parts if effects[part.name].acts == "one" or effects[part.name].per_recording]
     return [part for part in able if part.evidence.closed < TO_THE_FLOOR]
 
 
