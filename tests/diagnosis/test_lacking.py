@@ -62,8 +62,6 @@ def test_a_term_takes_the_place_of_effects_that_leave_most_to_a_term_beside_them
     assert not does_without_effects(by_term=0.32, by_effects=0.42, beside=0.84, its_shape=False)
     # What leaves a ninth is the cause in another form, however well a curve of the same arguments does.
     assert not does_without_effects(by_term=0.025, by_effects=0.11, beside=0.68, its_shape=True)
-    # What leaves a sixth is not (a soft rail that passed for an end effect).
-    assert does_without_effects(by_term=0.051, by_effects=0.159, beside=0.87, its_shape=True)
     # Half of what effects and term leave together is told by anything.
     assert does_without_effects(by_term=0.01, by_effects=0.22, beside=0.1, its_shape=True)
 

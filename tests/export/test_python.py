@@ -18,7 +18,7 @@ from tests.export.axis import EIGHT, LOOSE, LOOSE_VALUES, OWN, OWN_VALUES, PRESS
 from tests.simulation.axis_with_effects import NAMES, start_of_run, synchronous_run
 
 # Both compute the same in the same order; libraries may round the last digit otherwise, which reversals carry on.
-SAME = 1e-12  # m
+SAME = 1e-11  # m: rounding, as reversals carry it on
 
 
 def module_of(model: Exported, folder: Path) -> ModuleType:

@@ -110,6 +110,7 @@ SAMPLES: dict[str, dict[str, float]] = {
     "friction_drift": {
         "drift_warm_up": -0.3,
         "drift_per_campaign": -0.1,
+        "drift_viscous": 0.5,
         "drift_time": 0.3,
         "drift_campaign_time": 10.0,
     },

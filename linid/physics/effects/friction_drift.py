@@ -13,10 +13,16 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def friction(t, y, v, i_1, i_2, i_3, record, elapsed, warm_up, per_campaign, drift_time, campaign_time):
-    """Factor on the whole bristle force."""
+def level(t, y, v, i_1, i_2, i_3, record, elapsed, warm_up, per_campaign, viscous, drift_time, campaign_time):
+    """Factor on sliding and breakaway friction."""
     within = 1.0 - math.exp(-max(t, 0.0) / drift_time)
     return bounded(1.0 + warm_up * within + per_campaign * elapsed / campaign_time)
+
+
+@term
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, warm_up, per_campaign, viscous, drift_time, campaign_time):
+    """What viscous friction gains, N: grease need not thin as bearings settle."""
+    return -viscous * (1.0 - math.exp(-max(t, 0.0) / drift_time)) * v
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
@@ -29,17 +35,22 @@ def grid(outlook: Outlook) -> tuple[Values, ...]:
 EFFECT = Effect(
     name="friction_drift",
     slot="FORCE",
-    physics="The bristle force drifts: factor 1 + d_1 (1 - exp(-t/tau)) + d_2 (share of the campaign gone).",
+    physics="Friction drifts by d_1 (1 - exp(-t/tau)) + d_2 (share of the campaign), "
+    "the viscous part by d_v (1 - exp(..)).",
     parameters=(
         Parameter("drift_warm_up", "d_1", "1", -0.9, 2.0, 0.0, meaning="change within each recording"),
         Parameter("drift_per_campaign", "d_2", "1", -0.9, 2.0, 0.0, meaning="change from first to last recording"),
+        Parameter(
+            "drift_viscous", "d_v", "N s/m", -1e5, 1e5, 0.0, meaning="change of viscous friction within each recording"
+        ),
         Parameter("drift_time", "tau_d", "s", 0.02, 1e4, 1.0, log=True, meaning="time constant within a recording"),
         Parameter("drift_campaign_time", "T_c", "s", 1e-2, 1e7, 1.0, log=True, meaning="campaign's running time"),
     ),
-    amplitudes=("drift_warm_up", "drift_per_campaign"),
+    amplitudes=("drift_warm_up", "drift_per_campaign", "drift_viscous"),
     preset=("drift_campaign_time",),
     grid=grid,
-    friction=friction,
+    level=level,
+    force=force,
     depends_on=(("campaign_time", "direction"), ("time", "direction"), ("recording", "direction")),
     exposed_by="the same slow move at the beginning and at the end of the campaign",
     confused_with=("thermal_derating", "position_dependent_friction"),
