@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ class DaskProcesses:
     def __init__(self, folder: Path, allowed_failures: int = 3) -> None:
         self.folder = folder
         self.file = folder / "scheduler.json"
+        self.file.unlink(missing_ok=True)
         self.processes: list[subprocess.Popen[bytes]] = []
         more = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
         self._start("dask_scheduler", "--port", "0", "--scheduler-file", str(self.file), "--no-dashboard", more=more)
@@ -43,8 +45,10 @@ class DaskProcesses:
         for process in self.processes:
             process.wait()
 
-    def worker(self, *, package: Path = ROOT, threads: int = 1) -> subprocess.Popen[bytes]:
-        """One more worker; package: the folder whose linid it imports."""
+    def worker(
+        self, *, package: Path = ROOT, threads: int = 1, more: Mapping[str, str] | None = None
+    ) -> subprocess.Popen[bytes]:
+        """One more worker; package: the folder whose linid it imports; more: of its environment."""
         return self._start(
             "dask_worker",
             self.address,
@@ -54,7 +58,7 @@ class DaskProcesses:
             "--no-dashboard",
             "--memory-limit",
             "0",
-            more={"PYTHONPATH": str(package), "OPENBLAS_NUM_THREADS": "1"},
+            more={"PYTHONPATH": str(package), "OPENBLAS_NUM_THREADS": "1", **(more or {})},
         )
 
     def client(self, stack: ExitStack, workers: int) -> Any:
