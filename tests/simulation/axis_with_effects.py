@@ -111,7 +111,7 @@ SAMPLES: dict[str, dict[str, float]] = {
         "drift_warm_up": -0.3,
         "drift_per_campaign": -0.1,
         "drift_viscous": 0.5,
-        "drift_time": 0.3,
+        "drift_time": 0.4,
         "drift_campaign_time": 10.0,
     },
     "payload_change": {"payload_mass": 0.3, "payload_recordings": 16.0},

@@ -110,7 +110,7 @@ def test_what_the_bristle_has_forgotten_is_skipped() -> None:
     assert skipped(11, wanted, y, 0.25)[0] == 16  # none is wanted any more
 
 
-@pytest.mark.parametrize("term", ["force", "level", "friction", "thrust", "sensor"])
+@pytest.mark.parametrize("term", ["force", "level", "thrust", "sensor"])
 @pytest.mark.parametrize("alone", [False, True], ids=["guarded", "specialised"])
 def test_terms_of_effects_are_chained(term: str, alone: bool) -> None:
     """Added or multiplied, those that are on, each with its own parameters and states."""

@@ -11,6 +11,8 @@ from linid.physics.effects.effect import Effect, Outlook, Values, term
 from linid.physics.effects.shapes import bounded
 from linid.physics.parameter import Parameter
 
+_QUICKEST = 0.3  # s: nothing warms up faster; what changes within a coast-down of that length is a drag
+
 
 @term
 def level(t, y, v, i_1, i_2, i_3, record, elapsed, warm_up, per_campaign, viscous, drift_time, campaign_time):
@@ -29,7 +31,8 @@ def grid(outlook: Outlook) -> tuple[Values, ...]:
     """Time constants around the length of a recording; the running time of the campaign."""
     longest = max(outlook.durations)
     total = max(outlook.campaign_duration, sum(outlook.durations))
-    return tuple({"drift_time": share * longest, "drift_campaign_time": total} for share in (0.5, 0.15, 2.0))
+    times = [max(share * longest, _QUICKEST) for share in (0.5, 0.15, 2.0)]
+    return tuple({"drift_time": one, "drift_campaign_time": total} for one in times)
 
 
 EFFECT = Effect(
@@ -43,7 +46,7 @@ EFFECT = Effect(
         Parameter(
             "drift_viscous", "d_v", "N s/m", -1e5, 1e5, 0.0, meaning="change of viscous friction within each recording"
         ),
-        Parameter("drift_time", "tau_d", "s", 0.02, 1e4, 1.0, log=True, meaning="time constant within a recording"),
+        Parameter("drift_time", "tau_d", "s", _QUICKEST, 1e4, 1.0, log=True, meaning="time constant within a recording"),
         Parameter("drift_campaign_time", "T_c", "s", 1e-2, 1e7, 1.0, log=True, meaning="campaign's running time"),
     ),
     amplitudes=("drift_warm_up", "drift_per_campaign", "drift_viscous"),
