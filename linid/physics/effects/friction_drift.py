@@ -46,7 +46,7 @@ EFFECT = Effect(
         Parameter(
             "drift_viscous", "d_v", "N s/m", -1e5, 1e5, 0.0, meaning="change of viscous friction within each recording"
         ),
-        Parameter("drift_time", "tau_d", "s", _QUICKEST, 1e4, 1.0, log=True, meaning="time constant within a recording"),
+        Parameter("drift_time", "tau_d", "s", _QUICKEST, 1e4, 1.0, log=True, meaning="time constant in a recording"),
         Parameter("drift_campaign_time", "T_c", "s", 1e-2, 1e7, 1.0, log=True, meaning="campaign's running time"),
     ),
     amplitudes=("drift_warm_up", "drift_per_campaign", "drift_viscous"),
