@@ -110,7 +110,7 @@ def test_what_the_bristle_has_forgotten_is_skipped() -> None:
     assert skipped(11, wanted, y, 0.25)[0] == 16  # none is wanted any more
 
 
-@pytest.mark.parametrize("term", ["force", "level", "thrust", "sensor"])
+@pytest.mark.parametrize("term", ["force", "level", "friction", "thrust", "sensor"])
 @pytest.mark.parametrize("alone", [False, True], ids=["guarded", "specialised"])
 def test_terms_of_effects_are_chained(term: str, alone: bool) -> None:
     """Added or multiplied, those that are on, each with its own parameters and states."""
@@ -130,7 +130,7 @@ def test_terms_of_effects_are_chained(term: str, alone: bool) -> None:
         own = [values.get(q.name, q.default) for q in effect.parameters]
         value = effect.terms[term].py_func(t, y, v, *currents, 2.0, 7.1, *states, *own)
         expected = expected + value if several else expected * value
-    assert len(names) >= (1 if term == "thrust" else 2)
+    assert len(names) >= (1 if term in ("friction", "thrust") else 2)
     assert chain(1.0, model.mask, t, y, v, currents, p) == pytest.approx(expected, rel=1e-14)
     assert chain(1.0, 0, t, y, v, currents, p) == 1.0
 

@@ -11,7 +11,7 @@ _MIDDLE = 6  # where the factor is one, or it could not be told from the frictio
 
 
 @term
-def level(
+def friction(
     t,
     y,
     v,
@@ -42,7 +42,7 @@ def level(
     y_10,
     y_11,
 ):
-    """Factor on sliding and breakaway friction: a smooth curve from place to place, constant beyond the outer ones.
+    """Factor on the whole bristle force: a smooth curve from place to place, constant beyond the outer ones.
 
     Between two places the cubic that has there the slopes to the next but one (Catmull and Rom 1974).
     """
@@ -86,12 +86,12 @@ _POSITIONS = tuple(
 EFFECT = Effect(
     name="position_dependent_friction",
     slot="FORCE",
-    physics="Friction's level is scaled along the guideway: 1 + f(y), a smooth curve through eleven places.",
+    physics="The bristle force is scaled along the guideway: 1 + f(y), a smooth curve through eleven places.",
     parameters=(*_AMPLITUDES, *_POSITIONS),
     amplitudes=tuple(p.name for p in _AMPLITUDES),
     preset=tuple(p.name for p in _POSITIONS),
     grid=grid,
-    level=level,
+    friction=friction,
     depends_on=(("position", "direction"),),
     exposed_by="slow moves and free wheels over the whole stroke in both directions",
     confused_with=("cable_force", "friction_drift"),

@@ -88,7 +88,7 @@ def place_tables(exported: Exported) -> PlaceTables:
         courses["thrust"] = lambda y: _factor_over(exported, FACTORS_OF_THRUST, "thrust", values, y)
     if "position_dependent_friction" in held:
         names = ("position_dependent_friction",)
-        courses["friction"] = lambda y: _factor_over(exported, names, "level", values, y)
+        courses["friction"] = lambda y: _factor_over(exported, names, "friction", values, y)
     nodes = _FIRST
     while True:
         y = np.linspace(low, high, (nodes - 1) * _BETWEEN + 1)
