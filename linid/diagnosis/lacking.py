@@ -72,6 +72,14 @@ class Lead:
         """The model with the term's curve; None where no model can have it."""
         return with_term(self.judge, self.start, self.problem, self.proposal, None)
 
+    @cached_property
+    def closes(self) -> float:
+        """Share of the excess that the term closes in the model, base and effects identified anew beside it; as found
+        where no model can have it."""
+        if self.joined is None:
+            return self.proposal.closed
+        return 1.0 - _left(self.problem, self.joined.fitted)
+
 
 def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> Lead | None:
     """The term that the recordings ask for, beside all effects found or, where effects of the library only lend
@@ -132,7 +140,7 @@ def _left_by(lead: Lead | None, in_model: bool) -> float:
     """Share of the excess that a term leaves, as found or in the model; without one all."""
     if lead is None:
         return 1.0
-    return 1.0 - (_closes(lead) if in_model else lead.proposal.closed)
+    return 1.0 - (lead.closes if in_model else lead.proposal.closed)
 
 
 def does_without_effects(by_term: float, by_effects: float, beside: float, its_shape: bool) -> bool:
@@ -158,8 +166,7 @@ def _of_the_arguments(effects: Sequence[str], arguments: Sequence[str]) -> bool:
 def passing(found: Selection) -> list[Part]:
     """The effects of single moments or recordings that leave something: what always acts may look like one where it is
     strongest."""
-    effects = {part.name: find_effect(part.name) for part in found.parts}
-    able = [part for part in found.parts if effects[part.name].acts == "one" or effects[part.name].per_recording]
+    able = [part for part in found.parts if find_effect(part.name).per_recording]
     return [part for part in able if part.evidence.closed < TO_THE_FLOOR]
 
 
@@ -190,16 +197,8 @@ def with_fewer_arguments(lead: Lead) -> Lead:
         if set(one.family.arguments) < mine and one.best[1] >= WORTH * gain and effect_of(one.family):
             proposal = tested(lead.problem, one, tries=1)
             fewer = None if proposal is None else replace(lead, proposal=proposal)
-            return lead if fewer is None or _closes(fewer) < AS_GOOD * _closes(lead) else fewer
+            return lead if fewer is None or fewer.closes < AS_GOOD * lead.closes else fewer
     return lead
-
-
-def _closes(lead: Lead) -> float:
-    """Share of the excess that a term closes in the model, base and effects identified anew beside it; as found where
-    no model can have it."""
-    if lead.joined is None:
-        return lead.proposal.closed
-    return 1.0 - _left(lead.problem, lead.joined.fitted)
 
 
 def _cancelled(base: Base, found: Selection, seed: int) -> Lead | None:

@@ -19,8 +19,8 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,7 @@ from tests.workflow.small import ROOT
 WHEELS = ("freewheel_1", "freewheel_2", "freewheel_4", "freewheel_5")
 SPREAD = 1.5  # of an axis' friction over the stand's, at most: with less a free wheel would leave the stroke
 AGAIN = 10  # axes computed again by themselves
+Worker = Callable[[], subprocess.Popen[bytes]]  # starts one
 SAME = ("parameters.json", "parameters.csv", "gaps.csv", "convergence.csv")
 # Put before what a worker imports: what it does with files below a folder takes longer.
 SLOW = '''"""Files of a slow shared folder."""
@@ -54,13 +55,6 @@ builtins.open = io.open = _slow(io.open)
 for _name in ("open", "stat", "lstat", "mkdir", "listdir", "scandir", "rename", "replace", "unlink", "access"):
     setattr(os, _name, _slow(getattr(os, _name)))
 '''
-
-
-@dataclass
-class Losses:
-    """Workers killed, as long as a batch runs: when (s since its start), and how many jobs were done by then."""
-
-    moments: list[tuple[float, int]] = field(default_factory=list)
 
 
 def make_axis(folder: Path, number: int) -> int:
@@ -95,29 +89,29 @@ def write_batch(folder: Path, names: Sequence[str]) -> Path:
     return path
 
 
-def bodies(out: Path, names: Sequence[str]) -> Iterator[tuple[str, dict[str, Any]]]:
+def bodies(out: Path) -> list[dict[str, Any]]:
     """run.json of every job that has begun."""
-    for name in names:
-        path = out / name / "run.json"
-        if path.exists():
-            yield name, json.loads(path.read_text(encoding="utf-8"))
+    return [json.loads(path.read_text(encoding="utf-8")) for path in sorted(out.glob("axis_*/run.json"))]
 
 
 def done(out: Path) -> int:
     return sum(1 for _ in out.glob("axis_*/parameters.json"))
 
 
-def lose_workers(dask: DaskProcesses, start: Any, out: Path, count: int, lose: int, end: threading.Event) -> Losses:
-    """Kill `lose` workers, evenly over the jobs, and have another join at once for each."""
-    losses, began = Losses(), time.perf_counter()
-    at_work = [p for p in dask.processes if p is not dask.processes[0]]
+def lose_workers(
+    at_work: list[subprocess.Popen[bytes]], start: Worker, out: Path, count: int, lose: int, end: threading.Event
+) -> list[tuple[float, int]]:
+    """Kill `lose` workers, evenly over the jobs, and have another join at once for each.
+
+    Returns when (s) and how many jobs were done by then.
+    """
+    losses, began = [], time.perf_counter()
     for k in range(1, lose + 1):
         while done(out) < k * count / (lose + 1):
             if end.wait(1.0):
                 return losses
-        victim = at_work.pop(0)
-        victim.kill()
-        losses.moments.append((time.perf_counter() - began, done(out)))
+        at_work.pop(0).kill()
+        losses.append((time.perf_counter() - began, done(out)))
         at_work.append(start())
     return losses
 
@@ -135,13 +129,9 @@ def run_batch(folder: Path, names: Sequence[str], workers: int, slow: float, los
         def start() -> subprocess.Popen[bytes]:
             return dask.worker(more=environment)
 
-        for _ in range(workers):
-            start()
-        end, losses = threading.Event(), []
-        watcher = threading.Thread(
-            target=lambda: losses.append(lose_workers(dask, start, out, len(names), lose, end)), daemon=True
-        )
-        watcher.start()
+        at_work, end = [start() for _ in range(workers)], threading.Event()
+        watcher = ThreadPoolExecutor(1)
+        lost = watcher.submit(lose_workers, at_work, start, out, len(names), lose, end)
         before, began = os.times(), time.perf_counter()
         command = [sys.executable, "-m", "linid", "batch", str(batch), "--scheduler", dask.address, "--out", str(out)]
         again = ["--resume"] if (out / "run.json").exists() else []
@@ -150,8 +140,8 @@ def run_batch(folder: Path, names: Sequence[str], workers: int, slow: float, los
         wall = time.perf_counter() - began
         own = sum(os.times()[2:4]) - sum(before[2:4])
         end.set()
-        watcher.join()
-    return {"exit code": status, "wall": wall, "client": own, "losses": losses[0].moments}
+        watcher.shutdown()
+    return {"exit code": status, "wall": wall, "client": own, "losses": lost.result()}
 
 
 def coverage(folder: Path, names: Sequence[str]) -> dict[str, tuple[int, int]]:
@@ -185,8 +175,9 @@ def same_alone(folder: Path, names: Sequence[str]) -> int:
 def report(folder: Path, names: Sequence[str], ran: dict[str, Any]) -> list[str]:
     """What there is to say."""
     out = folder / "out"
-    states = [body["status"] for _, body in bodies(out, names)]
-    seconds = np.array([body["seconds"] for _, body in bodies(out, names) if body.get("seconds")])
+    begun = bodies(out)
+    states = [body["status"] for body in begun]
+    seconds = np.array([body["seconds"] for body in begun if body.get("seconds")])
     files = [path for path in out.rglob("*") if path.is_file()]
     lines = [
         f"jobs: {len(names)}, {', '.join(f'{states.count(one)} {one}' for one in sorted(set(states)))}; exit code "
