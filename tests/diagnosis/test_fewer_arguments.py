@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from linid.diagnosis import lacking
 from linid.diagnosis.lacking import Lead, with_fewer_arguments
 from linid.diagnosis.proposed import propose as rules
 from linid.diagnosis.proposed.propose import AS_GOOD, judged_families
@@ -29,5 +28,5 @@ def test_what_the_model_closes_decides(monkeypatch: pytest.MonkeyPatch, of_fewer
     lead = lead_of_wave()
     assert 0.8 < 0.95 * AS_GOOD < 0.9
     closes = {("position",): of_fewer, ("position", "motor_force"): 0.95}
-    monkeypatch.setattr(lacking, "_closes", lambda one: closes[one.proposal.arguments])
+    monkeypatch.setattr(Lead, "closes", property(lambda one: closes[one.proposal.arguments]))
     assert with_fewer_arguments(lead).proposal.arguments == wanted
