@@ -29,7 +29,7 @@ from linid.diagnosis.lacking import Lead, Models, lacking_term, lead_of, with_ef
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
-from linid.diagnosis.refined_models import changes_of, refined_models
+from linid.diagnosis.refined_models import Refining, changes_of
 from linid.diagnosis.report_data import Budget, Change, Diagnosis, LawFinding, ProposedTerm, RecordingChange, Verdict
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
@@ -77,9 +77,10 @@ def diagnose(
     known, effects, means = dict(known or {}), _of_base(effects, without), means or Means()
     recordings, fitted = _numbered(name, _comparable(since, kind, recordings, known))
     assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
-    base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions)
-    compare = partial(_compared, base, recordings, fitted, means, since)
-    found, shares, lead, compared = _borne_out(base, found, means, without, compare)
+    with Refining(fitted, means, since) as refining:
+        base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions, refining)
+        compare = partial(_compared, base, recordings, means, refining)
+        found, shares, lead, compared = _borne_out(base, found, means, without, compare)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
     before, after, measures = compared.before, compared.after, compared.measures
@@ -131,14 +132,9 @@ class _Compared:
 
 
 def _compared(
-    base: Base,
-    recordings: Sequence[Recording],
-    fitted: Sequence[Recording],
-    means: Means,
-    since: FitResult | None,
-    found: Selection,
+    base: Base, recordings: Sequence[Recording], means: Means, refining: Refining, found: Selection
 ) -> _Compared:
-    before, after = refined_models(found, fitted, means, base.judge.balance.memory, since)
+    before, after = refining.models(found, base.judge.balance.memory)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
     measures = together(changes, traces_after, means.seed)
     return _Compared(before, after, changes, traces_before, traces_after, measures)
@@ -197,11 +193,14 @@ def _begun(
     known: dict[str, float],
     means: Means,
     assumptions: list[str],
+    refining: Refining,
 ) -> tuple[Base, Selection, LawFinding | None]:
     """The base, identified or given, the effects beside it, and what is said of the law. choices: as in `_decided`."""
     if since is not None:
         return *_changed(since, recordings, choices[2], means, assumptions), None
     plain = fit_base_model(recordings, choices[0], known, means, assumptions)
+    if not choices[1]:  # under LuGre and with nothing beside it, it mostly stays the model before
+        refining.begin(plain.fitted, plain.judge.balance.memory)
     return _decided(plain, choices, known, means, assumptions)
 
 

@@ -13,6 +13,7 @@ from linid.diagnosis.descent import SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.diagnosis.parallel_tasks import in_parallel
 from linid.physics import friction
 from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE, find_law
 
@@ -87,7 +88,9 @@ def try_laws(judge: Judge, one: Fitted) -> tuple[LawTrial, ...]:
     fits = judge.fits
     rows = fits.rows_of(one.recordings)
     held = judge.balance.split
-    found = {law: under_law(fits, one, law) for law in LAWS}
+    fits.slopes(one)  # once, before the threads that start from them
+    tried = in_parallel(lambda law, _: under_law(fits, one, law), tuple(LAWS), judge.balance.jobs)
+    found = dict(tried)
     base = found[LUGRE]
     return tuple(
         LawTrial(law, fitted, compare(fits, base, fitted, rows), compare(fits, base, fitted, held))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -29,27 +30,51 @@ _USUAL = Ending(10, 0.1)
 _FINER = Ending(40, 3e-3)  # where a small step ended too early: mass and all forces may creep together
 
 
-def refined_models(
-    found: Selection, fitted: Sequence[Recording], means: Means, memory: Memory, since: FitResult | None = None
-) -> tuple[FitResult, FitResult]:
-    """Both models identified as `fit-motor` does it, from where the force balance has brought them.
+class Refining:
+    """The models before and after identified as `fit-motor` does it, from where the force balance has brought them.
 
-    since: what the model before is as it stands; that after has its base as the force balance has moved it.
+    That before may begin while effects are still selected, in a thread of its own. To be closed by `with`.
+    fitted: the recordings to fit; since: a given model before, which is as it stands.
     """
-    if since is not None:
-        if not found.parts:
-            return since, since
-        return since, refined_model(with_base_held(found.best, found.base), fitted, means, memory)
-    wanted = {_key(model): model for model in (found.base, found.best)}
-    missing = [(key, model) for key, model in wanted.items() if key not in memory]
-    means.watch("models", 0, 2)
-    # All threads for both: the one with effects takes longer, and then has them for itself.
-    refined = partial(_refined, tuple(fitted), means.seed, 1 if means.workers else means.jobs)
-    for (key, _), text in in_parallel(refined, missing, means.jobs, means.workers):
-        memory[key] = text
-    means.watch("models", 2, 2)
-    models = [model_from_text(memory[key], "checkpoint") for key in wanted]
-    return models[0], models[-1]
+
+    def __init__(self, fitted: Sequence[Recording], means: Means, since: FitResult | None) -> None:
+        self._fitted, self._means, self._since = tuple(fitted), means, since
+        self._pool = ThreadPoolExecutor(1, "refining")
+        self._begun: dict[str, Future[str]] = {}
+
+    def __enter__(self) -> Refining:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+    def begin(self, one: Fitted, memory: Memory) -> None:
+        """Begin with a model that will probably be asked for, where there are threads to spare."""
+        key, means = _key(one), self._means
+        if means.jobs > 1 and means.workers is None and key not in memory:
+            self._begun[key] = self._pool.submit(_refined, self._fitted, means.seed, means.jobs, (key, one), 1)
+
+    def models(self, found: Selection, memory: Memory) -> tuple[FitResult, FitResult]:
+        """Both models of a selection; that after a given one has its base as the force balance has moved it."""
+        means, since = self._means, self._since
+        if since is not None:
+            if not found.parts:
+                return since, since
+            return since, refined_model(with_base_held(found.best, found.base), self._fitted, means, memory)
+        wanted = {_key(model): model for model in (found.base, found.best)}
+        missing = [(key, model) for key, model in wanted.items() if key not in memory]
+        means.watch("models", 0, 2)
+        begun = {key: self._begun[key] for key, _ in missing if key in self._begun}
+        # All threads for both: the one with effects takes longer, and then has them for itself.
+        refined = partial(_refined, self._fitted, means.seed, 1 if means.workers else means.jobs)
+        others = [item for item in missing if item[0] not in begun]
+        for (key, _), text in in_parallel(refined, others, means.jobs, means.workers):
+            memory[key] = text
+        for key, future in begun.items():
+            memory[key] = future.result()
+        means.watch("models", 2, 2)
+        models = [model_from_text(memory[key], "checkpoint") for key in wanted]
+        return models[0], models[-1]
 
 
 def with_base_held(one: Fitted, base: Fitted) -> Fitted:

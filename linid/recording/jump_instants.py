@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -23,7 +24,7 @@ _AT_ONCE = 1e-3  # of an interval: a shorter lag is none
 _UNTOLD = 1.0 / 12.0  # variance of an instant that nothing tells: anywhere in an interval
 _KEPT = 64  # recordings whose jumps are remembered
 
-Columns = Callable[[Array, Array], Array]  # of a motion (m, n, r) at times (n,), for each of m instants
+Columns = Callable[[Array, Array], Array]  # two of a motion (..., n, 2) at times (n,), for instants (...)
 
 
 def jump_instants(recording: Recording, jumps: Sequence[Jump], sizes: Array) -> Array:
@@ -64,7 +65,7 @@ def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: flo
     if not robust_spread(gains - gain) < _ALIKE * gain:
         return otherwise
     s, tries = np.arange(1.0, _PUSHED + 1.0), np.linspace(0.0, jump.last + 1.0, _FINE * (jump.last + 1) + 1)
-    push, *friction = np.moveaxis(_setting_off(s, tries, 4), 2, 0)
+    push, *friction = np.moveaxis(_setting_off(s, tries, 4), -1, 0)
     away = y[1 : _PUSHED + 1] - y[0]
     left = away - np.copysign(gain * sizes[0], away[-1]) * push
     spans = np.linalg.qr(np.stack(friction, axis=2))[0]
@@ -76,9 +77,34 @@ def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: flo
 
 @lru_cache(maxsize=_KEPT)
 def _bends(positions: bytes, jumps: tuple[Jump, ...]) -> tuple[tuple[float, float, float], ...]:
-    """What the positions (float64, m) tell of each jump's instant; kept, for one recording is simulated many times."""
+    """What the positions (float64, m) tell of each jump: where the speed bends, in intervals after the jump's first
+    sample, the variance of that, and the bend: m that are travelled more within one interval after it, nan where this
+    is not known. Kept, for one recording is simulated many times.
+
+    Of several reaches the one that tells most: a fast axis passes ripple within few samples, a slow one drowns in its
+    noise. At the start of a recording an axis may set off from rest.
+    """
     y = np.frombuffer(positions)
-    return tuple(_bend(y, jump, _room(jumps, k, y.size)) for k, jump in enumerate(jumps))
+    counts = np.array([jump.last + 1 - jump.first for jump in jumps])
+    rooms = np.array([_room(jumps, k, y.size) for k in range(len(jumps))])
+    told = np.stack([counts / 2.0, _UNTOLD * counts**2, np.full(counts.size, np.nan)], axis=1)
+    rested = _from_rest(y, jumps[0], tuple(rooms[0]))
+    if rested:
+        s = np.arange(1.0, _REACHES[0] + 1.0)
+        told[0] = _found(y[None, 1 : s.size + 1] - y[0], s, counts[0], _setting_off)[0]
+        told[0, 2] = np.nan
+    best = np.full(counts.size, np.inf)
+    for count, reach in product(sorted(set(counts.tolist())), _REACHES):
+        able = (counts == count) & (rooms.min(axis=1) >= reach)
+        able[0] &= not rested
+        mine = np.flatnonzero(able)
+        if mine.size:
+            s = np.concatenate([np.arange(-reach, 1.0), np.arange(count, count + reach + 1.0)])
+            firsts = np.array([jumps[k].first for k in mine])
+            found = _found(y[firsts[:, None] + s.astype(int)], s, count, _bending)
+            better = found[:, 1] < best[mine]
+            told[mine[better]], best[mine[better]] = found[better], found[better, 1]
+    return tuple(tuple(row) for row in told.tolist())
 
 
 def _room(jumps: Sequence[Jump], k: int, size: int) -> tuple[int, int]:
@@ -88,100 +114,88 @@ def _room(jumps: Sequence[Jump], k: int, size: int) -> tuple[int, int]:
     return jumps[k].first - begin, end - jumps[k].last - 1
 
 
-def _bend(y: Array, jump: Jump, room: tuple[int, int]) -> tuple[float, float, float]:
-    """Where the speed of positions y (n,) in m bends, in intervals after the jump's first sample, its variance, and the
-    bend: m that are travelled more within one interval after it, nan where this is not known.
-
-    Of several reaches the one that tells most: a fast axis passes ripple within few samples, a slow one drowns in its
-    noise. At the start of a recording an axis may set off from rest.
-    """
-    count, least = jump.last + 1 - jump.first, _REACHES[0]
-    if _from_rest(y, jump, room):
-        s, window = np.arange(1.0, least + 1.0), y[1 : least + 1] - y[0]
-        return *_found(window, s, count, _setting_off), np.nan
-    told = []
-    for reach in _REACHES:
-        if reach <= min(room):
-            s = np.concatenate([np.arange(-reach, 1.0), np.arange(count, count + reach + 1.0)])
-            window = y[jump.first + s.astype(int)]
-            told.append((_found(window, s, count, _bending), s, window))
-    if not told:
-        return count / 2.0, _UNTOLD * count**2, np.nan
-    (mean, variance), s, window = min(told, key=lambda one: one[0][1])
-    if not np.all(np.isfinite(window)):
-        return mean, variance, np.nan
-    bend = np.linalg.lstsq(_bending(s, np.array([mean]))[0], window - window.mean(), rcond=None)[0][5]
-    return mean, variance, abs(float(bend))
-
-
 def _setting_off(s: Array, x: Array, highest: int = 3) -> Array:
-    """Columns (m, n, 2) of positions at times s (n,) in samples of an axis that leaves its rest, at instants x (m,).
+    """Columns (..., n, 2) of positions at times s (n,) in samples of an axis that leaves its rest, at instants x (...).
 
     Its current rises from the first sample on and lags behind its command by x, as 1 - exp(-s / x). What friction makes
-    of its acceleration follows with higher powers, without that exponential. highest: of them; (m, n, 3) to the fourth.
+    of its acceleration follows with higher powers, without that exponential. highest: of them; (..., n, 3) to the
+    fourth.
     """
-    x = x[:, None]
+    x = x[..., None]
     since, risen = s - x, np.exp(-s / np.maximum(x, _AT_ONCE))
     columns = [since**2 + x**2 * (1.0 - 2.0 * risen), since**3 + 3.0 * x**2 * since, since**4 + 6.0 * x**2 * since**2]
-    return np.stack(columns[: highest - 1], axis=2)
+    return np.stack(columns[: highest - 1], axis=-1)
 
 
 def _bending(s: Array, x: Array) -> Array:
-    """Columns (m, n, 7) of positions at times s (n,) in samples whose speed bends at instants x (m,).
+    """Columns (..., n, 2) of positions at times s (n,) in samples whose speed bends at instants x (...).
 
-    Their two cubics share the speed there; they need not meet, as a current that rises for a while lags behind a step.
+    Beside them are those of `_level`. Its two cubics share the speed there; they need not meet, as a current that rises
+    for a while lags behind a step.
     """
-    out = np.empty((x.size, s.size, 7))
-    out[:, :, :4] = np.vander(s, 4, increasing=True)
-    out[:, :, 4] = s > 0.0
-    late = np.where(s > 0.0, s - x[:, None], 0.0)
-    out[:, :, 5], out[:, :, 6] = late**2, late**3
-    return out
+    late = np.maximum(s - x[..., None], 0.0) * (s > 0.0)
+    return np.stack([late**2, late**3], axis=-1)
 
 
-def _found(window: Array, s: Array, count: int, columns: Columns) -> tuple[float, float]:
-    """Mean and variance of the instant, by turns that are finer each, as in `_instant`."""
-    found = _instant(window, s, count, columns)
-    for _ in range(_FINER):
-        found = _instant(window, s, count, columns, found)
-    return found
+def _level(s: Array) -> Array:
+    """An orthonormal basis (n, r) of the columns that hang on no instant: before a bend a cubic, after it a step more;
+    none of an axis that rests before."""
+    if s[0] > 0.0:
+        return np.empty((s.size, 0))
+    columns = np.concatenate([np.vander(s, 4, increasing=True), (s > 0.0)[:, None]], axis=1)
+    return np.asarray(np.linalg.qr(columns / np.linalg.norm(columns, axis=0))[0])
 
 
-def _instant(
-    window: Array, s: Array, count: int, columns: Columns, found: tuple[float, float] | None = None
-) -> tuple[float, float]:
-    """Mean and variance of the instant, from 0 to count, that makes columns fit positions (n,) at times s (n,).
+def _found(windows: Array, s: Array, count: int, columns: Columns) -> Array:
+    """Mean and variance of each instant, from 0 to count, that makes the columns and `_level` fit positions (k, n) in m
+    at times s (n,), and the size of the first column in m: (k, 3), the last nan where nothing tells.
 
-    found: both, of an earlier turn; now instants are tried only where it may be.
+    Instants are tried over the whole interval first, then in turns that are finer each.
     """
-    if not np.all(np.isfinite(window)):
-        return count / 2.0, _UNTOLD * count**2
-    window = (window - window.mean() * (s[0] < 0.0)) / max(float(np.std(window)), 1e-300)
-    low, high = 0.0, float(count)
-    if found is not None:
-        reach = 5.0 * found[1] ** 0.5
-        low, high = max(low, found[0] - reach), min(high, found[0] + reach)
-    tries = np.linspace(low, high, _TRIES)
-    bases = _first_spans(columns, tuple(s.tolist()), high) if found is None else _spans(columns, s, tries)
-    shares = np.swapaxes(bases, 1, 2) @ window
-    costs = np.sum((window - (bases @ shares[:, :, None])[:, :, 0]) ** 2, axis=1)
-    deviation = max(float(costs.min()) / (s.size - bases.shape[2] - 1), 1e-300)
-    likely = np.exp(-0.5 * (costs - costs.min()) / deviation)
-    likely /= likely.sum()
-    mean, step = float(likely @ tries), float(tries[1] - tries[0])
-    return mean, float(likely @ (tries - mean) ** 2) + step**2 / 12.0
+    finite = np.all(np.isfinite(windows), axis=1)
+    windows = np.where(finite[:, None], windows, 0.0)
+    size = np.maximum(np.std(windows, axis=1), 1e-300)
+    windows = (windows - windows.mean(axis=1, keepdims=True) * (s[0] < 0.0)) / size[:, None]
+    level = _level(s)
+    windows = _without(windows, level)
+    low, high = np.zeros(1), np.full(1, float(count))
+    for _ in range(1 + _FINER):
+        tries = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, _TRIES)
+        costs = np.sum(_left_by(windows[:, None], columns(s, tries), level)[0] ** 2, axis=-1)
+        least = costs.min(axis=1, keepdims=True)
+        deviation = np.maximum(least / (s.size - level.shape[1] - 3), 1e-300)
+        likely = np.exp(-0.5 * (costs - least) / deviation)
+        likely /= likely.sum(axis=1, keepdims=True)
+        mean, step = np.sum(likely * tries, axis=1), tries[:, 1] - tries[:, 0]
+        variance = np.sum(likely * (tries - mean[:, None]) ** 2, axis=1) + step**2 / 12.0
+        reach = 5.0 * np.sqrt(variance)
+        low, high = np.maximum(0.0, mean - reach), np.minimum(float(count), mean + reach)
+    bend = size * np.abs(_left_by(windows, columns(s, mean), level)[1])
+    untold = np.array([count / 2.0, _UNTOLD * count**2, np.nan])
+    return np.where(finite[:, None], np.stack([mean, variance, bend], axis=1), untold)
 
 
-@lru_cache(maxsize=_KEPT)
-def _first_spans(columns: Columns, s: tuple[float, ...], high: float) -> Array:
-    """What the columns span where nothing is known of the instant yet: the same for all steps of a length."""
-    return _spans(columns, np.array(s), np.linspace(0.0, high, _TRIES))
+def _without(x: Array, basis: Array) -> Array:
+    """Rows x (..., n) without what an orthonormal basis (n, r) spans."""
+    return np.asarray(x - (x @ basis) @ basis.T)
 
 
-def _spans(columns: Columns, s: Array, tries: Array) -> Array:
-    """Orthonormal bases (m, n, r) of the columns at times s (n,) in samples for each of m instants that are tried."""
-    bases = columns(s, tries)
-    return np.linalg.qr(bases / np.linalg.norm(bases, axis=1, keepdims=True))[0]
+def _left_by(windows: Array, columns: Array, level: Array) -> tuple[Array, Array]:
+    """What two columns (..., n, 2) beside a basis (n, r) leave of rows (..., n) that it leaves, and the first's size.
+
+    The second is made orthogonal twice: after the basis it is nearly the first (Giraud et al. 2005, Numer. Math. 101).
+    """
+    first, second = (_without(columns[..., k], level) for k in range(2))
+    norm = np.maximum(np.linalg.norm(first, axis=-1, keepdims=True), 1e-300)
+    first = first / norm
+    shared = np.sum(first * second, axis=-1, keepdims=True)
+    second = _without(second - first * shared, level)
+    second = second - first * np.sum(first * second, axis=-1, keepdims=True)
+    rest = np.maximum(np.linalg.norm(second, axis=-1, keepdims=True), 1e-300)
+    second = second / rest
+    along = [np.sum(column * windows, axis=-1, keepdims=True) for column in (first, second)]
+    left = windows - first * along[0] - second * along[1]
+    return left, np.asarray(((along[0] - shared * along[1] / rest) / norm)[..., 0])
 
 
 def _from_rest(y: Array, jump: Jump, room: tuple[int, int]) -> bool:

@@ -17,7 +17,8 @@ _NEARBY = 41  # samples: a fast motor's commutation makes them large for a while
 _LONGEST = 3  # sampling intervals over which a current may take to step, rising or logged late
 _BESIDE = 8  # samples beside a step that tell the course up to it
 _ROUGH = 0.1  # of a step, at most, by which the input may scatter beside it
-_KEPT = 64  # lengths of courses whose fits are remembered
+_KEPT = 64  # lengths of courses whose fits are remembered, and inputs whose jumps are
+_LONGEST_REMEMBERED = 100_000  # values of inputs that are: 51 MB in all
 _CLEAR = 0.2  # of the largest input: phases with less have no clear vector
 _PHASES = np.exp(2j * np.pi / 3.0 * np.arange(3))  # of three equal phases
 
@@ -52,10 +53,23 @@ def find_jumps(channels: Array) -> tuple[Jump, ...]:
     channels: (c, n) in any unit, A or V. Fourth differences are small where an input is smooth. Those that stand out
     come four in a row, or, where the input takes more than one interval to step, so many more.
     """
-    from scipy.ndimage import median_filter
-
     if channels.shape[1] < _NEARBY:
         return ()
+    if channels.size > _LONGEST_REMEMBERED:
+        return _jumps_of(channels)
+    return _remembered(np.asarray(channels, dtype=np.float64).tobytes(), channels.shape)
+
+
+@lru_cache(maxsize=_KEPT)
+def _remembered(values: bytes, shape: tuple[int, int]) -> tuple[Jump, ...]:
+    """The jumps of inputs (float64); kept, for other measurements of a motion have the same inputs."""
+    return _jumps_of(np.frombuffer(values).reshape(shape))
+
+
+def _jumps_of(channels: Array) -> tuple[Jump, ...]:
+    """`find_jumps` of inputs (c, n) that are long enough."""
+    from scipy.ndimage import median_filter
+
     size = np.linalg.norm(np.diff(channels, 4, axis=1), axis=0)
     limit = np.maximum(_USUAL * median_filter(size, _NEARBY), _OF_RANGE * np.ptp(channels, axis=1).max())
     stands_out = size > np.maximum(limit, 1e-300)

@@ -104,19 +104,26 @@ def _spline_block(recording: Recording, voltages: bool) -> _Block:
     powered = channels is not None and bool(np.any(channels))
     dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
     out = np.zeros((recording.t.size - 1, 4, 4))
+    sampled, steps = np.zeros((3, recording.t.size)), False
     if channels is not None and powered:
-        out[:, : len(channels)] = input_coefficients(recording, channels).transpose(1, 0, 2)
+        pieces = input_coefficients(recording, channels)
+        out[:, : len(channels)] = pieces.transpose(1, 0, 2)
+        sampled[: len(channels)], steps = _at_samples(pieces, dt)
     if recording.measured:
         out[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
-    c = out[:, :3]
-    ends = ((c[:, :, 3] * dt + c[:, :, 2]) * dt + c[:, :, 1]) * dt + c[:, :, 0]
-    before, after = ends[:-1], c[1:, :, 0]
-    apart = np.abs(after - before)
-    steps = bool(np.any(apart > CONTINUOUS * np.abs(c[:, :, 0]).max(initial=0.0)))
-    continuous = apart <= CONTINUOUS * (np.abs(after) + dt * np.abs(c[1:, :, 1]))
-    between = np.where(continuous, after, 0.5 * (before + after))
-    sampled = np.ascontiguousarray(np.concatenate([c[:1, :, 0], between, ends[-1:]]).T)
     return _Block(out, sampled, powered, steps)
+
+
+def _at_samples(pieces: Array, dt: float) -> tuple[Array, bool]:
+    """Inputs at the samples (c, n), midway where they step, and whether any does. pieces: (c, n - 1, 4) as of
+    `input_coefficients`."""
+    ends = pieces @ dt ** np.arange(4.0)
+    before, after = ends[:, :-1], pieces[:, 1:, 0]
+    apart = np.abs(after - before)
+    steps = bool(np.any(apart > CONTINUOUS * np.abs(pieces[:, :, 0]).max(initial=0.0)))
+    continuous = apart <= CONTINUOUS * (np.abs(after) + dt * np.abs(pieces[:, 1:, 1]))
+    between = np.where(continuous, after, 0.5 * (before + after))
+    return np.concatenate([pieces[:, :1, 0], between, ends[:, -1:]], axis=1), steps
 
 
 def measured_points(inputs: Inputs, pieces: int) -> Array:

@@ -75,8 +75,10 @@ class Problem:
         """Per part: number of independent groups in each class of residuals, (classes,)."""
         counts = []
         for part in self.parts:
-            pairs = np.unique(np.column_stack([part.classes, part.groups]), axis=0)
-            counts.append(np.bincount(pairs[:, 0], minlength=int(part.classes.max()) + 1).astype(float))
+            groups = int(part.groups.max(initial=0)) + 1
+            held = np.bincount(part.classes * groups + part.groups) > 0  # which class has rows of which group
+            number = np.bincount(np.flatnonzero(held) // groups, minlength=int(part.classes.max()) + 1)
+            counts.append(number.astype(np.float64))
         return counts
 
     def reference(self) -> list[Array]:

@@ -34,6 +34,7 @@ _CURVE_PROBE = 0.1
 _LARGEST_BEND = 0.375
 _WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
 _LEFT_OUT = "left out as asked; intervals hold at a minimum only"
+_BLOCK = 512  # rows
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -215,9 +216,15 @@ def rotated(base: Array, slopes: Array) -> tuple[Array, Array]:
     """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals: all that least squares
     needs to know of the long ones.
 
-    base: (N,), slopes: (N, n). Source: QR decomposition (Golub 1965, Numer. Math. 7, 206).
+    base: (N,), slopes: (N, n). Source: QR decomposition (Golub 1965, Numer. Math. 7, 206), by blocks of rows that stay
+    in the processor's cache (Demmel et al. 2012, SIAM J. Sci. Comput. 34, A206).
     """
-    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([base, slopes]), mode="r"))
+    rows = np.column_stack([base, slopes])
+    whole = len(rows) - len(rows) % _BLOCK
+    if whole > _BLOCK:
+        blocks = rows[:whole].reshape(-1, _BLOCK, rows.shape[1])
+        rows = np.concatenate([*np.linalg.qr(blocks, mode="r"), rows[whole:]])
+    triangle: Array = np.asarray(np.linalg.qr(rows, mode="r"))
     return triangle[:, 0], triangle[:, 1:]
 
 
