@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
         TermCurve,
     )
     from linid.identification.result import Estimate
-    from linid.report.figures.write import Drawing, Progress
+    from linid.report.figures.write import Progress
 
 SCHEMA = 2
 _COURSE = ("recording", "t", "reference", "without", "base", "full")
@@ -48,11 +49,15 @@ def write_diagnosis(
     formats: of the figures, `png`, `pdf`, `svg`; figures: `few`, `all` or `none`; written: called when all but the
     figures is written; processes, progress: as in `write_drawings`. Returns the written files.
     """
+    from linid.report.figures.diagnosis_write import diagnosis_drawings
+    from linid.report.figures.drawing_process import Order, Ordered
+    from linid.report.figures.write import wanted
     from linid.report.page.build import page_html
 
     folder, diagnosis = Path(folder), in_axis_words(diagnosis)
-    drawings = _drawings(diagnosis, formats, figures)
-    stems = dict.fromkeys(d.stem for d in drawings if "png" in (d.formats or formats))
+    make = partial(diagnosis_drawings, diagnosis, formats)
+    drawn = Ordered(Order(make, figures, folder / "figures", formats, processes))
+    stems = dict.fromkeys(d.stem for d in wanted(make(), figures) if "png" in (d.formats or formats))
     pictures = [Path("figures") / f"{stem}.png" for stem in stems]
     texts = {
         "diagnosis.json": json_text(diagnosis_data(diagnosis)),
@@ -62,20 +67,7 @@ def write_diagnosis(
     paths = [write_atomic(folder / name, text.encode("utf-8")) for name, text in texts.items()]
     if written is not None:
         written()
-    if drawings:
-        from linid.report.figures.write import write_drawings
-
-        paths += write_drawings(drawings, folder / "figures", formats=formats, processes=processes, progress=progress)
-    return paths
-
-
-def _drawings(diagnosis: Diagnosis, formats: Sequence[str], figures: str) -> list[Drawing]:
-    if figures == "none":
-        return []
-    from linid.report.figures.diagnosis_write import diagnosis_drawings
-    from linid.report.figures.write import wanted
-
-    return wanted(diagnosis_drawings(diagnosis, formats), figures)
+    return paths + drawn.files(progress)
 
 
 def diagnosis_data(diagnosis: Diagnosis) -> dict[str, Any]:

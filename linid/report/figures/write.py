@@ -21,7 +21,6 @@ from linid.report.figures.currents import Spline, currents_figure
 from linid.report.figures.free_wheel import free_wheel_displacement_figure, free_wheel_velocity_figure
 from linid.report.figures.friction_curve import CURVE, friction_curve_figure, speed_covered
 from linid.report.figures.gap_bars import gap_figure
-from linid.report.figures.load import wait_until_loaded
 from linid.report.figures.overview import overview_figure
 from linid.report.figures.profile import profile_figure
 from linid.report.files import file_stems
@@ -170,7 +169,6 @@ def _in_processes(function: Callable[[int], list[Path]], count: int, processes: 
     if processes < 2 or not sys.platform.startswith("linux"):
         yield from map(function, range(count))
         return
-    wait_until_loaded()
     context = multiprocessing.get_context("fork")
     with ProcessPoolExecutor(processes, context, _begin_drawing, (function,)) as pool:
         try:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from linid.errors import UsageError
-from linid.report.figures.load import load_early
+from linid.report.figures import drawing_process
 from linid.report.result_files import MODEL_FILE
 from linid.workflow.run import results
 from linid.workflow.run.outcome import DONE, NOT_CONVERGED, Outcome, gap_figure_text
@@ -48,7 +49,7 @@ def begin(request: Request, command: str, campaign: Campaign, identity: str, mor
         identity=identity, config=config, inputs=[*campaign.files, *more], seed=request.settings.seed, jobs=request.jobs
     )
     if request.settings.figures != "none" and request.jobs > 1 and not folder.finished_before:
-        load_early()
+        drawing_process.begin()
     return folder
 
 
@@ -82,7 +83,7 @@ def complete(folder: RunFolder, found: Fit, campaign: Campaign, request: Request
     )
     results.write_gaps(measured.gaps, folder.path, result.axis)
     outcome = reporter.show(fit_outcome(folder, result, measured.gaps))
-    results.draw(lambda: results.fit_pictures(found, measured, campaign), folder.path, request, reporter)
+    results.draw(partial(results.fit_pictures, found, measured, campaign), folder.path, request, reporter)
     folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     reporter.close()
     return outcome

@@ -94,18 +94,11 @@ def validation_pictures(measured: Gaps, campaign: Campaign) -> list[Drawing]:
 
 def draw(pictures: Callable[[], list[Drawing]], folder: Path, request: Request, reporter: Reporter) -> None:
     """figures/: as many of the drawings as the settings ask for, with progress; pictures: gives all of them."""
-    settings = request.settings
-    if settings.figures == "none":
-        return
-    from linid.report.figures.write import wanted, write_drawings
+    from linid.report.figures.drawing_process import Order, Ordered
 
-    write_drawings(
-        wanted(pictures(), settings.figures),
-        folder / "figures",
-        formats=settings.figure_formats,
-        processes=request.jobs,
-        progress=lambda done, total, stem: reporter.step("figures", done, total),
-    )
+    settings = request.settings
+    order = Order(pictures, settings.figures, folder / "figures", settings.figure_formats, request.jobs)
+    Ordered(order).files(lambda done, total, stem: reporter.step("figures", done, total))
 
 
 def _coast_downs(campaign: Campaign, worst: Collection[str]) -> list[Drawing]:
