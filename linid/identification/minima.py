@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +30,7 @@ from linid.statistics import NORMAL_97_5
 # Deviations by which freeing a rival of what noise of the inputs does to it changes how far it lies behind: 0.1 at most
 # in six fits of campaigns of others, where the residuals need no whitening.
 _CHANGED = 0.5
+_SHAPE = "nome"  # of the field
 
 
 def best_minimum(
@@ -37,10 +40,21 @@ def best_minimum(
 
     state: the last one of the search; intervals hold the rivals that cost statistically the same.
     """
-    best = _found(task, problem, state, solution, hooks)
-    if _is_plain(task, best):
-        best = replace(best, result=with_plain(best.result, problem.space))
-    return with_twin(_with_rivals(task, problem, state, best, hooks), problem.space)
+    with ThreadPoolExecutor(1, "rival") as pool:
+        # What noise does to the best one moves its rival little, unless residuals are whitened: both at once.
+        white = task.settings.least_squares_steps > 0 and currents_in_common_push(problem, solution.point)
+        beside = None if white or task.settings.jobs < 2 else pool.submit(_plain_rival, task, problem, solution)
+        best = _found(task, problem, state, solution, hooks)
+        if _is_plain(task, best):
+            best = replace(best, result=with_plain(best.result, problem.space))
+        told = any(e.name == _SHAPE and e.status == "fitted" for e in best.result.estimates)
+        rival = None
+        if white:
+            rival = _white_rival(task, problem, best)
+        elif told:
+            rival = _plain_rival(task, problem, solution) if beside is None else beside.result()
+    result = best.result if rival is None else _beside_rival(task, problem, state, best, rival, hooks)
+    return with_twin(result, problem.space)
 
 
 @dataclass(frozen=True)
@@ -87,7 +101,7 @@ def _is_plain(task: Task, best: _Found) -> bool:
 
     Towards wide magnets the last trace of the fifth harmonic goes, and with it the curvature that the interval is from.
     """
-    told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
+    told = any(e.name == _SHAPE and e.status == "fitted" for e in best.result.estimates)
     plain = on_the_plain(best.problem, best.solution) if told and task.settings.least_squares_steps else None
     if plain is None:
         return False
@@ -98,21 +112,13 @@ def _is_plain(task: Task, best: _Found) -> bool:
     return best.lead(held, found) < NORMAL_97_5
 
 
-def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found, hooks: Hooks) -> FitResult:
-    """The result, and where another shape of the field costs statistically the same, what it shares with that."""
-    # The back-EMF tells the shape by itself.
-    start = None if problem.space.model.winding else other_shape(problem.space, best.solution.point)
-    told = any(e.name == "nome" and e.status == "fitted" for e in best.result.estimates)
-    if start is None or task.settings.least_squares_steps == 0 or not (best.white or told):
+def _beside_rival(
+    task: Task, problem: Problem, state: SearchState, best: _Found, solution: LeastSquaresFit, hooks: Hooks
+) -> FitResult:
+    """The result, and where another shape of the field costs statistically the same, what it shares with that.
+    solution: of the rival, before it is freed of what noise of the inputs does to it."""
+    if not best.white and best.lead(problem, solution) > NORMAL_97_5 + _CHANGED:
         return best.result
-    start = _settled(task, problem, start, best)
-    solution = replace(best.solution, point=start)
-    if not best.white:
-        solution = levenberg_marquardt(
-            problem, Cost(problem), start, solution.offsets, ending=final_ending(task.settings)
-        )
-        if best.lead(problem, solution) > NORMAL_97_5 + _CHANGED:
-            return best.result
     rival = _found(task, problem, state, replace(solution, history=best.solution.history), hooks)
     if float(np.max(np.abs(rival.solution.point - best.solution.point))) < APART:
         return best.result
@@ -124,21 +130,54 @@ def _with_rivals(task: Task, problem: Problem, state: SearchState, best: _Found,
     return shared(best.result, rival.result, problem.space)
 
 
-def _settled(task: Task, problem: Problem, start: Array, best: _Found) -> Array:
-    """A start (p,) with another shape of the field, all else fitted to that before the shape is free.
+def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSquaresFit | None:
+    """The solution by plain least squares with another shape of the field than the best one's; None without such."""
+    settled = _settled(task, problem, best)
+    if settled is None:
+        return None
+    start = _with_shape(problem, settled.fit.point, settled.shape)
+    return levenberg_marquardt(problem, Cost(problem), start, best.offsets, ending=final_ending(task.settings))
 
-    Where the best one's residuals are whitened, under that: from where plain least squares leave the other parameters
-    a free shape may run back to the best one's.
+
+def _white_rival(task: Task, problem: Problem, best: _Found) -> LeastSquaresFit | None:
+    """Where another shape of the field begins, where the best one's residuals are whitened; None without such.
+
+    All else is fitted under the same whitening: from where plain least squares leave it a free shape may run back to
+    the best one's.
     """
-    names = problem.space.names
-    column = names.index("nome")
-    nome = problem.space.values(start)["nome"]
-    held = Problem(problem.space.holding({"nome": nome}), problem.parts)
-    ending, offsets = coarse_ending(task.settings), best.solution.offsets
-    found = levenberg_marquardt(held, Cost(held), np.delete(start, column), offsets, ending=ending, final=False)
-    if best.white:
-        found = fit_under_noise(held, found, seed=task.settings.search.seed).fit
-    return np.insert(found.point, column, start[column])
+    settled = _settled(task, problem, best.solution)
+    if settled is None:
+        return None
+    found = fit_under_noise(settled.problem, settled.fit, seed=task.settings.search.seed).fit
+    return replace(best.solution, point=_with_shape(problem, found.point, settled.shape))
+
+
+class _Settled(NamedTuple):
+    """All but the field's shape fitted by plain least squares. problem: which holds the shape; shape: its search
+    coordinate."""
+
+    problem: Problem
+    fit: LeastSquaresFit
+    shape: float
+
+
+def _settled(task: Task, problem: Problem, best: LeastSquaresFit) -> _Settled | None:
+    """All else fitted to another shape of the field than the best one's; None where there is none, or where the
+    back-EMF tells the shape."""
+    space = problem.space
+    start = None if space.model.winding else other_shape(space, best.point)
+    if start is None or task.settings.least_squares_steps == 0:
+        return None
+    column = space.names.index(_SHAPE)
+    held = Problem(space.holding({_SHAPE: space.values(start)[_SHAPE]}), problem.parts)
+    point, ending = np.delete(start, column), coarse_ending(task.settings)
+    found = levenberg_marquardt(held, Cost(held), point, best.offsets, ending=ending, final=False)
+    return _Settled(held, found, float(start[column]))
+
+
+def _with_shape(problem: Problem, point: Array, shape: float) -> Array:
+    """Search coordinates (p,) of all parameters, given those without the shape (p - 1,) and the shape's."""
+    return np.insert(point, problem.space.names.index(_SHAPE), shape)
 
 
 def _profiles(
