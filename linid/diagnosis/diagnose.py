@@ -76,19 +76,18 @@ def diagnose(
     """
     known, effects, means = dict(known or {}), _of_base(effects, without), means or Means()
     recordings, fitted = _numbered(name, _comparable(since, kind, recordings, known))
-    assumptions = [f"left out of consideration: {name.replace('_', ' ')}" for name in without]
+    assumptions = [f"left out of consideration: {one.replace('_', ' ')}" for one in without]
     with Refining(fitted, means, since) as refining:
         base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions, refining)
         compare = partial(_compared, base, recordings, means, refining)
         found, shares, lead, compared = _borne_out(base, found, means, without, compare)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
-    before, after, measures = compared.before, compared.after, compared.measures
-    lines = entries_of(found, shares, after, recordings, measures, means.seed)
-    lines, other_values = of_one_curve(lines, parameter_changes(since, after, recordings))
+    lines = entries_of(found, shares, compared.after, recordings, compared.measures, means.seed)
+    lines, other_values = of_one_curve(lines, parameter_changes(since, compared.after, recordings))
     budget = seen.budget(shares, lines)
     known_mass = _mass_is_known(base, known, since)
-    models = Models(after, found.best, compared.changes, compared.traces_after)
+    models = Models(compared.after, found.best, compared.changes, compared.traces_after)
     term, models = (None, models) if lead is None else lacking_term(base.judge, found, lead, models, recordings, means)
     checks = checks_of(recordings)
     diagnosis = Diagnosis(
@@ -102,7 +101,7 @@ def diagnose(
         tried=tried_effects(found),
         where=seen.where,
         pairs=seen.pairs,
-        measures=measures if models.result is after else together(models.changes, models.traces, means.seed),
+        measures=together(models.changes, models.traces, means.seed),
         recordings=models.changes,
         traces=residual_traces(base.judge, found.base, models.fitted, seen.masses),
         checks=checks,
@@ -110,13 +109,13 @@ def diagnose(
         field_wavenumber=seen.field,
         seed=means.seed,
         combinations=base_combinations(models.result, known_mass),
-        warnings=tuple(before.warnings),
+        warnings=tuple(compared.before.warnings),
         friction_law=law,
         proposal=term,
         given=since is not None,
         changes=other_values,
     )
-    return Found(diagnosis, before, models.result, compared.traces_before, models.traces)
+    return Found(diagnosis, compared.before, models.result, compared.traces_before, models.traces)
 
 
 @dataclass(frozen=True)

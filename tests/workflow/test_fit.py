@@ -77,11 +77,13 @@ def test_tables_are_shown_before_figures_are_drawn(
 ) -> None:
     """A figure that cannot be drawn costs the exit code, not the tables."""
     import linid.report.figures.write as write
+    from linid.report.figures import drawing_process
 
     def fail(*arguments: Any, **options: Any) -> None:
         raise OSError(28, "No space left on device", str(tmp_path))
 
     monkeypatch.setattr(write, "write_drawings", fail)
+    monkeypatch.setattr(drawing_process, "begin", lambda: None)
     path, settings = friction[0].parent / "campaign.yaml", friction[0] / "config.yaml"
     done = linid("fit-friction", path, "--config", settings, "--out", tmp_path / "o")
     assert done.exit_code == 1 and "No space left" in done.stderr

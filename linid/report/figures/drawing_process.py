@@ -89,9 +89,10 @@ def serve() -> None:
 
     try:
         order: Order = pickle.load(sys.stdin.buffer)
-        answer("files", order.write(lambda *done: answer("progress", done)))
-    except EOFError:
+    except Exception:  # no order, or one of functions that are not known here: who asks draws them
         return
+    try:
+        answer("files", order.write(lambda *done: answer("progress", done)))
     except Exception as error:
         answer("error", error)
 
@@ -111,7 +112,7 @@ def _asked(helper: subprocess.Popen[bytes], order: Order) -> bool:
     try:
         with helper.stdin as channel:
             channel.write(pickle.dumps(order, pickle.HIGHEST_PROTOCOL))
-    except OSError:
+    except (OSError, pickle.PicklingError, AttributeError, TypeError):  # lost, or nothing that travels
         _end(helper)
         return False
     return True
