@@ -171,9 +171,9 @@ def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kern
 
 
 @cache
-def load_slopes() -> Callable[..., None]:
-    """The compiled simulation with derivatives (slopes.py), of all motors under LuGre friction without effects."""
-    entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, True, LUGRE)), _kept_in())
+def load_slopes(bare: bool) -> Callable[..., None]:
+    """The compiled simulation with derivatives (slopes.py), all motors under LuGre friction; bare: without effects."""
+    entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)), _kept_in())
     return entry
 
 

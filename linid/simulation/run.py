@@ -21,13 +21,16 @@ from linid.simulation.compiled import Kernel, load_kernel, load_slopes
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.lanes import padded
-from linid.simulation.slopes import FORCE_STEP, Tangents
+from linid.simulation.slope_effects import FORCE_STEP
+from linid.simulation.slopes import Tangents
 from linid.simulation.steering import UNSTEERED, Steering
 from linid.simulation.threads import summed
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
+# Terms of effects that `slopes` differentiates: all but those that change what the motor gets, or the whole bristle.
+_DIFFERENTIABLE = {"force", "thrust", "level", "load", "mass", "static", "sensor"}
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
 
@@ -144,19 +147,29 @@ class Simulator:
         return y_out, v_out, steps
 
     def has_slopes(self, guided: bool) -> bool:
-        """Whether `slopes` knows this model: LuGre without effects, its motor's force by measured position alone."""
-        plain = self.model.mask == 0 and not self.model.winding and find_law(self.model.law).steps == LUGRE
-        powered = bool(np.any(self.inputs.powered))
-        return plain and (guided or not powered) and not self.model.states and self.steering.y.size == 0
+        """Whether `slopes` knows this model: LuGre, its motor's force by measured position alone, its effects without
+        hidden states and among those of which the derivatives are known."""
+        model = self.model
+        plain = not model.winding and find_law(model.law).steps == LUGRE and not model.states
+        known = all(_DIFFERENTIABLE.issuperset(find_effect(name).terms) for name in model.effects)
+        return plain and known and (guided or not np.any(self.inputs.powered)) and self.steering.y.size == 0
 
     def slopes(
-        self, params: Array, tangents: Array, segments: Segments, starts: Array, start_slopes: Array
+        self,
+        params: Array,
+        tangents: Array,
+        segments: Segments,
+        starts: Array,
+        start_slopes: Array,
+        *,
+        guided: bool = True,
     ) -> tuple[Array, Array]:
-        """Positions (samples,) in m over all segments, guided, and their derivatives (samples, K) in K directions.
+        """Positions (samples,) in m over all segments and their derivatives (samples, K) in K directions.
 
-        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts: (S, 3) as in `run`; start_slopes:
-        (S, 3, K), of w only where it is given. The steps are differentiated as they are taken, their lengths held:
-        what the simulation does in closed form, exactly; forces of the motor by differences, to some 1e-7.
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts, guided: as in `run`, (S, 3);
+        start_slopes: (S, 3, K), of w only where it is given. The steps are differentiated as they are taken, their
+        lengths held: what the simulation does in closed form, exactly; forces of the motor and what effects do by
+        differences, to some 1e-7.
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])
@@ -166,9 +179,9 @@ class Simulator:
         table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes
         along = Tangents(count, table, np.ascontiguousarray(starts), moved, self._kept)
         guide = self._guide if np.any(self.inputs.powered) else np.empty((4, 1))
-        scheme = Scheme(True, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
+        scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
-        kernel = load_slopes()
+        kernel = load_slopes(self.model.mask == 0)
 
         def work(piece: tuple[int, int]) -> int:
             kernel(candidates, self.inputs, segments, scheme, along, *piece, out)

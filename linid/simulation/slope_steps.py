@@ -1,4 +1,4 @@
-"""Derivatives of a step by parameters, start and forces, many columns side by side: LuGre friction without effects.
+"""Derivatives of a step by parameters, start and forces, many columns side by side: LuGre friction.
 
 A step is differentiated as the simulation takes it, its length and branches held. What it takes of the base run is
 computed once; the columns then cost some hundred sums and products each, as lanes (lanes.py), and no exponential.
@@ -45,10 +45,9 @@ class Pushes(NamedTuple):
 
 
 class Predictor(NamedTuple):
-    """What the half step by implicit Euler is made of; level: friction at the start; middle: in the middle."""
+    """What the half step by implicit Euler is made of; level: of friction at the start, N."""
 
     level: Any
-    middle: Any
     v: Any
     w: Any
     v_mid: Any
@@ -104,20 +103,24 @@ def columns_at(table, width, block):
 
 
 @inlined
-def predictor_of(bristles, motion, middle, h, bent):
-    """What the predicted middle (`predicted`) of a step of h seconds hangs on; bent: as in `level_slopes`."""
-    coulomb, static, velocity, exponent, sigma_0, sigma_1, sigma_2, mass = bristles
-    level = level_slopes(motion.v, coulomb, static, velocity, exponent, bent)
-    at_middle = level_slopes(middle.v, coulomb, static, velocity, exponent, bent)
-    rate = sigma_0 * abs(motion.v) / level.level
+def curve_at(bristles, v, bent):
+    """`level_slopes` of an axis at v m/s."""
+    return level_slopes(v, bristles.coulomb, bristles.static, bristles.stribeck_velocity, bristles.exponent, bent)
+
+
+@inlined
+def predictor_of(bristles, motion, middle, h, level):
+    """What the predicted middle (`predicted`) of a step of h seconds hangs on; level: of friction at its start, N."""
+    sigma_0, sigma_1, sigma_2, mass = bristles[4:]
+    rate = sigma_0 * abs(motion.v) / level
     half = 0.5 * h
     relax = 1.0 / (1.0 + half * rate)
     pull = half * (sigma_0 - sigma_1 * rate) * relax
     inverse = 1.0 / (mass + half * (sigma_1 + sigma_2 + pull))
     turn = math.copysign(1.0, motion.v)
     return Predictor(
-        level, at_middle, motion.v, motion.w, middle.v, motion.force, mass, sigma_0, sigma_1, turn, rate, half, relax,
-        pull, inverse,
+        level, motion.v, motion.w, middle.v, motion.force, mass, sigma_0, sigma_1, turn, rate, half, relax, pull,
+        inverse,
     )  # fmt: skip
 
 
@@ -129,11 +132,10 @@ def level_lanes(by, v, columns):
 
 
 @inlined
-def predicted_lanes(p, motion, force, columns):
-    """Slopes of the predicted middle: of speed, bristle, level and fall."""
-    level = level_lanes(p.level.level_by, motion.v, columns)
+def predicted_lanes(p, motion, force, level, columns):
+    """Slopes of the predicted middle, of speed and bristle; force, level: of these at the step's start."""
     stiff = abs(p.v) * columns.sigma_0 + (p.sigma_0 * p.turn) * motion.v
-    rate = (1.0 / p.level.level) * (stiff - p.rate * level)
+    rate = (1.0 / p.level) * (stiff - p.rate * level)
     relax = (-p.half * p.relax * p.relax) * rate
     softer = columns.sigma_0 - p.rate * columns.sigma_1 - p.sigma_1 * rate
     pull = (p.half * p.relax) * softer + (p.half * (p.sigma_0 - p.sigma_1 * p.rate)) * relax
@@ -141,8 +143,7 @@ def predicted_lanes(p, motion, force, columns):
     pushed = p.mass * motion.v + p.v * columns.mass + p.half * force - p.w * pull - p.pull * motion.w
     v_mid = p.inverse * (pushed - p.v_mid * held)
     w_mid = p.relax * (motion.w + p.half * v_mid) + (p.w + p.half * p.v_mid) * relax
-    level_mid = level_lanes(p.middle.level_by, v_mid, columns)
-    return v_mid, w_mid, level_mid, level_lanes(p.middle.fall_by, v_mid, columns)
+    return v_mid, w_mid
 
 
 @inlined

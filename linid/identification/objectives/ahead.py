@@ -12,7 +12,7 @@ from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions
 from linid.identification.objectives.start_states import predicted_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
-from linid.physics.model import MASS, Model
+from linid.physics.model import EFFECT_START, MASS, Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
@@ -121,9 +121,10 @@ class Ahead:
         tangents = directions.params
         # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
         acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
+        acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
         starts = self._starts(np.vstack([params, params + _START_STEP * tangents[acting]]))
         moved = np.zeros((starts.shape[1], 3, len(tangents)))
-        moved[:, 2, acting] = (starts[1:, :, 2] - starts[0, :, 2]).T / _START_STEP
+        moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / _START_STEP
         y, slopes = self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
         if self.project:
             edges = np.concatenate([[0], np.flatnonzero(np.diff(self.segments.count)) + 1, [self.segments.count.size]])

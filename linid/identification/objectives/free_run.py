@@ -101,7 +101,7 @@ class FreeRun:
         moved[:, :2] = (directions.offsets.reshape(count, -1, 2) * self.scale).transpose(1, 2, 0)
         moved[~self.moving, 1] = 0.0
         start = self.starts(offsets[None])[0]
-        y, slopes = self.simulator.slopes(params, directions.params, self.segments, start, moved)
+        y, slopes = self.simulator.slopes(params, directions.params, self.segments, start, moved, guided=False)
         return y - self.motion.measured, slopes
 
     def _projected(self, errors: Array) -> Array:

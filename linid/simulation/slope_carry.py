@@ -1,0 +1,317 @@
+"""Derivatives taken along a step of a simulation, and those that it starts with."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.simulation.binding import compiled, inlined
+from linid.simulation.course import FINEST, inputs_then
+from linid.simulation.forces import force_once
+from linid.simulation.lanes import LANES, lanes_at, put_lanes
+from linid.simulation.slope_effects import (
+    END,
+    MIDDLE,
+    MIDDLE_FALL,
+    MIDDLE_LEVEL,
+    NONE,
+    START_LEVEL,
+    Answer,
+    FrictionAnswer,
+    Instant,
+    answer_of_force,
+    answer_of_friction,
+    force_at,
+    with_answer,
+)
+from linid.simulation.slope_steps import (
+    Motions,
+    Pushes,
+    bristle_lanes,
+    columns_at,
+    curve_at,
+    level_lanes,
+    linear_lanes,
+    linear_of,
+    predicted_lanes,
+    predictor_of,
+    slid_lanes,
+)
+from linid.simulation.splines_at import spline_at
+from linid.simulation.steps import Middle, impulse, reach_of
+
+
+class Carried(NamedTuple):
+    """What goes along with a simulation: slopes (3 * width) of y, v and w; (width) of the outer force now; (points *
+    width) of the motor's forces at the recording's points, those of one point without a motor; bent: whether alpha is a
+    direction."""
+
+    motion: Any
+    force: Any
+    forces: Any
+    bent: Any
+
+
+class Along(NamedTuple):
+    """A simulation and its directions: axis, bristles, course; table: (8, width) directions of friction and mass;
+    carried; acting: what effects need (slope_effects.py); motor: its force in N at the recording's points, or empty."""
+
+    axis: Any
+    bristles: Any
+    course: Any
+    table: Any
+    carried: Any
+    acting: Any
+    motor: Any
+
+
+@inlined
+def motions_at(carried, width, block):
+    """Slopes of y, v and w of a block of lanes."""
+    m = carried.motion
+    return Motions(lanes_at(m, block), lanes_at(m, block + width), lanes_at(m, block + 2 * width))
+
+
+@inlined
+def put_motions(carried, width, block, motions):
+    """Put them back."""
+    put_lanes(carried.motion, block, motions.y)
+    put_lanes(carried.motion, block + width, motions.v)
+    put_lanes(carried.motion, block + 2 * width, motions.w)
+
+
+@inlined
+def answered(along, answer, block, push, speed, place):
+    """Slopes of what answers the motor's force, the speed and the place, given those of these."""
+    known = answer.by_motor * push + answer.by_speed * speed + answer.by_place * place
+    return known + lanes_at(along.acting.own, answer.own + block)
+
+
+@inlined
+def no_answer(width):
+    """Of what nothing changes."""
+    return Answer(0.0, 0.0, 0.0, np.int64(NONE * width))
+
+
+@compiled
+def answers_of_slide(terms, along, motion, v_mid, moment, points):
+    """Force in the middle of a step of fast sliding in N, and how that and the one at its end answer. moment: (n, x, h)
+    of the step's end, x s after sample n; points: those of the motor's forces in its middle and at its end."""
+    axis, course, width = along.axis, along.course, along.table.shape[1]
+    n, x, h = moment
+    half = 0.5 * h
+    t = course.t_start + n * course.dt + x
+    y_mid, y_end = motion.y + 0.5 * half * (motion.v + v_mid), motion.y + h * v_mid
+    if course.guided:
+        y_mid, y_end = spline_at(course.coefficients, n, 3, x - half), spline_at(course.coefficients, n, 3, x)
+    now = then = motion.currents
+    push = push_end = 0.0
+    if axis.powered:
+        now = inputs_then(terms, axis, course, n, x, half)
+        then = inputs_then(terms, axis, course, n, x, 0.0)
+        push, push_end = along.motor[points[0]], along.motor[points[1]]
+    middle = Instant(t - half, y_mid, v_mid, now, push)
+    end = Instant(t, y_end, 2.0 * v_mid - motion.v, then, push_end)
+    moves = not course.guided
+    return (
+        force_at(terms, axis, middle),
+        answer_of_force(terms, axis, along.acting, middle, moves, MIDDLE * width),
+        answer_of_force(terms, axis, along.acting, end, moves, END * width),
+    )
+
+
+@compiled
+def carry_sliding(terms, along, motion, slid, weights, moment, points):
+    """Take the slopes along a step of fast sliding. weights: of the step; moment, points: as in `answers_of_slide`."""
+    axis, bristles, carried, width = along.axis, along.bristles, along.carried, along.table.shape[1]
+    v, h = motion.v, moment[2]
+    force = along.motor[points[0]] if axis.powered else 0.0
+    turn = math.copysign(1.0, v)
+    per_mass = 0.5 * h / bristles.mass
+    v_mid = v + per_mass * (motion.force - turn * bristles.coulomb - bristles.sigma_2 * v)
+    at_middle = at_end = no_answer(width)
+    if axis.on & terms.acts.push:
+        force, at_middle, at_end = answers_of_slide(terms, along, motion, v_mid, moment, points)
+    mean, rise = impulse(motion.force, force, slid.force)
+    for block in range(0, width, LANES):
+        start = lanes_at(carried.force, block)
+        middle = lanes_at(carried.forces, points[0] * width + block)
+        end = lanes_at(carried.forces, points[1] * width + block)
+        columns, motions = columns_at(along.table, width, block), motions_at(carried, width, block)
+        if axis.on & terms.acts.push:
+            pull = start - turn * columns.coulomb - bristles.sigma_2 * motions.v - v * columns.sigma_2
+            by_mass = (v_mid - v) / bristles.mass
+            faster = motions.v + per_mass * pull - by_mass * columns.mass
+            place, place_end = motions.y + 0.25 * h * (motions.v + faster), motions.y + h * faster
+            middle = answered(along, at_middle, block, middle, faster, place)
+            end = answered(along, at_end, block, end, 2.0 * faster - motions.v, place_end)
+        both = Pushes(start, middle, end), columns
+        put_motions(carried, width, block, slid_lanes(weights, bristles, v, mean, rise, h, motions, both))
+        put_lanes(carried.force, block, end)
+
+
+@inlined
+def parabola_at(share):
+    """Weights of the three points of a base step, a share of it after the first one."""
+    first, last = (1.0 - share) * (1.0 - 2.0 * share), share * (2.0 * share - 1.0)
+    return first, 1.0 - first - last, last
+
+
+@inlined
+def push_between(carried, at, share, width, block):
+    """Slopes of the motor's force a share of the base step after its first point, by the parabola through its three."""
+    first, middle, last = parabola_at(share)
+    f = carried.forces
+    value = first * lanes_at(f, at * width + block) + middle * lanes_at(f, (at + 1) * width + block)
+    return value + last * lanes_at(f, (at + 2) * width + block)
+
+
+@inlined
+def motor_between(along, at, share):
+    """The motor's force in N there; 0 without one."""
+    if not along.axis.powered:
+        return 0.0
+    first, middle, last = parabola_at(share)
+    return first * along.motor[at] + middle * along.motor[at + 1] + last * along.motor[at + 2]
+
+
+@compiled
+def answers_of_step(terms, along, motion, middle, reach, currents, at):
+    """How forces in the middle of a followed step and at its end answer, and friction at its start and in its middle.
+    currents: inputs in the middle; at: first point of its base step, and shares of that at start, middle and end."""
+    axis, course, bristles, width = along.axis, along.course, along.bristles, along.table.shape[1]
+    point, shares = at
+    moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
+    here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]))
+    push_mid = push_end = no_answer(width)
+    if axis.on & terms.acts.push:
+        then = currents
+        if axis.powered:
+            then = inputs_then(terms, axis, course, reach.n, reach.x, 0.0)
+        push = motor_between(along, point, shares[2])
+        end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, then, push)
+        push_mid = answer_of_force(terms, axis, along.acting, here, moves, MIDDLE * width)
+        push_end = answer_of_force(terms, axis, along.acting, end, moves, END * width)
+    first = second = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    if axis.on & terms.acts.load or axis.on & terms.acts.level:
+        bent = along.carried.bent
+        push = motor_between(along, point, shares[0])
+        start = Instant(reach.t_mid - half, motion.y, motion.v, motion.currents, push)
+        curve = curve_at(bristles, motion.v, bent)
+        places = START_LEVEL * width, MIDDLE_FALL * width  # of which the latter is written anew
+        first = answer_of_friction(terms, axis, along.acting, start, (curve.level, curve.fall), True, places)
+        if axis.on & terms.acts.load == 0:  # as predicted
+            place = motion.y + 0.5 * half * (motion.v + v_mid)
+            here, moves = Instant(reach.t_mid, place, v_mid, motion.currents, here.motor), True
+        curve = curve_at(bristles, v_mid, bent)
+        places = MIDDLE_LEVEL * width, MIDDLE_FALL * width
+        second = answer_of_friction(terms, axis, along.acting, here, (curve.level, curve.fall), moves, places)
+    return push_mid, push_end, first, second
+
+
+@compiled
+def carry_followed(terms, along, place, motion, followed):
+    """Take the slopes along a followed step from `motion` to what `followed_step` gave."""
+    axis, bristles, course, table, carried, _, _ = along
+    reached, middle = followed
+    width = table.shape[1]
+    known = middle.halvings == 0 and course.forces.size > 0
+    size = 1 << (FINEST - middle.halvings)
+    base_step = place.done >> FINEST
+    begin = (place.done - (base_step << FINEST)) / (1 << FINEST)
+    share = size / (1 << FINEST)
+    at, shares = 2 * (place.n * course.substeps + base_step), (begin, begin + 0.5 * share, begin + share)
+    reach = reach_of(course, place, motion, middle, course.guided and not known)
+    h, force, currents = size * course.tick, 0.0, motion.currents
+    if known:
+        force = course.forces[at + 1]
+    elif axis.powered or axis.on & terms.acts.push:
+        if axis.powered:
+            currents = inputs_then(terms, axis, course, place.n, reach.x, 0.5 * h)
+        force = force_once(terms, axis, reach.t_mid, reach.y_mid, middle.v, currents)
+    level, level_mid = curve_at(bristles, motion.v, carried.bent), curve_at(bristles, middle.v, carried.bent)
+    push_mid = push_end = no_answer(width)
+    first = second = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    if axis.on & terms.acts.any:
+        push_mid, push_end, first, second = answers_of_step(terms, along, motion, middle, reach, currents, (at, shares))
+        level, level_mid = with_answer(level, first), with_answer(level_mid, second)
+        middle = Middle(
+            middle.v, middle.w, level_mid.level, level_mid.fall, middle.halvings, middle.swing, middle.allowed
+        )
+    predictor = predictor_of(bristles, motion, middle, h, level.level)
+    mean, rise = impulse(motion.force, force, reached.force)
+    linear = linear_of(bristles, motion, middle, mean, rise, h)
+    base = motion.v, motion.w, middle.v
+    for block in range(0, width, LANES):
+        columns, motions = columns_at(table, width, block), motions_at(carried, width, block)
+        start = lanes_at(carried.force, block)
+        motor = half = end = start
+        if axis.powered:
+            motor = push_between(carried, at, shares[0], width, block)
+            half = push_between(carried, at, shares[1], width, block)
+            end = push_between(carried, at, shares[2], width, block)
+        steady = level_lanes(level.level_by, motions.v, columns)
+        if axis.on & terms.acts.any:
+            steady = steady + beyond(along, first.level, block, motor, motions.y)
+        v_mid, w_mid = predicted_lanes(predictor, motions, start, steady, columns)
+        high, fall = level_lanes(level_mid.level_by, v_mid, columns), level_lanes(level_mid.fall_by, v_mid, columns)
+        if axis.on & terms.acts.any:
+            y_mid = motions.y + 0.25 * h * (motions.v + v_mid)
+            high = high + beyond(along, second.level, block, half, y_mid)
+            fall = fall + beyond(along, second.fall, block, half, y_mid)
+            if axis.on & terms.acts.push:
+                half = answered(along, push_mid, block, half, v_mid, y_mid)
+                end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid)
+        rate, slope = bristle_lanes(linear, bristles, middle, (v_mid, w_mid, high, fall), columns)
+        rates, pushes = (rate, slope, v_mid), Pushes(start, half, end)
+        put_motions(carried, width, block, linear_lanes(linear, bristles, base, h, rates, motions, pushes, columns))
+        put_lanes(carried.force, block, end)
+
+
+@inlined
+def beyond(along, answer, block, push, place):
+    """Slopes of friction's level or fall beyond those by speed and by its own parameters."""
+    known = answer.by_motor * push + answer.by_place * place
+    return known + lanes_at(along.acting.own, answer.own + block)
+
+
+@compiled
+def start_forces(terms, along, at):
+    """Put in the slopes of the outer force at the start, where effects change it."""
+    carried, width = along.carried, along.table.shape[1]
+    answer = answer_of_force(terms, along.axis, along.acting, at, not along.course.guided, MIDDLE * width)
+    for block in range(0, width, LANES):
+        motions, push = motions_at(carried, width, block), lanes_at(carried.force, block)
+        put_lanes(carried.force, block, answered(along, answer, block, push, motions.v, motions.y))
+
+
+@compiled
+def start_bristles(terms, along, at, motion, motor):
+    """Put in the slopes of a bristle that follows from the model at the start (`started`). at: `Instant`; motor: slopes
+    (width) of the motor's force then."""
+    axis, bristles, table, carried = along.axis, along.bristles, along.table, along.carried
+    width, sigma_0 = table.shape[1], bristles.sigma_0
+    slides = abs(motion.v) > 0.0
+    level = curve_at(bristles, motion.v, carried.bent)
+    answer = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    if axis.on & terms.acts.load or axis.on & terms.acts.level:
+        curve = (level.level, level.fall) if slides else (bristles.static, 0.0)
+        places = START_LEVEL * width, MIDDLE_FALL * width
+        answer = answer_of_friction(terms, axis, along.acting, at, curve, True, places)
+        level = with_answer(level, answer)
+    turn = math.copysign(1.0, motion.w)
+    breakaway = answer.factor * (bristles.static + answer.load)
+    breaks = 1.0 if not slides and abs(motion.force) >= breakaway else 0.0
+    for block in range(0, width, LANES):
+        columns, motions = columns_at(table, width, block), motions_at(carried, width, block)
+        most = answer.factor * columns.static
+        if slides:
+            most = level_lanes(level.level_by, motions.v, columns)
+        if axis.on & terms.acts.any:
+            most = most + beyond(along, answer.level, block, lanes_at(motor, block), motions.y)
+        held = turn * most
+        if not slides:
+            held = (turn * breaks) * most + (1.0 - breaks) * lanes_at(carried.force, block)
+        put_lanes(carried.motion, block + 2 * width, (1.0 / sigma_0) * (held - motion.w * columns.sigma_0))

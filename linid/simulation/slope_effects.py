@@ -1,0 +1,245 @@
+"""How forces and friction with effects answer motion and parameters: what a step's derivatives need of them.
+
+By differences of the terms themselves, some evaluations per instant: most columns share them. Effects with hidden
+states, and those that change the inputs, the field or the bristle's stiffness, have none here.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.physics.model import EFFECT_START, MOTOR_START
+from linid.physics.own_terms.layout import ACCELERATION_BIT, STRIBECK_BIT
+from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.forces import (
+    Axis,
+    bristles_of,
+    level_factor,
+    reading_error,
+    thrust_factor,
+    with_effects,
+    work_vector,
+)
+from linid.simulation.friction_slopes import LevelSlopes
+
+# Steps of differences: of a search coordinate, whose forces are smooth to the last bits, of which it leaves half; of a
+# speed with so many m/s, of a place in m, of a force with so many N.
+FORCE_STEP = 2e-8
+_SPEED_STEP, _SLOW, _PLACE_STEP, _PUSH_STEP, _WEAK = 1e-6, 1e-2, 1e-8, 1e-6, 1.0
+# Where the columns' own slopes stand, in widths: of the force in the middle of a step and at its end, of friction's
+# level at its start and in its middle with its fall, of the reading; and of what has none.
+MIDDLE, END, START_LEVEL, MIDDLE_LEVEL, MIDDLE_FALL, READING, NONE, OWN = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+class Acting(NamedTuple):
+    """Directions beside a model with effects. moved: (E,) which of them change what effects do; params: (K, WORK_SIZE)
+    a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the unit of what is told."""
+
+    moved: Any
+    params: Any
+    own: Any
+
+
+class Instant(NamedTuple):
+    """t: s in the recording; y: m; v: m/s; currents: inputs; motor: force of the motor alone, N."""
+
+    t: Any
+    y: Any
+    v: Any
+    currents: Any
+    motor: Any
+
+
+class Answer(NamedTuple):
+    """How something answers the motor's force, the speed and the place; own: where in `Acting.own` the columns' own
+    slopes begin."""
+
+    by_motor: Any
+    by_speed: Any
+    by_place: Any
+    own: Any
+
+
+class FrictionAnswer(NamedTuple):
+    """Friction at an instant: the factor on its level and N added before, and how level and fall answer."""
+
+    factor: Any
+    load: Any
+    level: Any
+    fall: Any
+
+
+@allocating
+def acting_on(terms, candidates, count, width):
+    """Room for the answers of a model with effects; nothing of it where there are none."""
+    on = candidates.on & terms.chosen | terms.always
+    if on & terms.acts.any == 0:
+        return Acting(np.empty(0, dtype=np.int64), np.empty((0, 0)), np.empty(0))
+    moved = np.empty(count, dtype=np.int64)
+    found = 0
+    for c in range(count):
+        acts = False
+        for k in range(candidates.params.shape[1]):
+            # Some own terms hang on friction and mass too.
+            of_friction = k < MOTOR_START and on & (ACCELERATION_BIT | STRIBECK_BIT) != 0
+            of_effects = k >= EFFECT_START
+            if of_friction or of_effects:
+                acts = acts or candidates.params[1 + c, k] != candidates.params[0, k]
+        if acts:
+            moved[found] = c
+            found += 1
+    work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
+    return Acting(moved[:found], np.zeros((count, work.size)), np.zeros(OWN * width))
+
+
+@allocating
+def along_directions(terms, candidates, acting, stretch):
+    """Put the parameters of all directions in, for a recording."""
+    for c in range(acting.params.shape[0]):
+        acting.params[c] = work_vector(candidates.params[1 + c], stretch.record, stretch.elapsed, stretch.added_mass)
+
+
+@inlined
+def beside(axis, acting, c):
+    """The axis a FORCE_STEP along direction c, but for its motor."""
+    return Axis(
+        axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, acting.params[c], axis.table
+    )
+
+
+@compiled
+def bristles_beside(terms, axis, acting, c, added_mass):
+    """Friction and mass a FORCE_STEP along direction c."""
+    return bristles_of(terms, beside(axis, acting, c), added_mass)
+
+
+@allocating
+def table_of(terms, axis, acting, added_mass, table):
+    """Directions of friction's parameters (8, width) with what effects make of static force and mass."""
+    out = table.copy()
+    if axis.on & (terms.acts.mass | terms.acts.static) == 0:
+        return out
+    base = bristles_of(terms, axis, added_mass)
+    for c in range(acting.params.shape[0]):
+        other = bristles_beside(terms, axis, acting, c, added_mass)
+        out[1, c] = (other.static - base.static) / FORCE_STEP
+        out[7, c] = (other.mass - base.mass) / FORCE_STEP
+    return out
+
+
+@compiled
+def force_at(terms, axis, at):
+    """All forces on the mass but friction in N, by the motor's."""
+    return with_effects(terms, axis, at.t, at.y, at.v, at.currents, at.motor)
+
+
+@inlined
+def faster(at):
+    """The instant with a little more speed, and how much more."""
+    step = _SPEED_STEP * (abs(at.v) + _SLOW)
+    return Instant(at.t, at.y, at.v + step, at.currents, at.motor), step
+
+
+@inlined
+def farther(at):
+    """The instant a little farther on."""
+    return Instant(at.t, at.y + _PLACE_STEP, at.v, at.currents, at.motor)
+
+
+@inlined
+def harder(at):
+    """The instant with a little more of the motor's force, and how much more."""
+    step = _PUSH_STEP * (abs(at.motor) + _WEAK)
+    return Instant(at.t, at.y, at.v, at.currents, at.motor + step), step
+
+
+@compiled
+def answer_of_force(terms, axis, acting, at, moves, own):
+    """How the forces of `force_at` answer; moves: whether their place is the simulated one."""
+    force = force_at(terms, axis, at)
+    quick, speed = faster(at)
+    by_speed = (force_at(terms, axis, quick) - force) / speed
+    by_place = by_motor = 0.0
+    if moves:
+        by_place = (force_at(terms, axis, farther(at)) - force) / _PLACE_STEP
+    if axis.powered:
+        hard, push = harder(at)
+        by_motor = (force_at(terms, axis, hard) - force) / push
+    for c in acting.moved:
+        acting.own[own + c] = (force_at(terms, beside(axis, acting, c), at) - force) / FORCE_STEP
+    return Answer(by_motor, by_speed, by_place, own)
+
+
+@compiled
+def friction_by(terms, axis, at):
+    """Factor on the level of friction, and N added before it."""
+    factor, load = 1.0, 0.0
+    if axis.on & terms.acts.load:
+        push = 0.0
+        if axis.powered and axis.on & terms.acts.pressed:
+            push = at.motor
+            if axis.on & terms.acts.thrust:
+                push *= thrust_factor(terms, axis, at.t, at.y, at.v, at.currents)
+        load = terms.load(0.0, axis.on, push, at.t, at.y, at.v, at.currents, axis.p)
+    if axis.on & terms.acts.level:
+        factor = level_factor(terms, axis, at.t, at.y, at.v, at.currents)
+    return factor, load
+
+
+@inlined
+def changes(found, other, curve, step):
+    """Slopes of level and fall by what changes factor and load from one pair to the other within a step."""
+    factor, load = (other[0] - found[0]) / step, (other[1] - found[1]) / step
+    return found[0] * load + (curve[0] + found[1]) * factor, curve[1] * factor
+
+
+@compiled
+def answer_of_friction(terms, axis, acting, at, curve, moves, places):
+    """How friction answers. curve: level and fall in N without effects; moves: whether its place is the simulated one;
+    places: of the columns' own slopes of level and of fall."""
+    found = friction_by(terms, axis, at)
+    quick, speed = faster(at)
+    level_speed, fall_speed = changes(found, friction_by(terms, axis, quick), curve, speed)
+    level_place = fall_place = level_motor = fall_motor = 0.0
+    if moves:
+        level_place, fall_place = changes(found, friction_by(terms, axis, farther(at)), curve, _PLACE_STEP)
+    if axis.powered and axis.on & terms.acts.pressed:
+        hard, push = harder(at)
+        level_motor, fall_motor = changes(found, friction_by(terms, axis, hard), curve, push)
+    for c in acting.moved:
+        level, fall = changes(found, friction_by(terms, beside(axis, acting, c), at), curve, FORCE_STEP)
+        acting.own[places[0] + c], acting.own[places[1] + c] = level, fall
+    return FrictionAnswer(
+        found[0],
+        found[1],
+        Answer(level_motor, level_speed, level_place, places[0]),
+        Answer(fall_motor, fall_speed, fall_place, places[1]),
+    )
+
+
+@inlined
+def with_answer(plain, answer):
+    """Level and fall of friction as effects make them, with their derivatives by speed and by friction's parameters."""
+    f, level, fall = answer.factor, plain.level_by, plain.fall_by
+    return LevelSlopes(
+        f * (plain.level + answer.load),
+        f * plain.fall,
+        (f * level[0] + answer.level.by_speed, f * level[1], f * level[2], f * level[3], f * level[4]),
+        (f * fall[0] + answer.fall.by_speed, f * fall[1], f * fall[2], f * fall[3], f * fall[4]),
+    )
+
+
+@compiled
+def answer_of_reading(terms, axis, acting, at, own):
+    """How the reading error in m answers speed and place."""
+    on, p = axis.on, axis.p
+    error = reading_error(terms, on, at.t, at.y, at.v, at.currents, p)
+    quick, speed = faster(at)
+    by_speed = (reading_error(terms, on, at.t, at.y, quick.v, at.currents, p) - error) / speed
+    by_place = (reading_error(terms, on, at.t, at.y + _PLACE_STEP, at.v, at.currents, p) - error) / _PLACE_STEP
+    for c in acting.moved:
+        other = reading_error(terms, on, at.t, at.y, at.v, at.currents, acting.params[c])
+        acting.own[own + c] = (other - error) / FORCE_STEP
+    return Answer(0.0, by_speed, by_place, own)

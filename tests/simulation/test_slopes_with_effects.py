@@ -1,0 +1,127 @@
+"""Derivatives that a simulation with effects and own terms carries along: against differences of whole simulations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from linid.physics.effects.registry import EFFECTS
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Segments, Simulator
+from tests.simulation.axis_with_effects import AXIS, SAMPLES, simulate, start_of_run, synchronous_run
+
+STEP = 1e-6  # of each parameter, to both sides
+MARKS = {name for effect in EFFECTS for name in effect.preset}  # where an effect acts: no number to be differentiated
+KNOWN = [
+    "cogging",
+    "force_ripple",
+    "asymmetric_friction",
+    "constant_force",
+    "quadratic_drag",
+    "end_effect",
+    "encoder_periodic_error",
+    "external_disturbance",
+    "friction_drift",
+    "payload_change",
+    "eddy_current_drag",
+    "gravity",
+    "friction_level_change",
+    "load_dependent_friction",
+    "force_constant_change",
+    "breakaway_change",
+    "viscous_friction_change",
+]
+OWN: dict[str, dict[str, float]] = {
+    "drag: -c*v*abs(v)": {"c": 2.0},
+    "grip: c*F*sin(300*y)": {"c": 0.2},
+    "rub: -stribeck*sign(v)*c*cos(120*y)": {"c": 0.3},
+    "sway: c*acceleration": {"c": 0.05},
+}
+
+
+def driven(effects: tuple[str, ...]) -> tuple[Recording, Segments]:
+    """The axis driven to and fro, with windows over reversals and a rest."""
+    recording = synchronous_run(0.5)
+    recording = replace(recording, y=simulate(effects, recording, start_of_run(), 4))
+    return recording, Segments(np.zeros(8, dtype=np.int64), np.arange(8) * 50 + 20, np.full(8, 60))
+
+
+def coasting() -> tuple[Recording, Segments]:
+    """A free wheel that comes to rest."""
+    t = np.arange(0.0, 0.4, 1e-3)
+    recording = Recording("wheel", t, 0.05 * np.sin(3.0 * t), kind="free_wheel", number=5, elapsed=4.0)
+    return recording, Segments(np.array([0]), np.array([0]), np.array([400]))
+
+
+def both(
+    effects: tuple[str, ...], known: dict[str, float], recording: Recording, windows: Segments
+) -> tuple[Any, Any, list[str]]:
+    """Derivatives (samples, K) carried along and by central differences, by each parameter that is not zero, relative;
+    their names. The positions are compared on the way."""
+    model = Model("sine", effects)
+    simulator = Simulator(model, pack_inputs([recording]), 3)
+    params, guided = model.vector(AXIS | known), recording.kind != "free_wheel"
+    names = [p.name for p in model.parameters if p.name not in MARKS and params[model.slot(p.name)] != 0.0]
+    slots, count = [model.slot(name) for name in names], windows.count.size
+    tangents = np.zeros((len(names), params.size))
+    tangents[np.arange(len(names)), slots] = params[slots]
+    starts = np.full((count, 3), np.nan)
+    starts[:, 0], starts[:, 1] = recording.y[windows.first], np.gradient(recording.y, 1e-3)[windows.first]
+    starts[1::2, 2] = 1e-5
+    assert simulator.has_slopes(guided)
+    nothing = np.zeros((count, 3, len(names)))
+    y, found = simulator.slopes(params, tangents, windows, starts, nothing, guided=guided)
+    moved = np.concatenate([params + STEP * tangents, params - STEP * tangents])
+    runs = simulator.run(moved, windows, np.repeat(starts[None], len(moved), axis=0), guided=guided)[0]
+    np.testing.assert_array_equal(y, simulator.run(params[None], windows, starts[None], guided=guided)[0][0])
+    return found, (runs[: len(names)] - runs[len(names) :]).T / (2.0 * STEP), names
+
+
+def check(found: Any, expected: Any, names: list[str], most: float) -> None:
+    """Compare columns, in parts of their largest value, 0.1 um at least; a step that is halved in one of the two runs
+    only shows in the differences."""
+    scale = np.maximum(np.abs(expected).max(axis=0), 1e-7)
+    worst = np.abs(found - expected).max(axis=0) / scale
+    assert np.all(worst < most), dict(zip(names, worst, strict=True))
+    usual = np.sqrt(np.mean((found - expected) ** 2, axis=0)) / scale
+    assert np.median(usual) < 0.1 * most
+
+
+@pytest.mark.parametrize("effect", KNOWN)
+def test_slopes_of_a_driven_axis_with_an_effect(effect: str) -> None:
+    found, expected, names = both((effect,), SAMPLES[effect], *driven((effect,)))
+    assert set(SAMPLES[effect]) - MARKS - {k for k, x in SAMPLES[effect].items() if x == 0.0} <= set(names)
+    check(found, expected, names, 5e-3)
+
+
+@pytest.mark.parametrize("effect", ["cogging", "asymmetric_friction", "quadratic_drag", "friction_drift", "gravity"])
+def test_slopes_of_a_coast_down_with_an_effect(effect: str) -> None:
+    """Forces act at the simulated position here."""
+    check(*both((effect,), SAMPLES[effect], *coasting()), 1e-3)
+
+
+@pytest.mark.parametrize("text", OWN)
+def test_slopes_with_an_own_term(text: str) -> None:
+    name = text.partition(":")[0]
+    values = {f"{name}_{key}": value for key, value in OWN[text].items()}
+    found, expected, names = both((text,), values, *driven(()))
+    assert set(values) <= set(names)
+    check(found, expected, names, 5e-3)
+
+
+def test_many_effects_at_once() -> None:
+    effects = ("cogging", "end_effect", "load_dependent_friction", "asymmetric_friction", "gravity")
+    known = {name: value for effect in effects for name, value in SAMPLES[effect].items()}
+    check(*both(effects, known, *driven(effects)), 5e-3)
+
+
+@pytest.mark.parametrize("effect", ["thermal_derating", "input_delay", "backlash", "current_offset"])
+def test_other_effects_are_differenced(effect: str) -> None:
+    simulator = Simulator(Model("sine", (effect,)), pack_inputs([synchronous_run(0.1)]), 2)
+    assert not simulator.has_slopes(True) and math.isfinite(simulator.model.size)
