@@ -1,4 +1,4 @@
-"""What a Jacobian costs in simulations: `python -m tests.benchmarks.jacobian [--kind theta]`.
+"""What a Jacobian costs in simulations: `python -m tests.benchmarks.jacobian [--kind theta] [--effects A,B]`.
 
 Of a motor's fit to the generated stand (free wheels as free runs, all else ahead), by differences and carried along
 with the simulation, in one process one after the other: least processor time of several calls. A column's share is what
@@ -20,25 +20,33 @@ from linid.identification.objectives.objective import Directions
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import Linearisation
 from linid.identification.space.search_space import SearchParameter, SearchSpace
+from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.simulation.lanes import LANES
 from tests.benchmarks.__main__ import as_sine
 from tests.identification.stand import FREE_WHEELS, stand
+from tests.simulation.axis_with_effects import SAMPLES
 
 DRIVEN = ("sine_position_1", "sine_position_2", "sine_current_1", "sine_current_2", "moves_1", "moves_2")
 
 
-def problem_of(kind: str, substeps: int = 2) -> tuple[Problem, np.ndarray]:
-    """All parameters of motor and friction free near the truth, and the point where they are true."""
+def problem_of(kind: str, effects: tuple[str, ...] = (), substeps: int = 2) -> tuple[Problem, np.ndarray]:
+    """All parameters of motor, friction and effects free near the truth, and the point where they are true; of effects
+    those that `SAMPLES` gives."""
     campaign = stand()
-    truth = as_sine(campaign.truth) if kind == "sine" else campaign.truth
-    model = Model(kind)
+    truth = as_sine(campaign.truth) if kind == "sine" else dict(campaign.truth)
+    for effect in effects:
+        truth |= SAMPLES[effect]
+    model = Model(kind, effects)
+    preset = {name for effect in effects for name in find_effect(effect).preset}
     wheels = tuple(r for r in campaign.recordings if r.name in FREE_WHEELS)
     driven = tuple(r for r in campaign.recordings if r.name in DRIVEN)
     values = {p.name: truth.get(p.name, p.default) for p in model.parameters}
     searched = []
     for parameter in model.parameters:
         value = values[parameter.name]
+        if parameter.name in preset or value == 0.0:
+            continue
         if parameter.name == "static_force":
             value /= values["coulomb_force"]
         elif parameter.name == "bristle_damping":
@@ -62,9 +70,9 @@ def least(function: Callable[[], object], calls: int) -> float:
     return min(times)
 
 
-def costs(kind: str, calls: int = 7) -> dict[str, float]:
+def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str, float]:
     """Columns, simulations per Jacobian by differences and carried along, and a column's ns per internal step."""
-    problem, point = problem_of(kind)
+    problem, point = problem_of(kind, effects)
     x = np.concatenate([point, np.zeros(problem.nuisances)])
     line = Linearisation(problem, Cost(problem))
     line.reweight(x)
@@ -99,7 +107,9 @@ def costs(kind: str, calls: int = 7) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kind", choices=["sine", "theta"], default="theta", help="the motor [theta]")
-    for name, value in costs(parser.parse_args().kind).items():
+    parser.add_argument("--effects", default="", help="beside it, of tests/simulation/axis_with_effects.py")
+    given = parser.parse_args()
+    for name, value in costs(given.kind, tuple(filter(None, given.effects.split(",")))).items():
         print(f"{name:40s} {value:8.2f}")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.benchmarks.__main__ import simulation_times
 from tests.benchmarks.jacobian import costs
 
@@ -11,6 +13,7 @@ def test_simulation_benchmark_gives_its_figures() -> None:
     assert figures["theta / sine"] > 0.0 and figures["theta: ns per internal step"] > 0.0
 
 
-def test_jacobian_benchmark_gives_its_figures() -> None:
-    figures = costs("sine", 1)
+@pytest.mark.parametrize("effects", [(), ("cogging",)])
+def test_jacobian_benchmark_gives_its_figures(effects: tuple[str, ...]) -> None:
+    figures = costs("sine", effects, 1)
     assert 0.0 < figures["simulations carried along"] < figures["simulations by differences"]
