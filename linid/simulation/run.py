@@ -29,8 +29,8 @@ from linid.simulation.threads import summed
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
-# Terms of effects that `slopes` differentiates: all but those that change what the motor gets, or the whole bristle.
-_DIFFERENTIABLE = {"force", "thrust", "level", "load", "mass", "static", "sensor"}
+# Terms of effects that `slopes` differentiates; those of `drive` and `field` hang on no speed.
+_DIFFERENTIABLE = {"drive", "field", "force", "thrust", "level", "load", "mass", "static", "sensor"}
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
 

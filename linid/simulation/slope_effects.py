@@ -1,7 +1,7 @@
 """How forces and friction with effects answer motion and parameters: what a step's derivatives need of them.
 
 By differences of the terms themselves, some evaluations per instant: most columns share them. Effects with hidden
-states, and those that change the inputs, the field or the bristle's stiffness, have none here.
+states, and those that delay the inputs or change the bristle's stiffness, have none here.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import (
     Axis,
     bristles_of,
+    driven_currents,
     level_factor,
     reading_error,
     thrust_factor,
@@ -130,9 +131,27 @@ def table_of(terms, axis, acting, added_mass, table):
 
 
 @compiled
+def seen_by_motor(terms, on, p, clock, guide, out):
+    """Fill in the places in m that the motor's field sees, and the inputs that it gets (4, points).
+
+    clock: s of the first point and between points; guide: (4, points) measured places and logged inputs.
+    """
+    for k in range(guide.shape[1]):
+        t, y = clock[0] + k * clock[1], guide[0, k]
+        currents = guide[1, k], guide[2, k], guide[3, k]
+        if on & terms.acts.drive:
+            currents = terms.drive(on, t, y, 0.0, currents, p)
+        out[0, k] = y
+        if on & terms.acts.field:
+            out[0, k] = terms.field(y, on, t, y, 0.0, currents, p)
+        out[1, k], out[2, k], out[3, k] = currents
+
+
+@compiled
 def force_at(terms, axis, at):
     """All forces on the mass but friction in N, by the motor's."""
-    return with_effects(terms, axis, at.t, at.y, at.v, at.currents, at.motor)
+    currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
+    return with_effects(terms, axis, at.t, at.y, at.v, currents, at.motor)
 
 
 @inlined
@@ -181,7 +200,8 @@ def friction_by(terms, axis, at):
         if axis.powered and axis.on & terms.acts.pressed:
             push = at.motor
             if axis.on & terms.acts.thrust:
-                push *= thrust_factor(terms, axis, at.t, at.y, at.v, at.currents)
+                driven = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
+                push *= thrust_factor(terms, axis, at.t, at.y, at.v, driven)
         load = terms.load(0.0, axis.on, push, at.t, at.y, at.v, at.currents, axis.p)
     if axis.on & terms.acts.level:
         factor = level_factor(terms, axis, at.t, at.y, at.v, at.currents)

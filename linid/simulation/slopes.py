@@ -15,7 +15,7 @@ from linid.physics.model import EFFECT_START, MOTOR_START
 from linid.simulation.binding import allocating, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
-from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
+from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error, work_vector
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding, start_bristles, start_forces
 from linid.simulation.slope_effects import (
@@ -25,6 +25,7 @@ from linid.simulation.slope_effects import (
     acting_on,
     along_directions,
     answer_of_reading,
+    seen_by_motor,
     table_of,
 )
 from linid.simulation.slope_steps import slid_weights
@@ -118,7 +119,7 @@ def carried_from(axis, course, first, force_slopes, tangents, s):
 
 
 @allocating
-def forces_of(candidates, terms, inputs, r, scheme, tangents):
+def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
     """The motor's forces in N at the points of recording r, and their slopes (points, width)."""
     pieces = 2 * scheme.substeps
     points = pieces * (inputs.offsets[r + 1] - inputs.offsets[r]) + 1
@@ -126,20 +127,40 @@ def forces_of(candidates, terms, inputs, r, scheme, tangents):
     if not inputs.powered[r]:
         return np.empty(0), np.zeros((1, width))
     a = pieces * inputs.offsets[r] + r
-    b = a + points
-    guide = scheme.guide
-    y, currents = guide[0, a:b], (guide[1, a:b], guide[2, a:b], guide[3, a:b])
+    guide = scheme.guide[:, a : a + points]
     forces, other, slopes = np.empty(points), np.empty(points), np.zeros((points, width))
-    motor_forces(terms, candidates.motor, candidates.params[0], y, currents, forces)
+    clock = inputs.t_starts[r], inputs.dts[r] / pieces
+    # Effects on inputs and field act before the motor, by its place and inputs alone.
+    on = candidates.on & terms.chosen | terms.always
+    before = on & terms.acts.drive != 0 or on & terms.acts.field != 0
+    seen = np.empty((4, points if before else 0))
+    p = candidates.params[0]
+    if before:
+        seen_by_motor(terms, on, along_recording(p, inputs, r), clock, guide, seen)
+    motor_forces_at(terms, candidates.motor, p, seen if before else guide, forces)
     for c in range(tangents.count):
-        p, acts = candidates.params[1 + c], False
-        for k in range(MOTOR_START, EFFECT_START):
-            acts = acts or p[k] != candidates.params[0, k]
+        other_p, acts = candidates.params[1 + c], False
+        for k in range(MOTOR_START, p.size if before else EFFECT_START):
+            acts = acts or other_p[k] != p[k]
         if acts:
-            motor_forces(terms, candidates.motor, p, y, currents, other)
+            if before:
+                seen_by_motor(terms, on, acting.params[c], clock, guide, seen)
+            motor_forces_at(terms, candidates.motor, other_p, seen if before else guide, other)
             for k in range(points):
                 slopes[k, c] = (other[k] - forces[k]) / FORCE_STEP
     return forces, slopes
+
+
+@allocating
+def along_recording(p, inputs, r):
+    """Parameters with room for what effects need, for recording r."""
+    return work_vector(p, inputs.records[r], inputs.elapsed[r], inputs.added_mass[r])
+
+
+@allocating
+def motor_forces_at(terms, motor, p, seen, out):
+    """`motor_forces` at places and inputs (4, points)."""
+    motor_forces(terms, motor, p, seen[0], (seen[1], seen[2], seen[3]), out)
 
 
 @inlined
@@ -245,8 +266,8 @@ def slope_tasks_with(terms: Bundle) -> Any:
         for s in range(begin, end):
             r, first, count = segments.recording[s], segments.first[s], segments.count[s]
             if r != owner:
-                known = forces_of(candidates, terms, inputs, r, scheme, tangents)
                 along_directions(terms, candidates, acting, stretch_of(candidates, inputs, 0, r, first, count))
+                known = forces_of(candidates, terms, inputs, r, scheme, tangents, acting)
                 owner = r
             a, b = offsets[s], offsets[s + 1]
             stretches = candidates, inputs, r, first, count
