@@ -19,7 +19,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from linid.physics.kernel_cache import announce_compilation, cache_folder, lock_compilation
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
-from linid.simulation import along, currents, kernel, kernel_by_voltage, slopes
+from linid.simulation import along, currents, kernel, kernel_by_voltage, lockstep, slopes
 from linid.simulation.bundle import Bundle
 from linid.simulation.terms import terms_of
 
@@ -174,6 +174,13 @@ def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kern
 def load_slopes(bare: bool) -> Callable[..., None]:
     """The compiled simulation with derivatives (slopes.py), all motors under LuGre friction; bare: without effects."""
     entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)), _kept_in())
+    return entry
+
+
+@cache
+def load_lockstep() -> Callable[..., int]:
+    """The compiled simulation of many at once (lockstep.py), of all motors under LuGre friction without effects."""
+    entry: Callable[..., int] = _entry(lockstep.lockstep_tasks_with(terms_of(None, True, LUGRE)), _kept_in())
     return entry
 
 

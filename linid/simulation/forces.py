@@ -184,17 +184,28 @@ def external_force(terms, axis, t, y, v, currents):
 
 
 @allocating
-def motor_forces(terms, motor, p, y, currents, out):
-    """Forces in N of the motor alone at many positions y (n,) in m under inputs (n,) each: `out` (n,) is filled."""
+def motor_axis(terms, motor, p):
+    """The axis of a motor alone, with parameters p (VECTOR_SIZE,)."""
     table = np.zeros((3, MAX_HARMONICS))
     harmonics, wavenumber, phase = terms.motor.prepare(motor, p, table)
-    if harmonics > 0:
-        phase_forces(y, currents, wavenumber, phase, table, harmonics, out)
+    return Axis(0, True, motor, harmonics, wavenumber, phase, p, table)
+
+
+@allocating
+def forces_along(terms, axis, y, currents, out):
+    """Forces in N of the motor alone at many positions y (n,) in m under inputs (n,) each: `out` (n,) is filled."""
+    if axis.harmonics > 0:
+        phase_forces(y, currents, axis.wavenumber, axis.phase, axis.table, axis.harmonics, out)
         return
-    axis = Axis(0, True, motor, harmonics, wavenumber, phase, p, table)
     i_1, i_2, i_3 = currents
     for k in range(y.size):
         out[k] = terms.motor.untabled(axis, y[k], (i_1[k], i_2[k], i_3[k]))
+
+
+@allocating
+def motor_forces(terms, motor, p, y, currents, out):
+    """`forces_along` of a motor with parameters p (VECTOR_SIZE,)."""
+    forces_along(terms, motor_axis(terms, motor, p), y, currents, out)
 
 
 @compiled

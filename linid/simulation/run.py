@@ -17,10 +17,10 @@ from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
 from linid.physics.model import Model
 from linid.simulation.along import AlongTraces, MeasuredMotion
-from linid.simulation.compiled import Kernel, load_kernel, load_slopes
+from linid.simulation.compiled import Kernel, load_kernel, load_lockstep, load_slopes
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
-from linid.simulation.lanes import padded
+from linid.simulation.lanes import LANES, padded
 from linid.simulation.slope_effects import FORCE_STEP
 from linid.simulation.slopes import Tangents
 from linid.simulation.steering import UNSTEERED, Steering
@@ -31,6 +31,7 @@ from linid.simulation.threads import summed
 REVERSAL_TOLERANCE = 0.002
 # Terms of effects that `slopes` differentiates; those of `drive` and `field` hang on no speed.
 _DIFFERENTIABLE = {"drive", "field", "force", "thrust", "level", "load", "mass", "static", "sensor"}
+_ROUNDS = 4  # of lanes, which a thread takes at a time: fewer would leave lanes free too often
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
 
@@ -100,10 +101,10 @@ class Simulator:
     specialised: bool = False
     steering: Steering = UNSTEERED
 
-    def _split(self, tasks: int) -> list[tuple[int, int]]:
-        if self.jobs < 2 or tasks < 2:
+    def _split(self, tasks: int, least: int) -> list[tuple[int, int]]:
+        pieces = min(tasks // least, 4 * self.jobs)
+        if self.jobs < 2 or pieces < 2:
             return [(0, tasks)]
-        pieces = min(tasks, 4 * self.jobs)
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
         return [(int(a), int(b)) for a, b in pairwise(edges)]
 
@@ -207,15 +208,25 @@ class Simulator:
 
     def _simulate(self, params: Array, segments: Segments, starts: Starts, guided: bool, traces: Traces) -> int:
         """Run the kernel over all candidates and segments."""
-        kernel, inputs, candidates = self._kernel(), self.inputs, self._candidates(params)
+        inputs, candidates = self.inputs, self._candidates(params)
+        simulate_tasks, least = self._simulation(guided)
         by_motion_alone = guided and self.model.mask == 0 and not self.model.winding
         guide = self._guide if by_motion_alone else _NO_GUIDE
         scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
 
         def work(piece: tuple[int, int]) -> int:
-            return int(kernel.simulate_tasks(candidates, inputs, segments, starts, scheme, *piece, traces))
+            return int(simulate_tasks(candidates, inputs, segments, starts, scheme, *piece, traces))
 
-        return self._spread(work, params.shape[0] * segments.count.size)
+        return self._spread(work, params.shape[0] * segments.count.size, least)
+
+    def _simulation(self, guided: bool) -> tuple[Callable[..., int], int]:
+        """The compiled simulation, and how many tasks it should have at a time.
+
+        It never hangs on how many there are: the two kernels differ by rounding.
+        """
+        if self.has_slopes(guided) and not self.specialised:
+            return load_lockstep(), _ROUNDS * LANES
+        return self._kernel().simulate_tasks, 1
 
     def along(
         self,
@@ -271,8 +282,8 @@ class Simulator:
         self._spread(work, params.shape[0])
         return out
 
-    def _spread(self, work: Callable[[tuple[int, int]], int], tasks: int) -> int:
-        return summed(work, self._split(tasks), self.jobs)
+    def _spread(self, work: Callable[[tuple[int, int]], int], tasks: int, least: int = 1) -> int:
+        return summed(work, self._split(tasks, least), self.jobs)
 
 
 def currents_along(model: Model, params: Array, inputs: Inputs, y: Array, v: Array, start: Array) -> Array:

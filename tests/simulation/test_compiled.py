@@ -21,11 +21,11 @@ from linid.simulation.kernel import simulate_tasks_with
 from linid.simulation.terms import terms_of
 
 ROOT = Path(__file__).resolve().parents[2]
-# Compiles or loads the smallest kernel and says what numba's cache did.
+# Compiles or loads the kernel of a free wheel and says what numba's cache did.
 RUN = """
 import numpy as np
 from linid.physics.model import Model
-from linid.simulation.compiled import load_kernel
+from linid.simulation.compiled import load_lockstep
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from linid.recording.recording import Recording
@@ -34,7 +34,7 @@ t = np.arange(0.0, 0.05, 1e-3)
 simulator = Simulator(Model("friction"), pack_inputs([Recording("r", t, np.zeros_like(t), kind="free_wheel")]), 2)
 start = np.array([[[0.0, 1.0, np.nan]]])
 y = simulator.run(Model("friction").vector({})[None, :], whole_recordings(simulator.inputs), start)
-stats = load_kernel(None, False, True).simulate_tasks.stats
+stats = load_lockstep().stats
 print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()), repr(float(y[0][0, -1])))
 """
 

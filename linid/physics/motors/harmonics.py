@@ -9,7 +9,7 @@ from numba import njit
 
 from linid.arrays import Array
 
-_HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # 33 bits, 33 bits, rest
+HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # 33 bits, 33 bits, rest
 _BLOCK = 256
 
 
@@ -21,7 +21,7 @@ def sine_cosine(angle: float) -> tuple[float, float]:
     Taylor's series follow, of which the first term left out is below 5e-17.
     """
     n = np.floor(angle * (2.0 / math.pi) + 0.5)
-    x = ((angle - n * _HALF_PI[0]) - n * _HALF_PI[1]) - n * _HALF_PI[2]
+    x = ((angle - n * HALF_PI[0]) - n * HALF_PI[1]) - n * HALF_PI[2]
     q = x * x
     odd = q * (1.0 / 362880.0 - q * (1.0 / 39916800.0 - q * (1.0 / 6227020800.0 - q / 1307674368000.0)))
     odd = x - x * q * (1.0 / 6.0 - q * (1.0 / 120.0 - q * (1.0 / 5040.0 - odd)))

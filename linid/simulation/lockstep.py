@@ -1,0 +1,253 @@
+"""Many simulations at once, each in a lane of its own: LuGre friction without effects.
+
+For models whose outer forces measured positions and inputs alone decide, or that have none. A lane keeps its own place
+in time and its own length of step. Two blocks of lanes are driven in turn, one of simulations that slide fast and one
+of those whose bristle is followed; one that has come to its end, or must go over to the other kind, leaves its lane to
+the next.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.bundle import Bundle
+from linid.simulation.course import FINEST
+from linid.simulation.forces import Axis, bristles_of, forces_along, motor_axis
+from linid.simulation.kernel import started
+from linid.simulation.lanes import LANES
+from linid.simulation.lockstep_lanes import (
+    ALONE,
+    BRISTLES,
+    CANDIDATE,
+    DONE,
+    END,
+    FAST,
+    FORCE,
+    GLIDE_H,
+    GOING,
+    INTERVAL,
+    LEFT,
+    NEXT,
+    PLACES,
+    RECORDING,
+    ROWS,
+    SIZE,
+    SLOWEST,
+    SPLINES,
+    TICK,
+    Block,
+    V,
+    W,
+    Way,
+    Y,
+    follow,
+    slide,
+)
+from linid.simulation.lockstep_steps import WHOLE
+from linid.simulation.splines_at import inputs_at
+from linid.simulation.steps import REST_BRISTLE, REST_SPEED, borders_of, is_steady
+
+OPEN = 64  # simulations that are open at a time
+FOLLOWED, SLIDING, FREE, SIZES = np.arange(4)  # rows of a pool's stacks
+
+
+class Pool(NamedTuple):
+    """Simulations that are open. values: (OPEN, ROWS) and places: (OPEN, PLACES) of each, as blocks hold them; stacks:
+    (4, OPEN) numbers of those that wait to be followed, of those that wait to slide, of free ones, and how many each of
+    these are; lanes: (2, LANES) which are in the lanes of both blocks, -1 where none is."""
+
+    values: Any
+    places: Any
+    stacks: Any
+    lanes: Any
+
+
+@allocating
+def new_pool():
+    """A pool without simulations."""
+    stacks, lanes = np.empty((4, OPEN), np.int64), np.empty((2, LANES), np.int64)
+    for k in range(OPEN):
+        stacks[FREE, k] = k
+    stacks[SIZES, FOLLOWED] = stacks[SIZES, SLIDING] = 0
+    stacks[SIZES, FREE] = OPEN
+    for lane in range(LANES):
+        lanes[FOLLOWED, lane] = lanes[SLIDING, lane] = -1
+    return Pool(np.empty((OPEN, ROWS)), np.empty((OPEN, PLACES), np.int64), stacks, lanes)
+
+
+@allocating
+def new_block():
+    """A block whose lanes are free; with what they hold is computed all the same."""
+    block = Block(
+        np.empty((ROWS, LANES)), np.empty((PLACES, LANES), np.int64), np.empty((SPLINES, LANES)), np.empty((2, LANES))
+    )
+    for lane in range(LANES):
+        for k in range(ROWS):
+            block.values[k, lane] = 1.0
+        for k in range(SPLINES):
+            block.splines[k, lane] = -1.0
+        block.values[GOING, lane] = 0.0
+    return block
+
+
+@inlined
+def push(pool, stack, number):
+    """Put a simulation on a stack."""
+    pool.stacks[stack, pool.stacks[SIZES, stack]] = number
+    pool.stacks[SIZES, stack] += 1
+
+
+@inlined
+def pop(pool, stack):
+    """Take the last one from a stack."""
+    pool.stacks[SIZES, stack] -= 1
+    return pool.stacks[stack, pool.stacks[SIZES, stack]]
+
+
+@compiled
+def put_in(pool, motion, bristles, borders, moment, places):
+    """Put a simulation that begins into the pool. moment: its interval, its recording and s of its finest step; places:
+    its candidate, the number of its next sample in the results and of that behind the last."""
+    number = pop(pool, FREE)
+    of, to = pool.values, pool.places
+    to[number, CANDIDATE], to[number, NEXT], to[number, END] = places
+    of[number, Y], of[number, V], of[number, W], of[number, FORCE] = motion.y, motion.v, motion.w, motion.force
+    of[number, SIZE], of[number, DONE], of[number, LEFT] = WHOLE, 0.0, places[2] - places[1]
+    of[number, INTERVAL], of[number, RECORDING], of[number, TICK] = moment
+    of[number, GOING], of[number, ALONE] = 1.0, 1.0 if borders.alone else 0.0
+    of[number, FAST], of[number, SLOWEST], of[number, GLIDE_H] = borders.fast, borders.slowest, 0.0
+    for k, value in enumerate(bristles):
+        of[number, BRISTLES + k] = value
+    slides = abs(motion.v) > borders.fast and is_steady(bristles, motion)
+    push(pool, SLIDING if slides else FOLLOWED, number)
+
+
+@compiled
+def enter(pool, stack, block):
+    """Put simulations that wait into free lanes of a block; how many lanes are taken then."""
+    taken = 0
+    for lane in range(LANES):
+        if pool.lanes[stack, lane] < 0 and pool.stacks[SIZES, stack] > 0:
+            number = pop(pool, stack)
+            pool.lanes[stack, lane] = number
+            for k in range(ROWS):
+                block.values[k, lane] = pool.values[number, k]
+            for k in range(PLACES):
+                block.places[k, lane] = pool.places[number, k]
+        taken += pool.lanes[stack, lane] >= 0
+    return taken
+
+
+@compiled
+def leave(pool, stack, block, over, on):
+    """Take simulations out of their lanes: of the bits `over` for good, of the bits `on` to the other stack."""
+    for lane in range(LANES):
+        if (over | on) >> lane & 1:
+            number = pool.lanes[stack, lane]
+            pool.lanes[stack, lane] = -1
+            for k in range(ROWS):
+                pool.values[number, k] = block.values[k, lane]
+            for k in range(PLACES):
+                pool.places[number, k] = block.places[k, lane]
+            block.values[GOING, lane] = 0.0
+            push(pool, FREE if over >> lane & 1 else SLIDING - stack, number)
+
+
+@allocating
+def known_forces(terms, axis, guide, forces, points, known):
+    """Have the motor's forces at points from and to `points`: overlapping stretches share what is known already.
+
+    guide: as in `Scheme`; known: from and to which point forces are known; returns the same, as it is then.
+    """
+    start, stop = points
+    begin, end = known
+    if start < begin or start > end:
+        begin = end = start
+    if stop > end:
+        currents = (guide[1, end:stop], guide[2, end:stop], guide[3, end:stop])
+        forces_along(terms, axis, guide[0, end:stop], currents, forces[end:stop])
+        end = stop
+    return begin, end
+
+
+@allocating
+def open_task(terms, candidates, inputs, segments, starts, scheme, out, way, pool, number, motor, known):
+    """Open a simulation, task `number`; its first sample is written.
+
+    motor: the axis that all open ones share as far as their motor goes; known: from and to which point the forces are
+    known; returns the same, as it is then.
+    """
+    candidate, s = number // segments.recording.size, number % segments.recording.size
+    r, first, count = segments.recording[s], segments.first[s], segments.count[s]
+    pieces = 2 * scheme.substeps
+    interval = inputs.offsets[r] + first
+    powered, p = inputs.powered[r], candidates.params[candidate]
+    axis = Axis(0, powered, motor.motor, motor.harmonics, motor.wavenumber, motor.phase, p, motor.table)
+    bristles = bristles_of(terms, axis, inputs.added_mass[r])
+    currents = 0.0, 0.0, 0.0
+    if powered and count > 1:
+        point = pieces * interval + r
+        points = point, point + pieces * (count - 1) + 1
+        known = known_forces(terms, axis, scheme.guide, way.forces, points, known)
+        currents = inputs_at(inputs.coefficients, interval, 0.0)
+    motion = started(terms, axis, bristles, 0.0, starts.values[candidate, s], starts.kept, currents)
+    a = out.offsets[s]
+    way.y_out[candidate, a] = motion.y
+    if way.v_out.size > 0:
+        way.v_out[candidate, a] = motion.v
+    borders = borders_of(terms, axis, bristles)
+    if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
+        for k in range(a + 1, a + count):
+            way.y_out[candidate, k] = motion.y
+            if way.v_out.size > 0:
+                way.v_out[candidate, k] = 0.0
+    elif count > 1:
+        moment = float(interval), float(r), inputs.dts[r] / (scheme.substeps << FINEST)
+        put_in(pool, motion, bristles, borders, moment, (candidate, a + 1, a + count))
+    return known
+
+
+def lockstep_tasks_with(terms: Bundle) -> Any:
+    """`lockstep_tasks` with these terms, for Python to call."""
+
+    def lockstep_tasks(candidates, inputs, segments, starts, scheme, begin, end, out):
+        """Simulate tasks begin..end-1; task = candidate * segments + segment. Results land in `out`.
+
+        Arguments and result as those of `simulate_tasks`.
+        """
+        powered = False
+        for r in range(inputs.powered.size):
+            powered = powered or inputs.powered[r]
+        pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
+        forces = np.empty(scheme.guide.shape[1] if powered else 2)
+        way = Way(inputs.coefficients, forces, pieces, whole, scheme.tolerance, out.y, out.v)
+        pool, sliding, following = new_pool(), new_block(), new_block()
+        steps, number = 0, np.int64(begin)
+        while number < end:
+            # Simulations that are open together share the forces of one candidate, where there are any.
+            candidate = number // segments.recording.size
+            until = min(end, (candidate + 1) * segments.recording.size) if powered else end
+            motor = motor_axis(terms, candidates.motor, candidates.params[candidate])
+            known = np.int64(0), np.int64(0)
+            while True:
+                while number < until and pool.stacks[SIZES, FREE] > 0:
+                    known = open_task(
+                        terms, candidates, inputs, segments, starts, scheme, out, way, pool, number, motor, known
+                    )
+                    number += 1
+                slides, follows = enter(pool, SLIDING, sliding), enter(pool, FOLLOWED, following)
+                if slides + follows == 0:
+                    break
+                if follows == LANES or slides == 0:
+                    over, on, more = follow(terms, motor, following, way)
+                    leave(pool, FOLLOWED, following, over, on)
+                else:
+                    over, on, more = slide(sliding, way)
+                    leave(pool, SLIDING, sliding, over, on)
+                steps += more
+        return steps
+
+    return lockstep_tasks

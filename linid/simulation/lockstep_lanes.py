@@ -1,0 +1,295 @@
+"""Simulations in the lanes of a block, driven on until one of them has to leave it (lockstep.py)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.simulation.binding import compiled, inlined
+from linid.simulation.forces import Bristles, force_once
+from linid.simulation.lane_functions import phase_force_lanes, phi_of_lanes
+from linid.simulation.lanes import LANES, bits_of, gathered, lanes_at, put_lanes, select
+from linid.simulation.lockstep_steps import WHOLE, Moving, followed, foreseen, slid, steady_lanes, strayed
+from linid.simulation.splines_at import inputs_at, spline_at
+from linid.simulation.steps import REST_BRISTLE, REST_SPEED
+
+# Rows of what a block holds of its simulations. SIZE: finest steps of the next step; DONE: of them since the sample
+# before; INTERVAL: of the recordings' that it is in; LEFT: samples still to come; RECORDING: its number; GOING, ALONE:
+# 1 where a lane is taken, and where no force acts; GLIDE: three weights of fast sliding, over GLIDE_H seconds.
+# Python's own integers would be types of their own, for each of which all is compiled.
+_ROWS = np.arange(27)
+Y, V, W, FORCE, SIZE, DONE, INTERVAL, LEFT, RECORDING, GOING, ALONE, TICK, FAST, SLOWEST, GLIDE_H = _ROWS[:15]
+GLIDE, GLIDE_2, GLIDE_3, BRISTLES = _ROWS[15:19]
+ROWS = 27
+# Whole numbers: which candidate, and of the next sample in its results and of that behind the last.
+CANDIDATE, NEXT, END = np.arange(3)
+PLACES = 3
+SPLINES = 17  # rows: of which interval, and its four splines' coefficients
+
+
+class Block(NamedTuple):
+    """What `LANES` simulations side by side are: values (ROWS, LANES); places (PLACES, LANES); splines (SPLINES,
+    LANES); room (2, LANES)."""
+
+    values: Any
+    places: Any
+    splines: Any
+    room: Any
+
+
+class Way(NamedTuple):
+    """What all simulations share: the recordings' coefficients; forces in N at all points, `pieces` per sample; whole:
+    finest steps per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples) in m
+    and m/s, v_out (1, 0) if not wanted."""
+
+    coefficients: Any
+    forces: Any
+    pieces: Any
+    whole: Any
+    tolerance: Any
+    y_out: Any
+    v_out: Any
+
+
+@inlined
+def row(values, number):
+    """One row of what a block holds."""
+    return lanes_at(values, number * LANES)
+
+
+@inlined
+def put_row(values, number, lanes):
+    """Put it back."""
+    put_lanes(values, number * LANES, lanes)
+
+
+@inlined
+def moving_in(values):
+    """The motion of all lanes."""
+    return Moving(row(values, Y), row(values, V), row(values, W), row(values, FORCE))
+
+
+@inlined
+def bristles_in(values):
+    """Friction and mass of all lanes."""
+    at = BRISTLES
+    return Bristles(
+        row(values, at),
+        row(values, at + 1),
+        row(values, at + 2),
+        row(values, at + 3),
+        row(values, at + 4),
+        row(values, at + 5),
+        row(values, at + 6),
+        row(values, at + 7),
+    )
+
+
+@compiled
+def new_splines(block, coefficients, bits):
+    """Put in the splines of the intervals that the lanes of these bits have come to."""
+    for lane in range(LANES):
+        if bits >> lane & 1:
+            n = int(block.values[INTERVAL, lane])
+            block.splines[0, lane] = n
+            for k in range(SPLINES - 1):
+                block.splines[1 + k, lane] = coefficients[n, k >> 2, k & 3]
+
+
+@inlined
+def spline_lanes(splines, first, x):
+    """The spline whose coefficients begin with row `first`, x s after each lane's sample: `spline_at` for lanes."""
+    c_0, c_1 = row(splines, first), row(splines, first + 1)
+    return ((row(splines, first + 3) * x + row(splines, first + 2)) * x + c_1) * x + c_0
+
+
+@inlined
+def tabled_force(axis, splines, x):
+    """Force in N at x s after the sample of a motor whose field is a table of harmonics."""
+    first = np.int64(1)
+    u, v = spline_lanes(splines, first, x), spline_lanes(splines, first + 4, x)
+    currents = u, v, spline_lanes(splines, first + 8, x)
+    return phase_force_lanes(spline_lanes(splines, first + 12, x), currents, axis)
+
+
+@compiled
+def other_forces(terms, axis, block, coefficients, bits):
+    """The same of any motor, lane by lane; they take the place of the times that `block.room` holds."""
+    for lane in range(LANES):
+        if bits >> lane & 1:
+            n = int(block.values[INTERVAL, lane])
+            for k in range(2):
+                x = block.room[k, lane]
+                inputs = inputs_at(coefficients, n, x)
+                block.room[k, lane] = force_once(terms, axis, 0.0, spline_at(coefficients, n, 3, x), 0.0, inputs)
+
+
+@compiled
+def forces_within(terms, axis, block, way, within, x):
+    """Forces in N in the middle and at the end of steps that are no base steps, where measured positions have them; x:
+    s from the sample before to both."""
+    if axis.harmonics > 0:
+        other = within & (lanes_at(block.splines, 0) != row(block.values, INTERVAL))
+        if bits_of(other) != 0:
+            new_splines(block, way.coefficients, bits_of(other))
+        return tabled_force(axis, block.splines, x[0]), tabled_force(axis, block.splines, x[1])
+    put_lanes(block.room, 0, x[0])
+    put_lanes(block.room, LANES, x[1])
+    other_forces(terms, axis, block, way.coefficients, bits_of(within))
+    return lanes_at(block.room, 0), lanes_at(block.room, LANES)
+
+
+@inlined
+def forces_at(way, values, ahead, powered):
+    """Forces in N in the middle and at the end of base steps, 0 where none acts; ahead: where they end."""
+    mid = end = 0.0 * ahead
+    if bits_of(powered) != 0:
+        point = way.pieces * row(values, INTERVAL) + row(values, RECORDING) + ahead * (2.0 / WHOLE)
+        point = select(powered, point, 1.0)
+        mid = select(powered, gathered(way.forces, point - 1.0), 0.0)
+        end = select(powered, gathered(way.forces, point), 0.0)
+    return mid, end
+
+
+@compiled
+def write_samples(block, way, came, strayed_bits, rest_bits):
+    """Write the sample that the lanes of the bits `came` have come to, and all still to come of those that strayed and
+    of those that rest for good."""
+    for lane in range(LANES):
+        if came >> lane & 1:
+            candidate, k = block.places[CANDIDATE, lane], block.places[NEXT, lane]
+            y, v = block.values[Y, lane], block.values[V, lane]
+            block.places[NEXT, lane] = until = k + 1
+            if rest_bits >> lane & 1:
+                until = block.places[END, lane]
+            if strayed_bits >> lane & 1:
+                y = v = np.nan
+                until = block.places[END, lane]
+            for sample in range(k, until):
+                way.y_out[candidate, sample] = y
+            if way.v_out.size > 0:
+                way.v_out[candidate, k] = v
+                for sample in range(k + 1, until):
+                    way.v_out[candidate, sample] = 0.0 * v
+
+
+@inlined
+def at_samples(block, way, moving, ends):
+    """What happens where lanes have come to a sample; the mask of those whose simulation is over."""
+    values = block.values
+    stray = ends & strayed(moving)
+    rests = (row(values, ALONE) > 0.0) & (abs(moving.v) < REST_SPEED) & (abs(moving.w) < REST_BRISTLE)
+    rests = rests & ends
+    write_samples(block, way, bits_of(ends), bits_of(stray), bits_of(rests))
+    left = select(ends, row(values, LEFT) - 1.0, row(values, LEFT))
+    put_row(values, LEFT, left)
+    put_row(values, DONE, select(ends, 0.0, row(values, DONE)))
+    put_row(values, INTERVAL, select(ends, row(values, INTERVAL) + 1.0, row(values, INTERVAL)))
+    return ends & (stray | rests | (left < 0.5))
+
+
+@inlined
+def moved_on(block, way, moving, new, took, ahead):
+    """Put the lanes of the mask `took` where a step has brought them; returns their motion, and the mask of those whose
+    simulation is over."""
+    values = block.values
+    new = Moving(
+        select(took, new.y, moving.y),
+        select(took, new.v, moving.v),
+        select(took, new.w, moving.w),
+        select(took, new.force, moving.force),
+    )
+    put_row(values, Y, new.y)
+    put_row(values, V, new.v)
+    put_row(values, W, new.w)
+    put_row(values, FORCE, new.force)
+    put_row(values, DONE, select(took, ahead, row(values, DONE)))
+    ends = took & (ahead == way.whole)
+    over = ends & ~ends
+    if bits_of(ends) != 0:
+        over = at_samples(block, way, new, ends)
+    return new, over
+
+
+@inlined
+def is_sliding(values, bristles, moving):
+    """Where the next step is one of fast sliding."""
+    fast = (row(values, SIZE) == WHOLE) & (abs(moving.v) > row(values, FAST))
+    return fast & steady_lanes(bristles, moving)
+
+
+@inlined
+def count_bits(bits):
+    """How many lanes a mask holds in."""
+    count = 0
+    for lane in range(LANES):
+        count += bits >> lane & 1
+    return count
+
+
+@inlined
+def glides(values, bristles, h, going):
+    """Weights of fast sliding over h seconds: `glide_weights`, kept while h stays the same."""
+    other = going & (h != row(values, GLIDE_H))
+    if bits_of(other) != 0:
+        first, second, third = phi_of_lanes(-bristles.sigma_2 * h / bristles.mass, other)
+        put_row(values, GLIDE_H, select(other, h, row(values, GLIDE_H)))
+        put_row(values, GLIDE, select(other, first, row(values, GLIDE)))
+        put_row(values, GLIDE_2, select(other, second, row(values, GLIDE_2)))
+        put_row(values, GLIDE_3, select(other, third, row(values, GLIDE_3)))
+    return row(values, GLIDE), row(values, GLIDE_2), row(values, GLIDE_3)
+
+
+@compiled
+def slide(block, way):
+    """Have all lanes slide fast until one has to leave; the bits of those whose simulation is over, of those that must
+    be followed, and the number of steps."""
+    values = block.values
+    steps = 0
+    while True:
+        going, alone, done = row(values, GOING) > 0.0, row(values, ALONE) > 0.0, row(values, DONE)
+        bristles, moving = bristles_in(values), moving_in(values)
+        size = select(alone, way.whole - done, WHOLE)
+        h = size * row(values, TICK)
+        ahead = done + size
+        weights = glides(values, bristles, h, going)
+        new = slid(bristles, moving, h, weights, forces_at(way, values, ahead, going & ~alone))
+        slow = (math.copysign(new.v, moving.v) != new.v) | (abs(new.v) <= row(values, SLOWEST))
+        took = going & ~slow
+        new, over = moved_on(block, way, moving, new, took, ahead)
+        steps += count_bits(bits_of(took))
+        leave = going & ~over & (slow | ~is_sliding(values, bristles, new))
+        if bits_of(leave | over) != 0:
+            return bits_of(over), bits_of(leave), steps
+
+
+@compiled
+def follow(terms, axis, block, way):
+    """Have the bristle followed in all lanes until one has to leave; the bits of those whose simulation is over, of
+    those that slide fast, and the number of steps."""
+    values = block.values
+    steps = 0
+    while True:
+        going, alone, done = row(values, GOING) > 0.0, row(values, ALONE) > 0.0, row(values, DONE)
+        bristles, moving, tick = bristles_in(values), moving_in(values), row(values, TICK)
+        middle = foreseen(bristles, moving, row(values, SIZE), tick, way.tolerance, going)
+        ahead = done + middle.size
+        within = going & ~alone & (middle.size < WHOLE)
+        mid, end = forces_at(way, values, ahead, going & ~alone & ~within)
+        if bits_of(within) != 0:
+            x = ahead * tick
+            forces = forces_within(terms, axis, block, way, within, (x - 0.5 * middle.h, x))
+            mid, end = select(within, forces[0], mid), select(within, forces[1], end)
+        new = followed(bristles, moving, middle, (mid, end), going)
+        twice = 2.0 * middle.size
+        pairs = ahead / twice
+        # Whether that is a whole number: 2^52 takes halves away.
+        longer = middle.calm & (middle.size < WHOLE) & ((pairs + 2.0**52) - 2.0**52 == pairs)
+        put_row(values, SIZE, select(longer, twice, middle.size))
+        new, over = moved_on(block, way, moving, new, going, ahead)
+        steps += count_bits(bits_of(going))
+        leave = going & ~over & is_sliding(values, bristles, new)
+        if bits_of(leave | over) != 0:
+            return bits_of(over), bits_of(leave), steps
