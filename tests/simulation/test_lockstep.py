@@ -168,7 +168,8 @@ def test_windows_of_the_stand_are_as_one_at_a_time(kind: str) -> None:
 
 @pytest.mark.parametrize("spread", [3.0, 1e3])
 def test_free_wheels_are_as_one_at_a_time(spread: float) -> None:
-    """Candidates of the search's box: bristles that oscillate, axes that stick at once or hardly slow down."""
+    """Candidates of the search's box: bristles that oscillate, axes that stick at once or hardly slow down. Where the
+    last bit of a parameter decides, it may be off as far as that takes it."""
     model = Model("friction")
     simulator = Simulator(model, pack_inputs([r for r in stand().recordings if r.name in FREE_WHEELS]), 2)
     whole = whole_recordings(simulator.inputs)
@@ -176,7 +177,14 @@ def test_free_wheels_are_as_one_at_a_time(spread: float) -> None:
     params = scattered(model, model.vector(values)[None], 150, spread, 5)
     starts = np.full((len(params), whole.count.size, 3), np.nan)
     starts[:, :, 0], starts[:, :, 1] = 0.1, [0.5, -0.3, 0.01, 0.0]
-    assert np.abs(differences(simulator, params, whole, starts)).max() < 1e-10
+    found = np.abs(differences(simulator, params, whole, starts)).max(axis=1)
+    decided, one = np.zeros(len(params)), one_at_a_time(simulator)
+    expected = one.run(params, whole, starts)[0]
+    for place in range(8):
+        moved = params.copy()
+        moved[:, place] = np.nextafter(moved[:, place], math.inf)
+        decided = np.maximum(decided, np.abs(one.run(moved, whole, starts)[0] - expected).max(axis=1))
+    assert np.all(found <= np.maximum(1e-12, 10.0 * decided)) and np.median(found) < 1e-15
 
 
 @pytest.mark.parametrize("kind", [kind for kind, motor in MOTORS.items() if motor.inputs])
