@@ -65,6 +65,17 @@ class Pool(NamedTuple):
     lanes: Any
 
 
+class Tasks(NamedTuple):
+    """What there is to simulate, as `simulate_tasks` takes it; offsets: (segments + 1,) of samples in the results."""
+
+    candidates: Any
+    inputs: Any
+    segments: Any
+    starts: Any
+    scheme: Any
+    offsets: Any
+
+
 @allocating
 def new_pool():
     """A pool without simulations."""
@@ -174,12 +185,13 @@ def known_forces(terms, axis, guide, forces, points, known):
 
 
 @allocating
-def open_task(terms, candidates, inputs, segments, starts, scheme, out, way, pool, number, motor, known):
+def open_task(terms, tasks, number, motor, known, way, pool):
     """Open a simulation, task `number`; its first sample is written.
 
     motor: the axis that all open ones share as far as their motor goes; known: from and to which point the forces are
     known; returns the same, as it is then.
     """
+    candidates, inputs, segments, starts, scheme, offsets = tasks
     candidate, s = number // segments.recording.size, number % segments.recording.size
     r, first, count = segments.recording[s], segments.first[s], segments.count[s]
     pieces = 2 * scheme.substeps
@@ -194,7 +206,7 @@ def open_task(terms, candidates, inputs, segments, starts, scheme, out, way, poo
         known = known_forces(terms, axis, scheme.guide, way.forces, points, known)
         currents = inputs_at(inputs.coefficients, interval, 0.0)
     motion = started(terms, axis, bristles, 0.0, starts.values[candidate, s], starts.kept, currents)
-    a = out.offsets[s]
+    a = offsets[s]
     way.y_out[candidate, a] = motion.y
     if way.v_out.size > 0:
         way.v_out[candidate, a] = motion.v
@@ -224,6 +236,7 @@ def lockstep_tasks_with(terms: Bundle) -> Any:
         pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
         forces = np.empty(scheme.guide.shape[1] if powered else 2)
         way = Way(inputs.coefficients, forces, pieces, whole, scheme.tolerance, out.y, out.v)
+        tasks = Tasks(candidates, inputs, segments, starts, scheme, out.offsets)
         pool, sliding, following = new_pool(), new_block(), new_block()
         steps, number = 0, np.int64(begin)
         while number < end:
@@ -234,9 +247,7 @@ def lockstep_tasks_with(terms: Bundle) -> Any:
             known = np.int64(0), np.int64(0)
             while True:
                 while number < until and pool.stacks[SIZES, FREE] > 0:
-                    known = open_task(
-                        terms, candidates, inputs, segments, starts, scheme, out, way, pool, number, motor, known
-                    )
+                    known = open_task(terms, tasks, number, motor, known, way, pool)
                     number += 1
                 slides, follows = enter(pool, SLIDING, sliding), enter(pool, FOLLOWED, following)
                 if slides + follows == 0:

@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numba
@@ -59,8 +58,8 @@ class Case:
         caught: list[Any] = []
 
         class Catcher(Simulator):
-            def _kernel(self) -> object:
-                return SimpleNamespace(simulate_tasks=lambda *arguments: caught.append(arguments) or 0)
+            def _simulation(self, guided: bool) -> tuple[Callable[..., int], int]:
+                return (lambda *arguments: caught.append(arguments) or 0), 1
 
         catcher = Catcher(self.simulator.model, self.simulator.inputs, self.simulator.substeps)
         catcher.run(self.vector[None], self.segments, self.starts)

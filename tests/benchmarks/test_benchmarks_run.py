@@ -6,6 +6,7 @@ import pytest
 
 from tests.benchmarks.__main__ import simulation_times
 from tests.benchmarks.jacobian import costs
+from tests.benchmarks.lockstep import figures as side_by_side
 
 
 def test_simulation_benchmark_gives_its_figures() -> None:
@@ -17,3 +18,7 @@ def test_simulation_benchmark_gives_its_figures() -> None:
 def test_jacobian_benchmark_gives_its_figures(effects: tuple[str, ...]) -> None:
     figures = costs("sine", effects, 1)
     assert 0.0 < figures["simulations carried along"] < figures["simulations by differences"]
+
+
+def test_benchmark_of_simulations_side_by_side_gives_its_figures() -> None:
+    assert all(one["ratio"] > 0.0 and one["apart, m"] < 1e-10 for one in side_by_side(1).values())
