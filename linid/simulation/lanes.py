@@ -192,6 +192,16 @@ def _bits_of(typing_context: Any, mask: Any) -> Any:
     return types.int64(mask), code
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def _count_of(typing_context: Any, mask: Any) -> Any:
+    """In how many lanes the mask holds."""
+
+    def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.ctpop(builder.zext(builder.bitcast(args[0], ir.IntType(LANES)), ir.IntType(64)))
+
+    return types.int64(mask), code
+
+
 def _words(builder: Any, value: int) -> Any:
     return ir.Constant(_WORDS, [value] * LANES)
 
@@ -239,6 +249,7 @@ put_lanes: Any = _put_lanes
 gathered: Any = _gathered
 select: Any = _select
 bits_of: Any = _bits_of
+count_of: Any = _count_of
 scaled: Any = _scaled
 has_bit: Any = _has_bit
 parts_of: Any = _parts_of

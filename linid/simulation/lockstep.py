@@ -140,13 +140,14 @@ def put_in(pool, motion, bristles, borders, moment, places):
 def enter(pool, stack, block):
     """Put simulations that wait into free lanes of a block; how many lanes are taken then."""
     taken = 0
-    for lane in range(LANES):
+    places, lanes = block.places.shape  # not constants, as short loops of known length would be unrolled
+    for lane in range(lanes):
         if pool.lanes[stack, lane] < 0 and pool.stacks[SIZES, stack] > 0:
             number = pop(pool, stack)
             pool.lanes[stack, lane] = number
-            for k in range(ROWS):
+            for k in range(block.values.shape[0]):
                 block.values[k, lane] = pool.values[number, k]
-            for k in range(PLACES):
+            for k in range(places):
                 block.places[k, lane] = pool.places[number, k]
         taken += pool.lanes[stack, lane] >= 0
     return taken
@@ -155,13 +156,14 @@ def enter(pool, stack, block):
 @compiled
 def leave(pool, stack, block, over, on):
     """Take simulations out of their lanes: of the bits `over` for good, of the bits `on` to the other stack."""
-    for lane in range(LANES):
+    places, lanes = block.places.shape
+    for lane in range(lanes):
         if (over | on) >> lane & 1:
             number = pool.lanes[stack, lane]
             pool.lanes[stack, lane] = -1
-            for k in range(ROWS):
+            for k in range(block.values.shape[0]):
                 pool.values[number, k] = block.values[k, lane]
-            for k in range(PLACES):
+            for k in range(places):
                 pool.places[number, k] = block.places[k, lane]
             block.values[GOING, lane] = 0.0
             push(pool, FREE if over >> lane & 1 else SLIDING - stack, number)

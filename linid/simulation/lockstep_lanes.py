@@ -10,7 +10,7 @@ import numpy as np
 from linid.simulation.binding import compiled, inlined
 from linid.simulation.forces import Bristles, force_once
 from linid.simulation.lane_functions import phase_force_lanes, phi_of_lanes
-from linid.simulation.lanes import LANES, bits_of, gathered, lanes_at, put_lanes, select
+from linid.simulation.lanes import LANES, bits_of, count_of, gathered, lanes_at, put_lanes, select
 from linid.simulation.lockstep_steps import WHOLE, Moving, followed, foreseen, slid, steady_lanes, strayed
 from linid.simulation.splines_at import inputs_at, spline_at
 from linid.simulation.steps import REST_BRISTLE, REST_SPEED
@@ -90,11 +90,12 @@ def bristles_in(values):
 @compiled
 def new_splines(block, coefficients, bits):
     """Put in the splines of the intervals that the lanes of these bits have come to."""
-    for lane in range(LANES):
+    rows, lanes = block.splines.shape  # not constants, as short loops of known length would be unrolled
+    for lane in range(lanes):
         if bits >> lane & 1:
             n = int(block.values[INTERVAL, lane])
             block.splines[0, lane] = n
-            for k in range(SPLINES - 1):
+            for k in range(rows - 1):
                 block.splines[1 + k, lane] = coefficients[n, k >> 2, k & 3]
 
 
@@ -117,10 +118,10 @@ def tabled_force(axis, splines, x):
 @compiled
 def other_forces(terms, axis, block, coefficients, bits):
     """The same of any motor, lane by lane; they take the place of the times that `block.room` holds."""
-    for lane in range(LANES):
+    for lane in range(block.places.shape[1]):
         if bits >> lane & 1:
             n = int(block.values[INTERVAL, lane])
-            for k in range(2):
+            for k in range(block.room.shape[0]):
                 x = block.room[k, lane]
                 inputs = inputs_at(coefficients, n, x)
                 block.room[k, lane] = force_once(terms, axis, 0.0, spline_at(coefficients, n, 3, x), 0.0, inputs)
@@ -157,7 +158,7 @@ def forces_at(way, values, ahead, powered):
 def write_samples(block, way, came, strayed_bits, rest_bits):
     """Write the sample that the lanes of the bits `came` have come to, and all still to come of those that strayed and
     of those that rest for good."""
-    for lane in range(LANES):
+    for lane in range(block.places.shape[1]):
         if came >> lane & 1:
             candidate, k = block.places[CANDIDATE, lane], block.places[NEXT, lane]
             y, v = block.values[Y, lane], block.values[V, lane]
@@ -221,15 +222,6 @@ def is_sliding(values, bristles, moving):
 
 
 @inlined
-def count_bits(bits):
-    """How many lanes a mask holds in."""
-    count = 0
-    for lane in range(LANES):
-        count += bits >> lane & 1
-    return count
-
-
-@inlined
 def glides(values, bristles, h, going):
     """Weights of fast sliding over h seconds: `glide_weights`, kept while h stays the same."""
     other = going & (h != row(values, GLIDE_H))
@@ -259,7 +251,7 @@ def slide(block, way):
         slow = (math.copysign(new.v, moving.v) != new.v) | (abs(new.v) <= row(values, SLOWEST))
         took = going & ~slow
         new, over = moved_on(block, way, moving, new, took, ahead)
-        steps += count_bits(bits_of(took))
+        steps += count_of(took)
         leave = going & ~over & (slow | ~is_sliding(values, bristles, new))
         if bits_of(leave | over) != 0:
             return bits_of(over), bits_of(leave), steps
@@ -289,7 +281,7 @@ def follow(terms, axis, block, way):
         longer = middle.calm & (middle.size < WHOLE) & ((pairs + 2.0**52) - 2.0**52 == pairs)
         put_row(values, SIZE, select(longer, twice, middle.size))
         new, over = moved_on(block, way, moving, new, going, ahead)
-        steps += count_bits(bits_of(going))
+        steps += count_of(going)
         leave = going & ~over & is_sliding(values, bristles, new)
         if bits_of(leave | over) != 0:
             return bits_of(over), bits_of(leave), steps
