@@ -224,7 +224,7 @@ class Simulator:
 
         It never hangs on how many there are: the two kernels differ by rounding.
         """
-        if self.has_slopes(guided) and not self.specialised:
+        if self.model.mask == 0 and self.has_slopes(guided) and not self.specialised:
             return load_lockstep(), _ROUNDS * LANES
         return self._kernel().simulate_tasks, 1
 
