@@ -98,7 +98,6 @@ def serve() -> None:
 
 
 def _load() -> None:
-    import linid.interface.results  # noqa: F401
     from linid.report.figures.diagnosis_write import diagnosis_drawings  # noqa: F401
     from linid.report.style import new_figure, style
 
