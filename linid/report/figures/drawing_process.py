@@ -53,11 +53,14 @@ class Ordered:
         if self._helper is None:
             return self._order.write(progress)
         try:
-            return _answer(self._helper, progress)
+            kind, found = _answer(self._helper, progress)
         except (EOFError, OSError, pickle.UnpicklingError):
-            return self._order.write(progress)
+            kind, found = "lost", None
         finally:
             _end(self._helper)
+        if kind == "error":
+            raise found
+        return list(found) if kind == "files" else self._order.write(progress)
 
 
 def begin() -> None:
@@ -117,14 +120,13 @@ def _asked(helper: subprocess.Popen[bytes], order: Order) -> bool:
     return True
 
 
-def _answer(helper: subprocess.Popen[bytes], progress: Progress | None) -> list[Path]:
+def _answer(helper: subprocess.Popen[bytes], progress: Progress | None) -> tuple[str, Any]:
+    """The last answer of a process that draws."""
     assert helper.stdout is not None
     while True:
         kind, found = pickle.load(helper.stdout)
-        if kind == "files":
-            return list(found)
-        if kind == "error":
-            raise found
+        if kind != "progress":
+            return kind, found
         if progress is not None:
             progress(*found)
 
