@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -79,8 +78,7 @@ def diagnose(
     assumptions = [f"left out of consideration: {one.replace('_', ' ')}" for one in without]
     with Refining(fitted, means, since) as refining:
         base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions, refining)
-        compare = partial(_compared, base, recordings, means, refining)
-        found, shares, lead, compared = _borne_out(base, found, means, without, compare)
+        found, shares, lead, compared = _borne_out(base, found, recordings, means, without, refining)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
     lines = entries_of(found, shares, compared.after, recordings, compared.measures, means.seed)
@@ -89,7 +87,8 @@ def diagnose(
     known_mass = _mass_is_known(base, known, since)
     models = Models(compared.after, found.best, compared.changes, compared.traces_after)
     term, models = (None, models) if lead is None else lacking_term(base.judge, found, lead, models, recordings, means)
-    checks = checks_of(recordings)
+    same, checks = models.result is compared.after, checks_of(recordings)
+    measures = compared.measures if same else together(models.changes, models.traces, means.seed)
     diagnosis = Diagnosis(
         name=name,
         model=kind,
@@ -101,7 +100,7 @@ def diagnose(
         tried=tried_effects(found),
         where=seen.where,
         pairs=seen.pairs,
-        measures=together(models.changes, models.traces, means.seed),
+        measures=measures,
         recordings=models.changes,
         traces=residual_traces(base.judge, found.base, models.fitted, seen.masses),
         checks=checks,
@@ -131,7 +130,7 @@ class _Compared:
 
 
 def _compared(
-    base: Base, recordings: Sequence[Recording], means: Means, refining: Refining, found: Selection
+    base: Base, found: Selection, recordings: Sequence[Recording], means: Means, refining: Refining
 ) -> _Compared:
     before, after = refining.models(found, base.judge.balance.memory)
     changes, traces_before, traces_after = changes_of(recordings, before, after, means)
@@ -140,7 +139,12 @@ def _compared(
 
 
 def _borne_out(
-    base: Base, found: Selection, means: Means, without: Sequence[str], compare: Callable[[Selection], _Compared]
+    base: Base,
+    found: Selection,
+    recordings: Sequence[Recording],
+    means: Means,
+    without: Sequence[str],
+    refining: Refining,
 ) -> tuple[Selection, Shares, Lead | None, _Compared]:
     """The selection as `_led` leaves it, with what shows only beside its term, and what its models measure; without
     effects, where these bear them out nowhere. without: effects left out of consideration."""
@@ -150,10 +154,10 @@ def _borne_out(
         more, lead = with_hidden_effects(base, screening, found, lead, shares.unexplained[0])
         if more is not found:
             found, shares = more, shares_of(base.judge, more.base, more.best, means.seed)
-    compared = compare(found)
+    compared = _compared(base, found, recordings, means, refining)
     if found.parts and worse_throughout(compared.measures):
         found, shares, lead = _led(base, with_effects_of(found, found.base), means)
-        compared = compare(found)
+        compared = _compared(base, found, recordings, means, refining)
     return found, shares, lead, compared
 
 

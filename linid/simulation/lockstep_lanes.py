@@ -11,9 +11,9 @@ from linid.simulation.binding import compiled, inlined
 from linid.simulation.forces import Bristles, force_once
 from linid.simulation.lane_functions import phase_force_lanes, phi_of_lanes
 from linid.simulation.lanes import LANES, bits_of, count_of, gathered, lanes_at, put_lanes, select
-from linid.simulation.lockstep_steps import WHOLE, Moving, followed, foreseen, slid, steady_lanes, strayed
+from linid.simulation.lockstep_steps import WHOLE, Moving, followed, foreseen, slid, strayed
 from linid.simulation.splines_at import inputs_at, spline_at
-from linid.simulation.steps import REST_BRISTLE, REST_SPEED
+from linid.simulation.steps import REST_BRISTLE, REST_SPEED, is_steady
 
 # Rows of what a block holds of its simulations. SIZE: finest steps of the next step; DONE: of them since the sample
 # before; INTERVAL: of the recordings' that it is in; LEFT: samples still to come; RECORDING: its number; GOING, ALONE:
@@ -218,7 +218,7 @@ def moved_on(block, way, moving, new, took, ahead):
 def is_sliding(values, bristles, moving):
     """Where the next step is one of fast sliding."""
     fast = (row(values, SIZE) == WHOLE) & (abs(moving.v) > row(values, FAST))
-    return fast & steady_lanes(bristles, moving)
+    return fast & is_steady(bristles, moving)
 
 
 @inlined

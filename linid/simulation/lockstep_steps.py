@@ -13,7 +13,7 @@ from linid.simulation.course import FINEST
 from linid.simulation.kernel import LARGEST_POSITION, LARGEST_SPEED
 from linid.simulation.lane_functions import phi_pairs_lanes, stribeck_lanes
 from linid.simulation.lanes import bits_of, select
-from linid.simulation.steps import CALM, REVERSAL_WEIGHT, STEADY
+from linid.simulation.steps import CALM, REVERSAL_WEIGHT, half_step, impulse
 
 WHOLE = float(1 << FINEST)  # finest steps of a base step
 
@@ -40,22 +40,9 @@ class Foreseen(NamedTuple):
 
 
 @inlined
-def steady_lanes(bristles, moving):
-    """Where the bristle is as steady sliding keeps it: `is_steady`."""
-    away = abs(bristles.sigma_0 * moving.w - math.copysign(bristles.coulomb, moving.v))
-    return away < STEADY * bristles.coulomb
-
-
-@inlined
 def strayed(moving):
     """Where a simulation has run away, or is no number any more: `diverged`."""
     return ~((abs(moving.y) < LARGEST_POSITION) & (abs(moving.v) < LARGEST_SPEED))
-
-
-@inlined
-def impulse_lanes(force, force_mid, force_end):
-    """Mean and rise of the straight line nearest to the parabola through three forces: `impulse`."""
-    return (force + 4.0 * force_mid + force_end) / 6.0, force_end - force
 
 
 @inlined
@@ -63,7 +50,7 @@ def slid(bristles, moving, h, weights, forces):
     """A step of fast sliding over h seconds: `sliding_step`. forces: in its middle and at its end, N."""
     y, v = moving.y, moving.v
     drag = math.copysign(bristles.coulomb, v)
-    mean, rise = impulse_lanes(moving.force, *forces)
+    mean, rise = impulse(moving.force, *forces)
     v_rate = (mean - drag - 0.5 * rise - bristles.sigma_2 * v) / bristles.mass
     jerk = rise / bristles.mass
     first, second, third = weights
@@ -77,16 +64,13 @@ def foreseen(bristles, moving, size, tick, tolerance, asked):
 
     size: finest steps to try first; tick: s of one; tolerance: share of friction by which the rate may be off.
     """
-    coulomb, static, velocity, exponent, sigma_0, sigma_1, sigma_2, mass = bristles
-    v, w, force = moving.v, moving.w, moving.force
+    coulomb, static, velocity, exponent, sigma_0, sigma_1 = bristles[:6]
+    v = moving.v
     rate = sigma_0 * abs(v) / stribeck_lanes(v, coulomb, static, velocity, exponent)[0]
     while True:
         h = size * tick
         half = 0.5 * h
-        relax = 1.0 / (1.0 + half * rate)
-        pull = half * (sigma_0 - sigma_1 * rate) * relax
-        v_mid = (mass * v + half * force - pull * w) / (mass + half * (sigma_1 + sigma_2 + pull))
-        w_mid = (w + half * v_mid) * relax
+        v_mid, w_mid = half_step(bristles, moving, (sigma_0, sigma_1), rate, half)
         level, fall = stribeck_lanes(v_mid, coulomb, static, velocity, exponent)
         rate_mid = sigma_0 * abs(v_mid) / level
         change = abs(rate_mid - rate)
@@ -106,7 +90,7 @@ def followed(bristles, moving, middle, forces, asked):
     sigma_0, sigma_1, sigma_2, mass = bristles[4:]
     y, v, w = moving.y, moving.v, moving.w
     v_mid, level, h = middle.v, middle.level, middle.h
-    mean, rise = impulse_lanes(moving.force, *forces)
+    mean, rise = impulse(moving.force, *forces)
     rate = sigma_0 * abs(v_mid) / level
     load = sigma_0 * middle.w / level
     load = select(v_mid < 0.0, -load, select(v_mid == 0.0, 0.0, load))

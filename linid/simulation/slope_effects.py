@@ -96,10 +96,16 @@ def acting_on(terms, candidates, count, width):
 
 
 @allocating
-def along_directions(terms, candidates, acting, stretch):
-    """Put the parameters of all directions in, for a recording."""
+def of_recording(p, inputs, r):
+    """Parameters with room for what effects need, for recording r."""
+    return work_vector(p, inputs.records[r], inputs.elapsed[r], inputs.added_mass[r])
+
+
+@allocating
+def along_directions(candidates, acting, inputs, r):
+    """Put the parameters of all directions in, for recording r."""
     for c in range(acting.params.shape[0]):
-        acting.params[c] = work_vector(candidates.params[1 + c], stretch.record, stretch.elapsed, stretch.added_mass)
+        acting.params[c] = of_recording(candidates.params[1 + c], inputs, r)
 
 
 @inlined

@@ -15,7 +15,7 @@ from linid.physics.model import EFFECT_START, MOTOR_START
 from linid.simulation.binding import allocating, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
-from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error, work_vector
+from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding, start_bristles, start_forces
 from linid.simulation.slope_effects import (
@@ -25,6 +25,7 @@ from linid.simulation.slope_effects import (
     acting_on,
     along_directions,
     answer_of_reading,
+    of_recording,
     seen_by_motor,
     table_of,
 )
@@ -136,7 +137,7 @@ def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
     seen = np.empty((4, points if before else 0))
     p = candidates.params[0]
     if before:
-        seen_by_motor(terms, on, along_recording(p, inputs, r), clock, guide, seen)
+        seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, seen)
     motor_forces_at(terms, candidates.motor, p, seen if before else guide, forces)
     for c in range(tangents.count):
         other_p, acts = candidates.params[1 + c], False
@@ -149,12 +150,6 @@ def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
             for k in range(points):
                 slopes[k, c] = (other[k] - forces[k]) / FORCE_STEP
     return forces, slopes
-
-
-@allocating
-def along_recording(p, inputs, r):
-    """Parameters with room for what effects need, for recording r."""
-    return work_vector(p, inputs.records[r], inputs.elapsed[r], inputs.added_mass[r])
 
 
 @allocating
@@ -266,7 +261,7 @@ def slope_tasks_with(terms: Bundle) -> Any:
         for s in range(begin, end):
             r, first, count = segments.recording[s], segments.first[s], segments.count[s]
             if r != owner:
-                along_directions(terms, candidates, acting, stretch_of(candidates, inputs, 0, r, first, count))
+                along_directions(candidates, acting, inputs, r)
                 known = forces_of(candidates, terms, inputs, r, scheme, tangents, acting)
                 owner = r
             a, b = offsets[s], offsets[s + 1]

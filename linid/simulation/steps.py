@@ -112,14 +112,25 @@ def bristle_now(terms, axis, bristles, t, y, v, currents):
 
 
 @inlined
+def half_step(bristles, motion, spring, rate, half):
+    """Speed in m/s and bristle in m after half a step of `half` seconds by implicit Euler: first order and L-stable,
+    which is enough for a predictor. spring: the bristle's stiffness in N/m and damping in N s/m; rate: its own, 1/s."""
+    stiffness, damping = spring
+    relax = 1.0 / (1.0 + half * rate)
+    pull = half * (stiffness - damping * rate) * relax
+    pushed = bristles.mass * motion.v + half * motion.force - pull * motion.w
+    v_mid = pushed / (bristles.mass + half * (damping + bristles.sigma_2 + pull))
+    return v_mid, (motion.w + half * v_mid) * relax
+
+
+@inlined
 def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
     """The middle of a followed step that begins at t seconds, halved until the bristle's rate swings little within it.
 
     tick: s of the finest step; tolerance: share of friction by which the rate may be off.
     """
-    coulomb, static, stribeck_velocity, exponent, sigma_0, _, sigma_2, mass = bristles
-    y, v, w, force, currents, spring = motion
-    stiffness, damping = spring
+    coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
+    y, v, currents = motion.y, motion.v, motion.currents
     added = 0.0
     rate = sigma_0 * abs(v) / stribeck(v, coulomb, static, stribeck_velocity, exponent)
     if axis.on & terms.acts.load:
@@ -130,11 +141,7 @@ def predicted(terms, axis, bristles, motion, t, halvings, tick, tolerance):
     while True:  # until the step is short enough
         h = (1 << (FINEST - halvings)) * tick
         half = 0.5 * h
-        # Half a step by implicit Euler: first order and L-stable, which is enough for a predictor.
-        relax = 1.0 / (1.0 + half * rate)
-        pull = half * (stiffness - damping * rate) * relax
-        v_mid = (mass * v + half * force - pull * w) / (mass + half * (damping + sigma_2 + pull))
-        w_mid = (w + half * v_mid) * relax
+        v_mid, w_mid = half_step(bristles, motion, motion.spring, rate, half)
         level, fall = stribeck_fall(v_mid, coulomb, static, stribeck_velocity, exponent)
         if axis.on & terms.acts.load:
             level += added

@@ -72,7 +72,6 @@ def begin() -> None:
         _waiting.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE))
     except OSError:  # no process to be had
         return
-    atexit.register(_dismiss)
 
 
 def serve() -> None:
@@ -131,6 +130,7 @@ def _answer(helper: subprocess.Popen[bytes], progress: Progress | None) -> tuple
             progress(*found)
 
 
+@atexit.register
 def _dismiss() -> None:
     """End a process that was never asked."""
     while _waiting:
