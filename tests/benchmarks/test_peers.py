@@ -13,7 +13,7 @@ from linid.physics.theta import big_theta_0
 from linid.simulation.reference import motor_force
 from tests.benchmarks.peers import report
 from tests.benchmarks.peers.__main__ import best_known
-from tests.benchmarks.peers.fits import FITS, Done, PositionError, Watch
+from tests.benchmarks.peers.fits import FITS, PositionError
 from tests.benchmarks.peers.problems import (
     NAMES,
     Problem,
@@ -26,6 +26,7 @@ from tests.benchmarks.peers.problems import (
 )
 from tests.benchmarks.peers.simulators import SIMULATORS, candidate, harmonics, missing
 from tests.benchmarks.peers.speed import CASES, at_error, speed_problem, tight
+from tests.benchmarks.peers.watch import Done, Watch
 
 # Error in m that each simulator may have at the setting used in the fits; the best known costs are 6 um and more.
 ACCURACY = {

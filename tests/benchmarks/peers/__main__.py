@@ -24,10 +24,11 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.peers import report
-from tests.benchmarks.peers.fits import FITS, Done, PositionError, Watch
+from tests.benchmarks.peers.fits import FITS, PositionError
 from tests.benchmarks.peers.problems import NAMES, Problem, judge, make_problem, truth
 from tests.benchmarks.peers.simulators import SIMULATORS, missing
 from tests.benchmarks.peers.speed import CASES
+from tests.benchmarks.peers.watch import Done, Watch
 
 ROOT = Path(__file__).parents[3]
 SHARE = 0.01  # a cost within this share of the best known one counts as arrived
@@ -68,6 +69,8 @@ def about(seeds: int, limit: float) -> dict[str, Any]:
         "jax",
         "casadi",
         "numbalsoda",
+        "heyoka",
+        "amici",
         "mujoco",
     ):
         try:

@@ -3,13 +3,10 @@ coordinates."""
 
 from __future__ import annotations
 
-import math
 import random
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,61 +20,14 @@ from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.optimise.stages import ALIKE, APART, refine_first_candidates
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.signals.motion import Motion, measure_motion
-from tests.benchmarks.peers.problems import LOST, Problem, linid_simulation, rms
+from tests.benchmarks.peers import gradients
+from tests.benchmarks.peers.problems import LOST, Problem, linid_simulation
 from tests.benchmarks.peers.simulators import SIMULATORS
+from tests.benchmarks.peers.watch import Watch, noted_errors
 
 Array = NDArray[np.float64]
 # Relative step of finite differences where the peer lets one choose: the square root of what LSODA resolves.
 STEP = 1e-4
-
-
-class Done(Exception):  # noqa: N818
-    """The target is reached or the time is over."""
-
-
-def peak_memory() -> float:
-    """Largest memory of this process so far in MB; unlike the kernel's count for children, without the parent's."""
-    status = Path("/proc/self/status")
-    if status.exists():
-        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
-        return float(line.split()[1]) / 1024.0
-    import resource
-
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
-class Watch:
-    """Counts evaluations and keeps every improvement: (s, evaluations, cost, x); ends the fit by raising Done.
-
-    tell: called with every improvement and now and then with the count alone, so that nothing is lost if the process
-    is ended from outside.
-    """
-
-    def __init__(self, limit: float, target: float, tell: Callable[[dict[str, Any]], None] = lambda line: None) -> None:
-        self.limit, self.target, self.tell = limit, target, tell
-        self.begin = self.told = time.perf_counter()
-        self.evaluations = 0
-        self.best = math.inf
-
-    def look(self, x: Array, cost: float) -> None:
-        """Note one evaluation."""
-        self.many(np.atleast_2d(x), np.array([cost]))
-
-    def many(self, xs: Array, costs: Array) -> None:
-        """Note evaluations made at once: xs (C, p), costs (C,)."""
-        now = time.perf_counter()
-        self.evaluations += len(costs)
-        seconds = now - self.begin
-        first = int(np.argmin(costs))
-        line: dict[str, Any] = {"s": seconds, "evaluations": self.evaluations, "mb": peak_memory()}
-        if costs[first] < self.best:
-            self.best = float(costs[first])
-            self.tell({**line, "cost": self.best, "x": [float(g) for g in xs[first]]})
-        elif now - self.told > 1.0:
-            self.told = now
-            self.tell(line)
-        if self.best <= self.target or seconds > self.limit:
-            raise Done
 
 
 @dataclass(frozen=True)
@@ -181,16 +131,6 @@ def _cost(problem: Problem, simulation: Any, watch: Watch) -> Callable[[Any], fl
     return cost
 
 
-def _errors(problem: Problem, simulation: Any, watch: Watch) -> Callable[[Any], Array]:
-    def errors(x: Any) -> Array:
-        x = np.asarray(x, dtype=float)
-        found = problem.errors(simulation, x)
-        watch.look(x, rms(found))
-        return found
-
-    return errors
-
-
 def deap_ga(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
     """A plain genetic algorithm on DEAP's toolbox, one solve_ivp per candidate and recording, as in the paper."""
     from deap import algorithms, base, creator, tools
@@ -223,7 +163,7 @@ def _least_squares(problem: Problem, simulation: Any, watch: Watch, start: Array
     from scipy.optimize import least_squares
 
     inside = np.clip(start, 1e-6, 1.0 - 1e-6)
-    errors = _errors(problem, simulation, watch)
+    errors = noted_errors(problem, simulation, watch)
     least_squares(errors, inside, bounds=(0.0, 1.0), x_scale="jac", diff_step=STEP)
 
 
@@ -270,7 +210,7 @@ def lmfit_leastsq(problem: Problem, simulation: Any, seed: int, watch: Watch) ->
     """lmfit's default method (leastsq, bounds by its transformation) from random starts."""
     import lmfit
 
-    errors = _errors(problem, simulation, watch)
+    errors = noted_errors(problem, simulation, watch)
     generator = np.random.default_rng(seed)
     names = problem.space.names
     while True:
@@ -321,7 +261,7 @@ def mujoco_sysid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> 
     from mujoco import sysid
 
     generator = np.random.default_rng(seed)
-    errors = _errors(problem, simulation, watch)
+    errors = noted_errors(problem, simulation, watch)
 
     def residual(x: Any, parameters: Any) -> tuple[list[Array], None, None]:
         """In mm; x: (p,), or one candidate per column when sysid takes differences."""
@@ -342,37 +282,6 @@ def mujoco_sysid(problem: Problem, simulation: Any, seed: int, watch: Watch) -> 
             continue  # a start from which it cannot go on
 
 
-def _exact_multistart(
-    problem: Problem, simulation: Any, seed: int, watch: Watch, slope: Callable[[Array], Array]
-) -> None:
-    """scipy's least_squares from random starts, with a peer's exact derivatives."""
-    from scipy.optimize import least_squares
-
-    generator = np.random.default_rng(seed)
-    errors = _errors(problem, simulation, watch)
-    slope(problem.space.encode(problem.first))
-    watch.begin = time.perf_counter()  # compiled by now, as the others are
-    while True:
-        start = np.clip(generator.random(problem.dimension), 1e-6, 1.0 - 1e-6)
-        least_squares(errors, start, jac=slope, bounds=(0.0, 1.0), x_scale="jac")
-
-
-def diffrax_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """Least squares on diffrax, with its forward differentiation of the solver."""
-    from tests.benchmarks.peers.with_jax import derivatives
-
-    slope = derivatives(problem, SIMULATORS["diffrax Kvaerno5"].usual)
-    _exact_multistart(problem, simulation, seed, watch, slope)
-
-
-def casadi_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
-    """Least squares on CVODES with its forward sensitivities, as PEtab's AMICI does too."""
-    from tests.benchmarks.peers.with_casadi import Sensitivities
-
-    slope = Sensitivities(problem, SIMULATORS["CasADi CVODES"].usual).jacobian
-    _exact_multistart(problem, simulation, seed, watch, slope)
-
-
 _SLOW_FIELD = "left out: the sine motor tells as much, and compiling takes minutes"
 FITS = {
     f.name: f
@@ -391,11 +300,13 @@ FITS = {
         Fit("scipy least_squares multistart, numbalsoda", scipy_multistart, "numbalsoda LSODA"),
         Fit(
             "diffrax, exact derivatives, least_squares multistart",
-            diffrax_least_squares,
+            gradients.diffrax_least_squares,
             "diffrax Kvaerno5",
             limits=(("theta", _SLOW_FIELD),),
         ),
-        Fit("CasADi, CVODES sensitivities, least_squares multistart", casadi_least_squares, "CasADi CVODES"),
+        Fit("CasADi, CVODES sensitivities, least_squares multistart", gradients.casadi_least_squares, "CasADi CVODES"),
+        Fit("heyoka, variational equations, least_squares multistart", gradients.heyoka_least_squares, "heyoka Taylor"),
+        Fit("CasADi, multiple shooting, IPOPT multistart", gradients.ipopt_multistart, "linid", ("casadi",)),
         Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco", "absl", "imageio", "tabulate")),
     )
 }

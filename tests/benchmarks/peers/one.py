@@ -25,9 +25,10 @@ def say(line: dict[str, Any]) -> None:
 
 def fit(problem_name: str, peer: str, seed: int, limit: float, target: float) -> None:
     """Run one fit; the first simulation, which compiles, is made before the clock starts."""
-    from tests.benchmarks.peers.fits import FITS, Done, Watch, peak_memory
+    from tests.benchmarks.peers.fits import FITS
     from tests.benchmarks.peers.problems import make_problem
     from tests.benchmarks.peers.simulators import SIMULATORS
+    from tests.benchmarks.peers.watch import Done, Watch, peak_memory
 
     problem = make_problem(problem_name)
     chosen = FITS[peer]

@@ -185,6 +185,13 @@ def by_casadi(problem: Problem, rtol: float) -> Simulation:
     return lambda values: runs.positions(problem.space.encode(values))
 
 
+def by_heyoka(problem: Problem, tolerance: float) -> Simulation:
+    """Taylor series with adaptive steps, compiled by LLVM; |v| is switched by events."""
+    from tests.benchmarks.peers.with_heyoka import Taylor
+
+    return Taylor(problem, tolerance).positions
+
+
 _NO_SPLINE = "left out: its integrators take inputs that are constant between the samples, not splines"
 _NO_FIELD = "has no motor whose force depends on position and three phase currents, except by callbacks written in full"
 SIMULATORS = {
@@ -210,6 +217,7 @@ SIMULATORS = {
             ("casadi",),
             (("sine", _NO_SPLINE), ("theta", _NO_SPLINE)),
         ),
+        Simulator("heyoka Taylor", by_heyoka, tuple(10.0**-k for k in range(3, 14)), 1e-6, ("heyoka",)),
         Simulator(
             "MuJoCo RK4",
             by_mujoco,
