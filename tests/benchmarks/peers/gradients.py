@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable
 from typing import Any
@@ -74,7 +75,7 @@ def ipopt_multistart(problem: Problem, simulation: Any, seed: int, watch: Watch)
             ended.append(done)
         return bool(ended)
 
-    shooting = Shooting(problem, watched_by(look, problem.dimension))
+    shooting = Shooting(problem, watched_by(look, problem.dimension), fast=shutil.which("gcc") is not None)
     generator = np.random.default_rng(seed)
     watch.begin = time.perf_counter()  # compiled by now, as the others are
     while not ended:

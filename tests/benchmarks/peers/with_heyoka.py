@@ -95,7 +95,7 @@ def _thrust(kind: str, y: Any, harmonics: int, sign: int) -> Any:
 
 @cache
 def compiled(kind: str, tolerance: float, harmonics: int, exact: bool) -> Compiled:
-    """The integrator of a kind of problem; exact: with sensitivities to what is searched and the first bristle force."""
+    """The integrator of a kind of problem; exact: with sensitivities to what is searched, and to z."""
     y, v, z = hy.make_vars("y", "v", "z")  # m, m/s, and the bristle's force in N
     law = {name: hy.par[k] for k, name in enumerate(LAW)}
     fixed = len(LAW) + len(FIELD[kind])

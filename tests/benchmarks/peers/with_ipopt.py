@@ -6,7 +6,9 @@ The simulated positions are variables too: so the objective's Hessian in the sen
 
 from __future__ import annotations
 
+import contextlib
 import math
+import tempfile
 from collections.abc import Callable
 from typing import Any
 
@@ -35,28 +37,40 @@ _SLOPES: tuple[tuple[float, ...], ...] = ((), (4.0,), (1.0, -1.0), (1.0, -1.0, -
 _LAST = (2.0, 0.0, 1.0, 1.0)
 
 
-def thrust(kind: str, values: dict[str, Any], y: Any, i: Any) -> Any:
-    """Motor force in N at y in m with the currents i (3,) in A."""
+def odd_sines(angle: Any, count: int) -> list[Any]:
+    """sin((2 k + 1) angle) for k below count, by their recurrence."""
+    out = [-ca.sin(angle), ca.sin(angle)]
+    for _ in range(count - 1):
+        out.append(2.0 * ca.cos(2.0 * angle) * out[-1] - out[-2])
+    return out[1:]
+
+
+def harmonics_of(values: dict[str, Any]) -> list[Any]:
+    """N/A: amplitudes of the odd harmonics of twice the angle, of a theta motor."""
+    waves = odd_sines(2.0 * values["winding_length"], HARMONICS)
+    sizes = [values["nome"] ** float((2 * k + 1) ** 2) for k in range(HARMONICS)]
+    return [8.0 * values["force_constant"] * size * wave for size, wave in zip(sizes, waves, strict=True)]
+
+
+def thrust(kind: str, values: dict[str, Any], sizes: list[Any], y: Any, i: list[Any]) -> Any:
+    """Motor force in N at y in m with the currents i in A; sizes: `harmonics_of` the values, for theta motors."""
     force: Any = 0.0
     for j in range(3):
         angle = values["electrical_wavenumber"] * y + (j - 1) * values["winding_displacement"]
         angle += values["commutation_offset"]
         if kind == "sine":
-            force += i[j] * ca.sin(angle)
-            continue
-        for n in 2.0 * np.arange(HARMONICS) + 1.0:
-            size = 8.0 * values["nome"] ** (n * n) * ca.sin(2.0 * n * values["winding_length"])
-            force += i[j] * size * ca.sin(2.0 * n * angle)
-    return values["force_constant"] * force
+            force += i[j] * values["force_constant"] * ca.sin(angle)
+        else:
+            waves = odd_sines(2.0 * angle, HARMONICS)
+            force += i[j] * sum(size * wave for size, wave in zip(sizes, waves, strict=True))
+    return force
 
 
-def rates(kind: str, values: dict[str, Any], mass: Any, state: Any, i: Any) -> Any:
-    """d/dt of y in m, v in m/s and w in m; mass in kg with what was added."""
-    y, v, w = state[0], state[1], state[2]
+def rates(values: dict[str, Any], mass: Any, state: Any, force: Any) -> Any:
+    """d/dt of y in m, v in m/s and w in m; mass in kg with what was added, force in N of the motor."""
+    v, w = state[1], state[2]
     w_rate = v - values["bristle_stiffness"] * ca.fabs(v) * w / level(values, v)
-    force = -values["bristle_stiffness"] * w - values["bristle_damping"] * w_rate - values["viscous_friction"] * v
-    if kind != "friction":
-        force += thrust(kind, values, y, i)
+    force -= values["bristle_stiffness"] * w + values["bristle_damping"] * w_rate + values["viscous_friction"] * v
     return ca.vertcat(v, force / mass, w_rate)
 
 
@@ -75,11 +89,13 @@ def one_step(problem: Problem, h: float) -> Any:
     A / s^k, added mass in kg, point (p,)) -> state after it."""
     state, t, spline = ca.SX.sym("state", 3), ca.SX.sym("t"), ca.SX.sym("spline", 12)
     added, x = ca.SX.sym("added"), ca.SX.sym("x", problem.dimension)
-    values, units = values_of(problem, x), ca.DM(UNITS)
+    kind, values, units = problem.space.model.kind, values_of(problem, x), ca.DM(UNITS)
+    sizes = harmonics_of(values) if kind == "theta" else []
 
     def right(at: Any, moment: Any) -> Any:
         i = [sum(spline[4 * j + power] * moment**power for power in range(4)) for j in range(3)]
-        return rates(problem.space.model.kind, values, values["mass"] + added, at * units, i) / units
+        force = 0.0 if kind == "friction" else thrust(kind, values, sizes, at[0] * units[0], i)
+        return rates(values, values["mass"] + added, at * units, force) / units
 
     slope = right(state, t)
     matrix = ca.inv(ca.SX.eye(3) / (h * _GAMMA) - ca.jacobian(slope, state))
@@ -99,10 +115,10 @@ def _weighted(weights: tuple[float, ...], stages: list[Any]) -> Any:
 class Shooting:
     """One nonlinear program: the unit cube's point (p,), the states at the nodes (3, S), the positions (N,).
 
-    watched: (number of unknowns, number of equations) -> IPOPT's callback.
+    watched: (number of unknowns, number of equations) -> IPOPT's callback; fast: compiled by the C compiler first.
     """
 
-    def __init__(self, problem: Problem, watched: Callable[[int, int], Any] | None = None) -> None:
+    def __init__(self, problem: Problem, watched: Callable[[int, int], Any] | None = None, fast: bool = False) -> None:
         self.problem, self.kind = problem, problem.space.model.kind
         self.length = SEGMENT[self.kind]
         # (recording, first sample) of every segment; the last one of a recording may reach beyond its end.
@@ -127,12 +143,16 @@ class Shooting:
             ),
         }
         self.size, equations = program["x"].numel(), program["g"].numel()
-        ipopt = {"print_level": 0, "sb": "yes", "max_iter": 500}
+        ipopt = {"print_level": 0, "sb": "yes", "max_iter": 100}
         options: dict[str, Any] = {"print_time": False, "ipopt": ipopt}
+        if fast:
+            options |= {"jit": True, "compiler": "shell", "jit_options": {"flags": ["-O1"]}}
         options["hess_lag"] = _gauss(self.size, measured.size, equations)
         if watched is not None:
             self.callback = options["iteration_callback"] = watched(self.size, equations)
-        self.solver = ca.nlpsol("shooting", "ipopt", program, options)
+        self.folder = tempfile.TemporaryDirectory()
+        with contextlib.chdir(self.folder.name):  # where compiling leaves its files
+            self.solver = ca.nlpsol("shooting", "ipopt", program, options)
         self.simulated = ca.Function("simulated", [x, nodes], [ends, found * UNITS[0]])
 
     @property
