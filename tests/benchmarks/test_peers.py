@@ -36,6 +36,8 @@ ACCURACY = {
     "numba RK4": 5e-8,
     "diffrax Kvaerno5": 3e-6,
     "CasADi CVODES": 2e-7,
+    "AMICI": 2e-7,
+    "heyoka Taylor": 1e-8,
     "MuJoCo RK4": 1e-6,
 }
 
@@ -158,6 +160,69 @@ def test_sensitivities_of_casadi_are_those_of_linids_simulation() -> None:
     x = point("friction", problem)
     wanted = differences(problem, x)
     assert np.all(np.abs(Sensitivities(problem, 1e-9).jacobian(x) - wanted) < 1e-3 * np.abs(wanted).max(axis=0))
+
+
+@pytest.mark.parametrize("kind", NAMES)
+@pytest.mark.skipif(bool(missing(("heyoka",))), reason="heyoka is not installed")
+def test_variational_equations_of_heyoka_give_the_derivatives_of_linids_simulation(kind: str) -> None:
+    from tests.benchmarks.peers.with_heyoka import Taylor
+
+    problem = small(kind)
+    x = point(kind, problem)
+    wanted = differences(problem, x)
+    assert np.all(np.abs(Taylor(problem, 1e-9).jacobian(x) - wanted) < 4e-3 * np.abs(wanted).max(axis=0))
+
+
+@pytest.mark.skipif(bool(missing(("heyoka",))), reason="heyoka is not installed")
+def test_heyoka_gives_up_where_bristles_are_too_stiff_for_its_steps() -> None:
+    from tests.benchmarks.peers.with_heyoka import Taylor
+
+    problem = small("friction")
+    stiff = {**truth(), "bristle_stiffness": 2e8}
+    assert np.isnan(Taylor(problem, 1e-6).positions(stiff)).all()
+    assert not np.any(Taylor(problem, 1e-6).jacobian(problem.space.encode(stiff)))
+
+
+@pytest.mark.skipif(bool(missing(("amici", "antimony"))), reason="AMICI or antimony is not installed")
+def test_sensitivities_of_amici_are_those_of_linids_simulation() -> None:
+    from tests.benchmarks.peers.with_amici import Amici
+
+    problem = small("friction")
+    x = point("friction", problem)
+    wanted = differences(problem, x)
+    assert np.all(np.abs(Amici(problem, 1e-9).jacobian(x) - wanted) < 1e-3 * np.abs(wanted).max(axis=0))
+
+
+@pytest.mark.parametrize("kind", NAMES)
+@pytest.mark.skipif(bool(missing(("casadi",))), reason="casadi is not installed")
+def test_steps_between_the_nodes_of_multiple_shooting_agree_with_tight_lsoda(kind: str) -> None:
+    """Nodes that follow one another give the whole simulation, to 1 % of the cost at the best known point."""
+    from tests.benchmarks.peers.with_ipopt import UNITS, Shooting
+
+    problem = small(kind)
+    x = point(kind, problem)
+    shooting = Shooting(problem)
+    count = len(shooting.segments)
+    nodes = np.zeros((3, count))
+    for k in range(count):
+        if k in shooting.starts:
+            nodes[:, k] = problem.starts(problem.values(x))[shooting.starts.index(k)] / UNITS
+        ends, positions = shooting.simulated(x, nodes)
+        if k + 1 < count:
+            nodes[:, k + 1] = np.array(ends)[:, k]
+    exact = tight(problem, problem.values(x))
+    first = np.cumsum([0, *(r.t.size for r in problem.recordings[:-1])])
+    assert rms(np.array(positions).ravel() - np.delete(exact, first)) < (1e-7 if kind == "friction" else 8e-7)
+
+
+@pytest.mark.skipif(bool(missing(("casadi",))), reason="casadi is not installed")
+def test_multiple_shooting_finds_the_minimum_of_a_free_wheel() -> None:
+    from tests.benchmarks.peers.gradients import ipopt_multistart
+
+    problem = small("friction")
+    solution = 1.3 * judge(problem)(problem.space.encode(truth()))
+    with pytest.raises(Done):
+        ipopt_multistart(problem, None, 1, Watch(300.0, solution))
 
 
 def test_the_watch_counts_keeps_improvements_and_ends() -> None:

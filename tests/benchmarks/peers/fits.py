@@ -305,6 +305,7 @@ FITS = {
             limits=(("theta", _SLOW_FIELD),),
         ),
         Fit("CasADi, CVODES sensitivities, least_squares multistart", gradients.casadi_least_squares, "CasADi CVODES"),
+        Fit("AMICI, forward sensitivities, least_squares multistart", gradients.amici_least_squares, "AMICI"),
         Fit("heyoka, variational equations, least_squares multistart", gradients.heyoka_least_squares, "heyoka Taylor"),
         Fit("CasADi, multiple shooting, IPOPT multistart", gradients.ipopt_multistart, "linid", ("casadi",)),
         Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco", "absl", "imageio", "tabulate")),

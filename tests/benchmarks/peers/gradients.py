@@ -48,6 +48,13 @@ def casadi_least_squares(problem: Problem, simulation: Any, seed: int, watch: Wa
     _exact_multistart(problem, simulation, seed, watch, slope)
 
 
+def amici_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
+    """Least squares on AMICI, the simulator of PEtab problems, with its forward sensitivities."""
+    from tests.benchmarks.peers.with_amici import Amici
+
+    _exact_multistart(problem, simulation, seed, watch, Amici(problem, SIMULATORS["AMICI"].usual).jacobian)
+
+
 def heyoka_least_squares(problem: Problem, simulation: Any, seed: int, watch: Watch) -> None:
     """Least squares on heyoka, with its variational equations."""
     from tests.benchmarks.peers.with_heyoka import Taylor

@@ -192,6 +192,14 @@ def by_heyoka(problem: Problem, tolerance: float) -> Simulation:
     return Taylor(problem, tolerance).positions
 
 
+def by_amici(problem: Problem, tolerance: float) -> Simulation:
+    """CVODES on the C++ that AMICI writes and compiles."""
+    from tests.benchmarks.peers.with_amici import Amici
+
+    return Amici(problem, tolerance).positions
+
+
+_NO_TABLE = "left out: a spline's nodes are constants of its model, 303 for every piece of a recording"
 _NO_SPLINE = "left out: its integrators take inputs that are constant between the samples, not splines"
 _NO_FIELD = "has no motor whose force depends on position and three phase currents, except by callbacks written in full"
 SIMULATORS = {
@@ -216,6 +224,14 @@ SIMULATORS = {
             1e-7,
             ("casadi",),
             (("sine", _NO_SPLINE), ("theta", _NO_SPLINE)),
+        ),
+        Simulator(
+            "AMICI",
+            by_amici,
+            (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
+            1e-7,
+            ("amici", "antimony"),
+            (("sine", _NO_TABLE), ("theta", _NO_TABLE)),
         ),
         Simulator("heyoka Taylor", by_heyoka, tuple(10.0**-k for k in range(3, 14)), 1e-6, ("heyoka",)),
         Simulator(

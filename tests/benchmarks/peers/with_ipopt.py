@@ -81,6 +81,8 @@ def values_of(problem: Problem, x: Any) -> dict[str, Any]:
     values: dict[str, Any] = dict(problem.space.fixed)
     for k, p in enumerate(problem.space.parameters):
         values[p.name] = p.lower * (p.upper / p.lower) ** x[k] if p.log else p.lower + (p.upper - p.lower) * x[k]
+    if problem.space.model.kind == "theta":  # what is searched is the amplitude of the first harmonic
+        values["force_constant"] /= 8.0 * values["nome"] * ca.sin(2.0 * values["winding_length"])
     return values
 
 
