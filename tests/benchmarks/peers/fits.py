@@ -308,6 +308,6 @@ FITS = {
         Fit("AMICI, forward sensitivities, least_squares multistart", gradients.amici_least_squares, "AMICI"),
         Fit("heyoka, variational equations, least_squares multistart", gradients.heyoka_least_squares, "heyoka Taylor"),
         Fit("CasADi, multiple shooting, IPOPT multistart", gradients.ipopt_multistart, "linid", ("casadi",)),
-        Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco", "absl", "imageio", "tabulate")),
+        Fit("MuJoCo sysid multistart", mujoco_sysid, "MuJoCo RK4", ("mujoco", "absl-py", "imageio", "tabulate")),
     )
 }

@@ -26,7 +26,7 @@ def _exact_multistart(
     generator = np.random.default_rng(seed)
     errors = noted_errors(problem, simulation, watch)
     slope(problem.space.encode(problem.first))
-    watch.begin = time.perf_counter()  # compiled by now, as the others are
+    watch.begin = time.process_time()  # compiled by now, as the others are
     while True:
         start = np.clip(generator.random(problem.dimension), 1e-6, 1.0 - 1e-6)
         least_squares(errors, start, jac=slope, bounds=(0.0, 1.0), x_scale="jac")
@@ -84,7 +84,7 @@ def ipopt_multistart(problem: Problem, simulation: Any, seed: int, watch: Watch)
 
     shooting = Shooting(problem, watched_by(look, problem.dimension), fast=shutil.which("gcc") is not None)
     generator = np.random.default_rng(seed)
-    watch.begin = time.perf_counter()  # compiled by now, as the others are
+    watch.begin = time.process_time()  # compiled by now, as the others are
     while not ended:
         shooting.solve(np.clip(generator.random(problem.dimension), 1e-6, 1.0 - 1e-6))
     raise ended[0]

@@ -45,7 +45,7 @@ def fit(problem_name: str, peer: str, seed: int, limit: float, target: float) ->
             chosen.run(problem, simulation, seed, watch)
     except Done:
         end = "target" if watch.best <= watch.target else "limit"
-    seconds = time.perf_counter() - watch.begin
+    seconds = time.process_time() - watch.begin
     say({"end": end, "s": seconds, "evaluations": watch.evaluations, "mb": peak_memory()})
 
 

@@ -34,13 +34,13 @@ def peak_memory() -> float:
 class Watch:
     """Counts evaluations and keeps every improvement: (s, evaluations, cost, x); ends the fit by raising Done.
 
-    tell: called with every improvement and now and then with the count alone, so that nothing is lost if the process
+    limit: s of processor time, which other work on the machine does not lengthen; tell: called with every improvement and now and then with the count alone, so that nothing is lost if the process
     is ended from outside.
     """
 
     def __init__(self, limit: float, target: float, tell: Callable[[dict[str, Any]], None] = lambda line: None) -> None:
         self.limit, self.target, self.tell = limit, target, tell
-        self.begin = self.told = time.perf_counter()
+        self.begin = self.told = time.process_time()
         self.evaluations = 0
         self.best = math.inf
 
@@ -50,7 +50,7 @@ class Watch:
 
     def many(self, xs: Array, costs: Array) -> None:
         """Note evaluations made at once: xs (C, p), costs (C,)."""
-        now = time.perf_counter()
+        now = time.process_time()
         self.evaluations += len(costs)
         seconds = now - self.begin
         first = int(np.argmin(costs))
