@@ -334,3 +334,21 @@ def test_the_report_tells_arrivals_limits_and_reasons(tmp_path: Path) -> None:
     assert "| linid | 1 of 2 | 2 | 70 | 1 | 100 | 0.1 |" in page
     assert "| DEAP GA, solve_ivp | 0 of 1 | not within 30 | (99) | 5 | 100 | 0.1 |" in page
     assert "has no such motor" in page and (tmp_path / "figures" / "benchmark_fits.png").exists()
+
+
+def test_a_peer_that_a_run_leaves_out_keeps_its_row_with_date_and_machine(tmp_path: Path) -> None:
+    run = {"steps": [], "s": 30.0, "end": "limit", "evaluations": 9, "peak_mb": 100.0, "first_simulation_s": 0.1}
+    data = {
+        "about": {"versions": {}, "limit_s": 30.0, "date": "2026-01-02", "machine": "Abacus", "python": "3"},
+        "speed": {},
+        "box": {},
+        "best": {"sine": {"cost": 1e-6, "from": "linid"}},
+        "runs": {"sine|linid|1": run, "sine|DEAP GA, solve_ivp|1": run},
+    }
+    report.write(data, tmp_path)
+    data["about"] |= {"date": "2026-02-03", "machine": "Loom"}
+    data["runs"] = {"sine|linid|1": run}
+    for _ in range(2):  # an earlier row is passed on as it is
+        page = report.write(data, tmp_path)
+        assert "| DEAP GA, solve_ivp (2026-01-02, Abacus) | 0 of 1 | not within 30 | (9) | inf | 100 | 0.1 |" in page
+        assert "| linid | 0 of 1 |" in page and "| linid (" not in page

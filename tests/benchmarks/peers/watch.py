@@ -34,8 +34,8 @@ def peak_memory() -> float:
 class Watch:
     """Counts evaluations and keeps every improvement: (s, evaluations, cost, x); ends the fit by raising Done.
 
-    limit: s of processor time, which other work on the machine does not lengthen; tell: called with every improvement and now and then with the count alone, so that nothing is lost if the process
-    is ended from outside.
+    limit: s of processor time, which other work on the machine does not lengthen; tell: called with every improvement
+    and now and then with the count alone, so that nothing is lost if the process is ended from outside.
     """
 
     def __init__(self, limit: float, target: float, tell: Callable[[dict[str, Any]], None] = lambda line: None) -> None:
