@@ -133,21 +133,23 @@ def _speed_tables(data: dict[str, Any], before: Rows) -> list[str]:
             )
         heads = ["simulator", "setting", "ms", "times linid's", f"ms each, {POPULATION} candidates in one call"]
         lines += _table(heads, rows)
-    if data["box"]:
-        lines += [
-            f"**{_BOX}**: {DRAWS} random candidates of the friction problem on one free wheel, at the "
-            "setting used in the fits. A global search simulates these, not only the truth; usable: RMS error below "
-            "1 um.",
-            "",
-        ]
-        rows = [
-            [name, f"{row['usual']:g}", _milliseconds(row["s"]), f"{100 * row['usable']:.0f} %"]
-            if "s" in row
-            else [name, row["reason"], "", ""]
-            for name, row in data["box"].items()
-        ] + [row for (title, name), row in before.items() if title == _BOX and name not in (*data["box"], "simulator")]
-        lines += _table(["simulator", "setting", "ms, mean", "usable"], rows)
-    return lines
+    return lines + (_box_table(data, before) if data["box"] else [])
+
+
+def _box_table(data: dict[str, Any], before: Rows) -> list[str]:
+    lines = [
+        f"**{_BOX}**: {DRAWS} random candidates of the friction problem on one free wheel, at the "
+        "setting used in the fits. A global search simulates these, not only the truth; usable: RMS error below "
+        "1 um.",
+        "",
+    ]
+    rows = [
+        [name, f"{row['usual']:g}", _milliseconds(row["s"]), f"{100 * row['usable']:.0f} %"]
+        if "s" in row
+        else [name, row["reason"], "", ""]
+        for name, row in data["box"].items()
+    ] + [row for (title, name), row in before.items() if title == _BOX and name not in (*data["box"], "simulator")]
+    return lines + _table(["simulator", "setting", "ms, mean", "usable"], rows)
 
 
 def _runs_of(data: dict[str, Any], name: str, peer: str) -> list[dict[str, Any]]:
@@ -219,8 +221,8 @@ def _remarks(data: dict[str, Any]) -> list[str]:
         "stand's. That is why it is no peer in the fits, whose box reaches far stiffer ones.",
         "- heyoka's Taylor series are explicit: beyond 3000 steps a free wheel counts as failed, which is most of the "
         "box of stiffnesses and costs a start little. `CasADi, multiple shooting` starts its states on the measured "
-        "motion and runs compiled C; its iterates are judged by linid's simulation. AMICI simulates PEtab's problems; it is "
-        "compiled before the clock starts, as CasADi's and heyoka's programs are.",
+        "motion and runs compiled C; its iterates are judged by linid's simulation. AMICI simulates PEtab's problems; "
+        "it is compiled before the clock starts, as CasADi's and heyoka's programs are.",
         "- MuJoCo has LuGre friction, in its `dcmotor` actuator, but no three-phase field. Its explicit RK4 is "
         "unstable for the stiffest bristles of the box, its own Euler steps stay first order.",
         "- Peers are set up as their documentation advises (default settings unless `tests/benchmarks/peers/fits.py` "
