@@ -21,6 +21,7 @@ def test_the_commands() -> None:
     assert COMMANDS == [
         "batch",
         "challenge",
+        "compile",
         "completion",
         "diagnose",
         "effects",

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from linid.cli.challenge import challenge
+from linid.cli.compile import compile_kernels
 from linid.cli.completion import completion
 from linid.cli.console import make_reporter, print_outcome
 from linid.cli.diagnosis import diagnosis_options
@@ -383,11 +384,8 @@ def effects(name: str | None, json_output: bool) -> None:
     print_outcome(list_effects(name), json_output)
 
 
-cli.add_command(challenge)
-cli.add_command(field)
-cli.add_command(export)
-cli.add_command(monitor)
-cli.add_command(completion)
+for command in (challenge, field, export, monitor, compile_kernels, completion):
+    cli.add_command(command)
 
 
 def main() -> None:

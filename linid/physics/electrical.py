@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
 from numpy.typing import NDArray
 
+from linid.physics.kernel_cache import kept
 from linid.physics.parameter import Parameter
 
 STAR, SEPARATE = "star", "separate"
@@ -27,7 +27,7 @@ WEIGHTS = 8
 _SMALL = 0.02
 
 
-@njit(cache=True)
+@kept()
 def phi_functions(z: float) -> tuple[float, float, float]:
     """Integrals of exp(-z (1 - s)) s^k / k! over s in [0, 1] for k = 0, 1, 2; z >= 0.
 
@@ -44,7 +44,7 @@ def phi_functions(z: float) -> tuple[float, float, float]:
     return first, second, (0.5 - second) / z
 
 
-@njit(cache=True)
+@kept()
 def current_weights(resistance: float, inductance: float, h: float, out: NDArray) -> None:  # type: ignore[type-arg]
     """Weights that carry a current over a step of h seconds, exact for voltages that are parabolas in time.
 
@@ -67,7 +67,7 @@ def current_weights(resistance: float, inductance: float, h: float, out: NDArray
     out[7] = scale * (third - 0.5 * second)
 
 
-@njit(cache=True)
+@kept()
 def clarke(x_1: float, x_2: float, x_3: float) -> tuple[float, float, float]:
     """Space vector's two parts and mean of three phase quantities, in their unit. x_1, x_2, x_3: A or V.
 
@@ -76,7 +76,7 @@ def clarke(x_1: float, x_2: float, x_3: float) -> tuple[float, float, float]:
     return (2.0 * x_1 - x_2 - x_3) / 3.0, (x_2 - x_3) / math.sqrt(3.0), (x_1 + x_2 + x_3) / 3.0
 
 
-@njit(cache=True)
+@kept()
 def phases(alpha: float, beta: float, mean: float) -> tuple[float, float, float]:
     """The three phase quantities of a space vector and a mean, in their unit: inverse of `clarke` (Clarke 1943).
 
@@ -86,7 +86,7 @@ def phases(alpha: float, beta: float, mean: float) -> tuple[float, float, float]
     return alpha + mean, turned - 0.5 * alpha + mean, mean - turned - 0.5 * alpha
 
 
-@njit(cache=True)
+@kept()
 def mode_inductances(winding: int, inductance: float, mutual: float) -> tuple[float, float]:
     """Inductances in H that the space vector and the mean of the currents feel: L - M and L + 2 M of (5).
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from linid.physics.kernel_cache import kept
 from linid.physics.parameter import Parameter
 
 PARAMETERS = (
@@ -24,7 +23,7 @@ PARAMETERS = (
 DECAYED = 50.0
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def stribeck(v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float) -> float:
     """Steady friction level g(v) in N at speed v in m/s (eq. 42 with the sign of the exponent corrected).
 
@@ -33,7 +32,7 @@ def stribeck(v: float, coulomb: float, static: float, stribeck_velocity: float, 
     return stribeck_fall(v, coulomb, static, stribeck_velocity, exponent)[0]
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def stribeck_fall(
     v: float, coulomb: float, static: float, stribeck_velocity: float, exponent: float
 ) -> tuple[float, float]:
@@ -46,7 +45,7 @@ def stribeck_fall(
     return coulomb + excess, -exponent * power * excess
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def _phi(z: float) -> tuple[float, float, float]:
     """phi_1, phi_2, phi_3 of the exponential integrators: phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!) / z, phi_0 = exp."""
     if abs(z) < 0.5:  # the recurrence would cancel; downwards from the series of phi_3 it does not
@@ -61,7 +60,7 @@ def _phi(z: float) -> tuple[float, float, float]:
     return first, second, (second - 0.5) * inverse
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def exponential(half_trace: float, square: float) -> tuple[float, float]:
     """Exponential e I + o B of the 2 x 2 matrix half_trace I + B with B^2 = square I, all dimensionless, square up to
     0.0625: e and o. Source: Cayley and Hamilton's theorem."""
@@ -76,7 +75,7 @@ def exponential(half_trace: float, square: float) -> tuple[float, float]:
     return even, odd
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, float, float, float]:
     """phi_1, phi_2, phi_3 of the 2 x 2 matrix half_trace I + B with B^2 = square I: e_1, o_1, e_2 ... in e I + o B."""
     if square > 0.0625:
@@ -117,7 +116,7 @@ def _phi_pairs(half_trace: float, square: float) -> tuple[float, float, float, f
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def lugre_step(
     v: float,
     w: float,
@@ -152,7 +151,7 @@ def lugre_step(
     return linear_step(v, w, (w_rate, rate, slope), force, force_rate, body, h)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kept(error_model="numpy", forceinline=True)
 def linear_step(
     v: float,
     w: float,
@@ -188,7 +187,7 @@ def linear_step(
     return v_new, w_new, h * (v + h * gain)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kept(error_model="numpy", forceinline=True)
 def glide_weights(sigma_2: float, mass: float, h: float) -> tuple[float, float, float]:
     """phi_1, phi_2, phi_3 (Hochbruck & Ostermann 2010) of the decay by viscous friction, for `gliding_step`;
     dimensionless.
@@ -198,7 +197,7 @@ def glide_weights(sigma_2: float, mass: float, h: float) -> tuple[float, float, 
     return _phi(-sigma_2 * h / mass)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kept(error_model="numpy", forceinline=True)
 def gliding_step(
     v: float, force: float, rise: float, mass: float, sigma_2: float, h: float, weights: tuple[float, float, float]
 ) -> tuple[float, float]:

@@ -1,73 +1,36 @@
-"""Where compiled kernels are kept, and one process at a time that compiles into there.
+"""Where compiled functions are kept, and what several processes that compile into there owe each other.
 
-numba numbers the files of its cache by what it finds there: two processes that compile a function for different types
-or processors at the same moment can take the same number, and load each other's machine code from then on. With the
-lock, the second one also finds compiled what the first one needed half a minute for.
+numba numbers the files of its cache by what it finds there: two processes that keep a function for different types or
+processors at the same moment can take the same number, and load each other's machine code from then on. So only one at
+a time writes, and a kernel that another process is compiling is waited for: it needs seconds to be compiled again.
 """
 
 from __future__ import annotations
 
 import os
-import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
-from numba.core import event
+from numba import njit
+from numba.core.caching import FunctionCache
 
-try:
-    import fcntl
-except ImportError:  # not a Unix: numba's own care must do
-    fcntl = None  # type: ignore[assignment]
-
-LOCK_FILE = "compiling.lock"
-_EVENT = "numba:compiler_lock"  # from before numba looks into its cache until it has written to it
+LOCK_FILE = "writing.lock"
+Function = TypeVar("Function", bound=Callable[..., Any])
 _LONGEST = 300.0  # s to wait for another process: a file system without working locks must not stop a fit
-_LOOK = 0.05  # s
 
 
-class CompileLock(event.Listener):  # type: ignore[misc]
-    """Holds a lock file while numba compiles in this process; path: of the file."""
+def locked(path: Path) -> Any:
+    """The lock of this file between processes, taken, to be released; None on a file system without locks."""
+    from filelock import FileLock, Timeout
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._inside = 0  # of nested compilations and of other threads
-        self._guard = threading.Lock()
-        self._handle: int | None = None
-
-    def on_start(self, event: Any) -> None:
-        """numba is about to compile, or to load from its cache."""
-        with self._guard:
-            self._inside += 1
-            if self._inside == 1:
-                self._handle = self._locked()
-
-    def on_end(self, event: Any) -> None:
-        """It is done."""
-        with self._guard:
-            self._inside -= 1
-            if self._inside == 0 and self._handle is not None:
-                os.close(self._handle)  # and with it the lock
-                self._handle = None
-
-    def _locked(self) -> int | None:
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            handle = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError:
-            return None
-        deadline = time.monotonic() + _LONGEST
-        while time.monotonic() < deadline:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                return handle
-            except BlockingIOError:
-                time.sleep(_LOOK)
-            except OSError:
-                break
-        os.close(handle)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(path)
+        lock.acquire(timeout=_LONGEST)
+    except (OSError, NotImplementedError, Timeout):
         return None
+    return lock
 
 
 def cache_folder() -> Path:
@@ -78,6 +41,30 @@ def cache_folder() -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("linid", appauthor=False)
+
+
+class SharedCache(FunctionCache):  # type: ignore[misc]
+    """numba's disk cache, which one process at a time writes to."""
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled for these types."""
+        lock = locked(cache_folder() / LOCK_FILE)
+        try:
+            super().save_overload(sig, data)
+        finally:
+            if lock is not None:
+                lock.release()
+
+
+def kept(**options: Any) -> Callable[[Function], Function]:
+    """numba's njit with these options, what it compiles kept on disk."""
+
+    def decorate(function: Function) -> Function:
+        compiled: Any = njit(**options)(function)
+        compiled._cache = SharedCache(function)
+        return cast(Function, compiled)
+
+    return decorate
 
 
 _waiting: list[Callable[[], None]] = []
@@ -92,15 +79,3 @@ def announce_compilation() -> None:
     """A kernel is about to be compiled: tell who waits for that."""
     while _waiting:
         _waiting.pop()()
-
-
-_installed: list[CompileLock] = []
-_installing = threading.Lock()
-
-
-def lock_compilation() -> None:
-    """From now on numba compiles in this process only while no other one does with the same cache folder."""
-    with _installing:
-        if fcntl is not None and not _installed:
-            _installed.append(CompileLock(cache_folder() / LOCK_FILE))
-            event.register(_EVENT, _installed[0])  # type: ignore[no-untyped-call]

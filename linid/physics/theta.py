@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
+
+from linid.physics.kernel_cache import kept
 
 # Above this nome the Fourier series needs more terms than the modular transform (sum of Gaussians).
 GAUSSIAN_NOME = 0.9
 _PRECISION = 1e-17
 
 
-@njit(cache=True)
+@kept()
 def _theta3(z: float, q: float) -> float:
     if q <= 0.5:
         total, power, n = 1.0, q, 1
@@ -32,7 +33,7 @@ def _theta3(z: float, q: float) -> float:
     return math.sqrt(math.pi / a) * total
 
 
-@njit(cache=True)
+@kept()
 def big_theta(z: float, q: float) -> float:
     """Theta(z, q) = theta3(z, q) - theta3(z - pi/2, q): the field of alternating magnets (eq. 36), dimensionless.
 
@@ -57,7 +58,7 @@ def big_theta(z: float, q: float) -> float:
     return math.sqrt(math.pi / a) * total
 
 
-@njit(cache=True)
+@kept()
 def big_theta_0(z: float, z_L: float, q: float) -> float:
     """Theta0(z, q) = Theta(z - z_L, q) - Theta(z + z_L, q): the field seen by a coil (eq. 37), dimensionless.
 
@@ -66,7 +67,7 @@ def big_theta_0(z: float, z_L: float, q: float) -> float:
     return big_theta(z - z_L, q) - big_theta(z + z_L, q)
 
 
-@njit(cache=True)
+@kept()
 def harmonic_coefficients(z_L: float, q: float, out: NDArray[np.float64]) -> int:
     """Fourier coefficients c_n = 8 q^(n^2) sin(2 n z_L), n = 1, 3, 5 ... of Theta0 in sin(2 n z) (eq. 33, 37).
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
-from numba import njit
 
 from linid.arrays import Array
 from linid.diagnosis.gap import RecordingGap, Trace
 from linid.diagnosis.measures import model_of
 from linid.identification.result import FitResult
+from linid.physics.kernel_cache import kept
 from linid.physics.motors.harmonics import phase_force, phase_steps
 from linid.physics.motors.motor import MAX_HARMONICS, PHASE_PARAMETERS
 from linid.physics.theta import big_theta_0
@@ -123,10 +123,10 @@ def _in_turns(first: Callable[[], object], second: Callable[[], object]) -> tupl
     first(), second()  # compile
     times: tuple[list[float], list[float]] = ([], [])
     for _ in range(_REPEATS):
-        for task, kept in zip((first, second), times, strict=True):
+        for task, taken in zip((first, second), times, strict=True):
             began = time.process_time()
             task()
-            kept.append(time.process_time() - began)
+            taken.append(time.process_time() - began)
     return times
 
 
@@ -143,7 +143,7 @@ def _force_loop(result: FitResult, *, printed: bool) -> Callable[[], float]:
     return lambda: float(_forces_by_table(_FORCES, place, table))
 
 
-@njit(cache=True)
+@kept()
 def _forces_as_printed(number: int, place: Array, length: float, nome: float) -> float:
     total = 0.0
     constant, wavenumber, step, offset = place[0], place[1], place[2], place[3]
@@ -157,7 +157,7 @@ def _forces_as_printed(number: int, place: Array, length: float, nome: float) ->
     return total
 
 
-@njit(cache=True)
+@kept()
 def _forces_by_table(number: int, place: Array, table: Array) -> float:
     total = 0.0
     for k in range(number):

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 from numba import njit
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile, _CacheLocator
 
-from linid.physics.kernel_cache import announce_compilation, cache_folder, lock_compilation
+from linid.physics.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.simulation import along, currents, kernel, kernel_by_voltage, lockstep, slopes
@@ -57,8 +57,11 @@ class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         self._filename_base = self.get_filename_base(function.__name__, getattr(sys, "abiflags", ""))
 
 
-class KernelCache(FunctionCache):  # type: ignore[misc]
-    """numba's disk cache under a key of our own: closures over functions are not found again otherwise."""
+class KernelCache(SharedCache):
+    """numba's disk cache under a key of our own: closures over functions are not found again otherwise.
+
+    While one process compiles a kernel, others that need it wait; they may compile other ones.
+    """
 
     def __init__(self, function: Any, folder: Path, key: str) -> None:
         place = _Place(folder, key)
@@ -68,14 +71,37 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         self._cache_path = place.get_cache_path()
         self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, place.get_source_stamp())
         self._key = key
+        self._lock_file = folder / f"{function.__name__}-{key}.lock"
+        self._lock: Any = None  # held while this process compiles
         self.enable()
+
+    @property
+    def begun(self) -> bool:
+        """Whether anything is kept under this key."""
+        return Path(self._cache_file._index_path).exists()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """What is in the cache for these types, or None, once it is said that it will be compiled."""
         found = super().load_overload(sig, target_context)
         if found is None:
             announce_compilation()
+            self._lock = locked(self._lock_file)
+            found = super().load_overload(sig, target_context)  # of whom this one has waited for
+            if found is not None:
+                self._release()
         return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled for these types, for those too that wait for it."""
+        try:
+            super().save_overload(sig, data)
+        finally:
+            self._release()
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
 
     def _index_key(self, signature: Any, codegen: Any) -> Any:
         return signature, codegen.magic_tuple(), self._key
@@ -188,7 +214,6 @@ def load_lockstep() -> Callable[..., int]:
 def _kept_in() -> Path:
     """The folder that kernels are kept in: one for this process alone, where none can be written to."""
     folder = cache_folder()
-    lock_compilation()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()

@@ -105,7 +105,9 @@ def of_recording(p, inputs, r):
 def along_directions(candidates, acting, inputs, r):
     """Put the parameters of all directions in, for recording r."""
     for c in range(acting.params.shape[0]):
-        acting.params[c] = of_recording(candidates.params[1 + c], inputs, r)
+        found = of_recording(candidates.params[1 + c], inputs, r)
+        for k in range(found.size):  # an array set as a whole is compiled for seconds
+            acting.params[c, k] = found[k]
 
 
 @inlined

@@ -11,17 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from linid.arrays import Array
-from linid.physics.kernel_cache import lock_compilation
+from linid.physics.kernel_cache import kept
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription, SineMotor, ThetaMotor
     from linid.stand.modes import Command
 
-
-lock_compilation()
 
 # Harmonics below this share of the fundamental cannot change a double-precision sum.
 NEGLIGIBLE = 1e-17
@@ -193,13 +190,13 @@ def commutation_angles(parameters: PlantParameters, y: Array) -> Array:
     return np.stack([angle + 2 * math.pi / 3 * (j - 2) for j in (1, 2, 3)])
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def stribeck(v: float, p: PlantParameters) -> float:
     """g(v) = F_C + (F_S - F_C) exp(-|v/v_s|^alpha) in N; v in m/s."""
     return p.coulomb + (p.static - p.coulomb) * math.exp(-(abs(v / p.stribeck) ** p.exponent))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def phase_constant(y: float, j: int, p: PlantParameters) -> float:
     """Thrust per current in N/A of phase j (-1, 0, 1) at y in m: in V s/m its back-EMF per speed."""
     field = 0.0
@@ -208,7 +205,7 @@ def phase_constant(y: float, j: int, p: PlantParameters) -> float:
     return field
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def phase_constants(y: Array, p: PlantParameters) -> Array:
     """`phase_constant` of the three phases (3, n) at y (n,) in m."""
     constants = np.empty((3, y.size))
@@ -218,7 +215,7 @@ def phase_constants(y: Array, p: PlantParameters) -> Array:
     return constants
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def thrust(y: float, i_q: float, p: PlantParameters) -> float:
     """Motor force in N of the commutated q-current i_q in A at y in m."""
     base = p.density * y + p.shift
@@ -229,7 +226,7 @@ def thrust(y: float, i_q: float, p: PlantParameters) -> float:
     return force
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def friction_rates(v: float, w: float, p: PlantParameters) -> tuple[float, float, float]:
     """The bristles' rate in m/s, the force against the motion in N and the power lost in W; v in m/s, w in m."""
     pull = p.sigma_0 * abs(v) * w / stribeck(v, p)
@@ -240,7 +237,7 @@ def friction_rates(v: float, w: float, p: PlantParameters) -> tuple[float, float
     return w_rate, resist, loss
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _rates(s: Any, i_reference: float, push: float, p: PlantParameters) -> Any:
     """Time derivatives of (y, v, w, i_q, work, loss)."""
     y, v, w, i_q = s[0], s[1], s[2], s[3]
@@ -249,12 +246,12 @@ def _rates(s: Any, i_reference: float, push: float, p: PlantParameters) -> Any:
     return v, (drive - resist) / p.mass, w_rate, (i_reference - i_q) / p.current_lag, drive * v, loss
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _along(s: Any, k: Any, h: float) -> Any:
     return (s[0] + h * k[0], s[1] + h * k[1], s[2] + h * k[2], s[3] + h * k[3], s[4] + h * k[4], s[5] + h * k[5])
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _step(s: Any, h: float, i_reference: float, push: float, p: PlantParameters) -> Any:
     """One classical Runge-Kutta step of h seconds."""
     a = _rates(s, i_reference, push, p)
@@ -264,7 +261,7 @@ def _step(s: Any, h: float, i_reference: float, push: float, p: PlantParameters)
     return _along(_along(_along(_along(s, a, h / 6), b, h / 3), c, h / 3), d, h / 6)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _control(
     y: float, v: float, y_reference: float, v_reference: float, integral: float, d: DriveParameters
 ) -> tuple[float, float]:
@@ -276,7 +273,7 @@ def _control(
     return min(max(wanted, -d.limit), d.limit), integral
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _integrate(
     p: PlantParameters,
     d: DriveParameters,

@@ -11,18 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from linid.arrays import Array
-from linid.physics.kernel_cache import lock_compilation
+from linid.physics.kernel_cache import kept
 from linid.stand.modes import loop_times, voltage_wave
 from linid.stand.plant import PlantParameters, friction_rates, phase_constant, plant_parameters
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription, Winding
     from linid.stand.mode_descriptions import SineVoltage, SquareVoltage
-
-lock_compilation()
 
 # y, v, w, three currents, then energies: work, friction loss, electrical input, copper loss.
 _STATES = 10
@@ -94,7 +91,7 @@ def simulate_by_voltage(
     return VoltageRun(t, y, v, w, np.array(currents), voltages.T.copy(), work, loss, supplied, heat, (low, high))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _voltages(y: float, wave: float, p: PlantParameters, c: Circuit, out: Array) -> None:
     """Voltages (3,) in V that the wave's value in V makes at y in m, in a star without their mean."""
     for j in range(3):
@@ -108,7 +105,7 @@ def _voltages(y: float, wave: float, p: PlantParameters, c: Circuit, out: Array)
             out[j] -= mean
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _rates(s: Array, wave: float, p: PlantParameters, c: Circuit, out: Array) -> None:
     """Time derivatives of all states into out."""
     y, v, w = s[0], s[1], s[2]
@@ -133,7 +130,7 @@ def _rates(s: Array, wave: float, p: PlantParameters, c: Circuit, out: Array) ->
     out[8], out[9] = supplied, heat
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kept()
 def _integrate(
     p: PlantParameters,
     c: Circuit,

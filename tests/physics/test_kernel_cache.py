@@ -1,4 +1,4 @@
-"""The cache of compiled kernels under several processes: one compiles at a time, and none is stopped by it."""
+"""The cache of compiled functions under several processes: each kernel is compiled once, and none is stopped by it."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ import sys
 import time
 from pathlib import Path
 
-from linid.physics.kernel_cache import LOCK_FILE, CompileLock
+from linid.physics.kernel_cache import LOCK_FILE, locked
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPILE = """
 import sys
 from pathlib import Path
 from numba import njit
-from linid.physics.kernel_cache import lock_compilation
+from linid.physics.kernel_cache import before_compilation
+from linid.simulation.compiled import KernelCache, fingerprint
 
-lock_compilation()
-Path("ready").touch()
-
-@njit
-def twice(x):
+def outer(x):
     return x + x
 
+twice = njit(outer)
+twice._cache = KernelCache(outer, Path.cwd(), "key")
+before_compilation(lambda: Path(f"waits_{sys.argv[1]}").touch())
 assert twice(21) == 42
-Path("compiled").touch()
+print(sum(twice.stats.cache_hits.values()), sum(twice.stats.cache_misses.values()))
 """
 
 
@@ -40,39 +40,42 @@ def held(path: Path) -> bool:
         return False
 
 
-def test_a_process_compiles_only_while_no_other_does(tmp_path: Path) -> None:
+def test_of_processes_that_need_a_kernel_at_once_one_compiles_it_and_the_others_load_it(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(tmp_path)}
-    with (tmp_path / LOCK_FILE).open("a") as stream:
-        fcntl.flock(stream, fcntl.LOCK_EX)
-        process = subprocess.Popen([sys.executable, "-c", COMPILE], cwd=tmp_path, env=environment)
-        while not (tmp_path / "ready").exists():
-            assert process.poll() is None
-            time.sleep(0.01)
-        time.sleep(1.0)
-        assert process.poll() is None and not (tmp_path / "compiled").exists()
-    assert process.wait(timeout=300.0) == 0 and (tmp_path / "compiled").exists()
-    assert not held(tmp_path / LOCK_FILE)
+    lock = locked(tmp_path / "outer-key.lock")
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", COMPILE, str(k)], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True
+        )
+        for k in range(3)
+    ]
+    while len(list(tmp_path.glob("waits_*"))) < 3:
+        assert all(process.poll() is None for process in processes)
+        time.sleep(0.01)
+    time.sleep(0.5)
+    assert all(process.poll() is None for process in processes) and not list(tmp_path.glob("*.nbi"))
+    lock.release()
+    told = sorted(process.communicate(timeout=300.0)[0].split()[0] for process in processes)
+    assert told == ["0", "1", "1"] and len(list(tmp_path.glob("*.nbc"))) == 1
+    assert not held(tmp_path / "outer-key.lock")
 
 
-def test_nested_compilations_hold_the_lock_until_the_last_ends(tmp_path: Path) -> None:
-    lock = CompileLock(tmp_path / "new" / LOCK_FILE)
-    lock.on_start(None)
-    lock.on_start(None)
-    lock.on_end(None)
-    assert held(lock.path)
-    lock.on_end(None)
-    assert not held(lock.path)
+def test_kernels_are_compiled_side_by_side(tmp_path: Path) -> None:
+    """The lock of one does not stop another."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(tmp_path)}
+    lock = locked(tmp_path / "other-key.lock")
+    subprocess.run([sys.executable, "-c", COMPILE, "0"], cwd=tmp_path, env=environment, check=True, timeout=300.0)
+    assert len(list(tmp_path.glob("*.nbc"))) == 1 and held(tmp_path / "other-key.lock")
+    lock.release()
 
 
 def test_an_unwritable_cache_does_not_stop_the_work(tmp_path: Path) -> None:
     in_the_way = tmp_path / "file"
     in_the_way.touch()
-    lock = CompileLock(in_the_way / LOCK_FILE)
-    lock.on_start(None)
-    lock.on_end(None)
+    assert locked(in_the_way / LOCK_FILE) is None
     assert in_the_way.is_file() and in_the_way.stat().st_size == 0
     in_the_way.unlink()  # from then on the same lock holds
-    lock.on_start(None)
-    assert held(lock.path)
-    lock.on_end(None)
-    assert not held(lock.path)
+    lock = locked(in_the_way / LOCK_FILE)
+    assert held(in_the_way / LOCK_FILE)
+    lock.release()
+    assert not held(in_the_way / LOCK_FILE)

@@ -45,7 +45,7 @@ from linid.challenge.kernel.motor import currents, lag_of, lagged, reading_error
 from linid.challenge.kernel.outside import note_motion, outside_friction
 from linid.challenge.kernel.rates import base_acceleration
 from linid.challenge.kernel.steps import Lead, Step, led_motion, runge_kutta, slip_elements, take_up_play
-from linid.physics.kernel_cache import cache_folder, lock_compilation
+from linid.physics.kernel_cache import cache_folder
 from linid.simulation.binding import compiled, inlined
 from linid.simulation.compiled import KernelCache, fingerprint
 
@@ -163,7 +163,6 @@ def integrate(
 @cache
 def load_integrate() -> Integrate:
     """`integrate` compiled, or from the disk cache; its key follows every function that it calls."""
-    lock_compilation()
     entry: Any = njit(error_model="numpy", nogil=True)(integrate)
     folder = cache_folder()
     with suppress(OSError):  # where nothing can be written, every process compiles for itself

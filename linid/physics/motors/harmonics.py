@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from linid.arrays import Array
+from linid.physics.kernel_cache import kept
 
 HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # 33 bits, 33 bits, rest
 _BLOCK = 256
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kept(error_model="numpy", forceinline=True)
 def sine_cosine(angle: float) -> tuple[float, float]:
     """Sine and cosine of an angle in rad, without branches, so that loops over angles become vector instructions.
 
@@ -34,7 +34,7 @@ def sine_cosine(angle: float) -> tuple[float, float]:
     return (-sine if quarter >= 2.0 else sine), (-cosine if quarter == 1.0 or quarter == 2.0 else cosine)
 
 
-@njit(cache=True)
+@kept()
 def phase_steps(table: Array, count: int, force_constant: float, turns: float, displacement: float) -> None:
     """Fill the rest of a table whose first row holds relative amplitudes of `count` odd harmonics.
 
@@ -48,7 +48,7 @@ def phase_steps(table: Array, count: int, force_constant: float, turns: float, d
         table[2, k] = math.sin(turns * n * displacement)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@kept(error_model="numpy", forceinline=True)
 def phase_force(
     y: float,
     current_u: float,
@@ -83,7 +83,7 @@ def phase_force(
     return force  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@kept(error_model="numpy")
 def phase_forces(
     y: Array,
     currents: tuple[Array, Array, Array],
@@ -120,7 +120,7 @@ def phase_forces(
                     sine[j] = turned
 
 
-@njit(cache=True)
+@kept()
 def phase_constants(
     y: float, wavenumber: float, phase: float, table: Array, harmonics: int
 ) -> tuple[float, float, float]:

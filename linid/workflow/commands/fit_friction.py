@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from linid.interface.reading import file_record
 from linid.threads import one_thread
-from linid.workflow.run.fit_run import announce, begin, complete, finished_before, plan_outcome, start_of
+from linid.workflow.run.fit_run import announce, begin, compile_for, complete, finished_before, plan_outcome, start_of
 from linid.workflow.run.inputs import task_identity
 from linid.workflow.run.model_path import model_path
 from linid.workflow.run.run_folder import recorded
@@ -33,6 +33,7 @@ def fit_friction(request: Request, reporter: Reporter, *, friction: Path | None 
 
     friction = None if friction is None else model_path(friction, "--friction")
     start = None if friction is None else api.load(friction)
+    compiled = compile_for(COMMAND, request)
     campaign = api.read(*request.files, axis_of=start, **request.settings.given())
     announce(campaign, reporter)
     first = None if start is None else start_of(start, campaign, f"--friction {friction}")
@@ -47,6 +48,7 @@ def fit_friction(request: Request, reporter: Reporter, *, friction: Path | None 
         reporter.say(f"{folder.path}: already finished, nothing to resume")
         return finished_before(folder)
     with recorded(folder), reporter:
+        compiled(reporter)
         files = StageFiles(folder.path, stages, reporter, request.resume)
         found = api.fit(campaign, "friction", start=start, jobs=request.jobs, observer=files, **settings.given())
         return complete(folder, found, campaign, request, reporter)

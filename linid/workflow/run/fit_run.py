@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,16 @@ def announce(campaign: Campaign, reporter: Reporter) -> None:
         reporter.warn(warning)
     for found in campaign.coast_downs:
         reporter.say(f"{found.recording.name}: {found.coast_down.evidence}")
+
+
+def compile_for(command: str, request: Request) -> Callable[[Reporter], None]:
+    """Begin to compile what this machine lacks for a command, where several jobs may run; returns what waits for it."""
+    if request.dry_run or request.jobs < 2:
+        return lambda reporter: None
+    from linid.simulation.compile_ahead import PLANS, Compilation
+
+    compilation = Compilation(PLANS[command])
+    return lambda reporter: compilation.finish(partial(reporter.step, "compile the simulation (once per machine)"))
 
 
 def begin(request: Request, command: str, campaign: Campaign, identity: str, more: Sequence[Any] = ()) -> RunFolder:

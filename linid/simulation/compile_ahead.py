@@ -1,0 +1,163 @@
+"""Kernels compiled before a command needs them: here, and beside this by a process of its own.
+
+Nothing takes a first command on a fresh machine longer. numba compiles on one core at a time; kernels that share most
+of their parts are compiled in one process, one after the other.
+"""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.physics.laws.registry import LAWS, LUGRE
+from linid.physics.model import VECTOR_SIZE, Model
+from linid.simulation.compiled import load_kernel, load_lockstep, load_slopes
+from linid.simulation.inputs import Inputs
+from linid.simulation.run import Simulator, whole_recordings
+
+_SERVE = "from linid.simulation.compile_ahead import serve; serve()"
+_SAMPLES, _PERIOD = 9, 1e-3  # of the motion that kernels are tried on; s
+_VALUE = 0.1  # of all parameters, SI
+_EFFECT = "gravity"  # any that has all kernels
+
+
+class Plan(NamedTuple):
+    """Names of kernels to be compiled here, and beside that, in this order; wait: whether to go on with all of them."""
+
+    here: tuple[str, ...]
+    beside: tuple[str, ...]
+    wait: bool
+
+
+class _Kernel(NamedTuple):
+    """load() -> the compiled function; use(): calls it once."""
+
+    load: Callable[[], Any]
+    use: Callable[[], object]
+
+
+def _simulator(model: Model) -> Simulator:
+    """A model over a motor that rests."""
+    n = _SAMPLES
+    one, none = np.ones(1), np.zeros(1)
+    ends = np.array([0, n - 1]), np.array([0, n])
+    flags = np.ones(1, dtype=np.bool_), np.zeros(1, dtype=np.bool_)
+    coefficients, sampled = np.zeros((n - 1, 4, 4)), np.zeros((3, n))
+    inputs = Inputs(coefficients, sampled, *ends, none, _PERIOD * one, none, *flags, none, none)
+    return Simulator(model, inputs)
+
+
+def _run(model: Model, guided: bool = False) -> object:
+    simulator = _simulator(model)
+    params, starts = np.full((1, VECTOR_SIZE), _VALUE), np.zeros((1, 1, 3))
+    return simulator.run(params, whole_recordings(simulator.inputs), starts, guided=guided)
+
+
+def _along(model: Model) -> object:
+    rest, still = np.zeros(_SAMPLES), np.ones(_SAMPLES, dtype=np.bool_)
+    return _simulator(model).along(np.full((1, VECTOR_SIZE), _VALUE), rest, rest, still, np.zeros((1, 1)))
+
+
+def _slopes(model: Model) -> object:
+    simulator = _simulator(model)
+    start, moved = np.zeros((1, 3)), np.zeros((1, 3, 1))
+    params, directions = np.full(VECTOR_SIZE, _VALUE), np.zeros((1, VECTOR_SIZE))
+    return simulator.slopes(params, directions, whole_recordings(simulator.inputs), start, moved)
+
+
+def _readings(model: Model) -> object:
+    rest = np.zeros(_SAMPLES)
+    return _simulator(model).readings(np.full((1, VECTOR_SIZE), _VALUE), rest, rest)
+
+
+def _kernels() -> dict[str, _Kernel]:
+    plain, full = Model("theta"), Model("theta", (_EFFECT,))
+    found = {
+        "windows": _Kernel(load_lockstep, partial(_run, plain, guided=True)),
+        "run": _Kernel(lambda: load_kernel(None, bare=True).simulate_tasks, partial(_run, plain)),
+        "derivatives": _Kernel(partial(load_slopes, True), partial(_slopes, plain)),
+        "derivatives with effects": _Kernel(partial(load_slopes, False), partial(_slopes, full)),
+        "run with effects": _Kernel(lambda: load_kernel().simulate_tasks, partial(_run, full)),
+        "along with effects": _Kernel(lambda: load_kernel().along_tasks, partial(_along, full)),
+        "readings with effects": _Kernel(lambda: load_kernel().reading_tasks, partial(_readings, full)),
+    }
+    steps = {law.steps for law in LAWS.values()}
+    for law in steps:
+
+        def load(law: str = law) -> Any:
+            return load_kernel(None, bare=True, law=law).along_tasks
+
+        found[_along_under(law)] = _Kernel(load, partial(_along, Model("theta", law=law)))
+    return found
+
+
+def _along_under(law: str) -> str:
+    return f"along under {law}"
+
+
+_LAWS = tuple(_along_under(steps) for steps in sorted({law.steps for law in LAWS.values()} - {LUGRE}))
+FRICTION = Plan(("windows", _along_under(LUGRE)), ("derivatives",), wait=True)
+MOTOR = Plan((*FRICTION.here, "run"), FRICTION.beside, wait=True)
+_EFFECTS = ("derivatives", "along with effects", "readings with effects", "derivatives with effects")
+DIAGNOSIS = Plan((_along_under(LUGRE), "windows", "run", *_LAWS), (*_EFFECTS, "run with effects"), wait=False)
+PLANS = {"fit-friction": FRICTION, "fit-motor": MOTOR, "diagnose": DIAGNOSIS}
+ALL = DIAGNOSIS._replace(wait=True)
+
+
+class Compilation:
+    """Kernels of a plan that are not on this machine yet, being compiled beside this process from now on."""
+
+    def __init__(self, plan: Plan) -> None:
+        kernels = _kernels()
+        here, beside = ([n for n in names if not _is_kept(kernels[n])] for names in plan[:2])
+        self._plan, self._kernels, self._here = plan, kernels, here
+        self._total = len(here) + len(beside)
+        self._helper = _begun(beside) if beside and sys.executable else None
+
+    def finish(self, step: Callable[[int, int], None]) -> None:
+        """Compile the rest here, and wait for what is compiled beside this where the plan says so; step: told how many
+        of how many are there."""
+        for done, name in enumerate(self._here):
+            step(done, self._total)
+            self._kernels[name].use()
+        if self._helper is not None and self._plan.wait:
+            assert self._helper.stdout is not None
+            step(len(self._here), self._total)
+            for more, _ in enumerate(self._helper.stdout, 1):  # a line for each; none where it is lost
+                step(len(self._here) + more, self._total)
+
+
+def serve() -> None:
+    """Compile the kernels named on the command line, and write each name once it is there."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches who waits, and that ends this process
+    gc.disable()  # what is compiled stays: to look through it is a seventh of the time
+    kernels = _kernels()
+    for name in sys.argv[1:]:
+        kernels[name].use()
+        print(name, flush=True)
+
+
+def _is_kept(kernel: _Kernel) -> bool:
+    return bool(kernel.load()._cache.begun)
+
+
+def _begun(names: Sequence[str]) -> subprocess.Popen[bytes] | None:
+    try:
+        helper = subprocess.Popen([sys.executable, "-c", _SERVE, *names], stdout=subprocess.PIPE)
+    except OSError:  # no process to be had: what it would compile is compiled here when it is needed
+        return None
+    atexit.register(_end, helper)
+    return helper
+
+
+def _end(helper: subprocess.Popen[bytes]) -> None:
+    helper.kill()
+    helper.wait()
