@@ -220,9 +220,9 @@ def _remarks(data: dict[str, Any]) -> list[str]:
         "- numba RK4 has a fixed explicit step: it is stable only for bristles that are not much stiffer than the "
         "stand's. That is why it is no peer in the fits, whose box reaches far stiffer ones.",
         "- heyoka's Taylor series are explicit: beyond 3000 steps a free wheel counts as failed, as more than "
-        "a third of the box does, and costs a start little. `CasADi, multiple shooting` starts its states on the measured "
-        "motion and runs compiled C; its iterates are judged by linid's simulation. AMICI simulates PEtab's problems; "
-        "it is compiled before the clock starts, as CasADi's and heyoka's programs are.",
+        "a third of the box does, and costs a start little. `CasADi, multiple shooting` starts its states on the "
+        "measured motion and runs compiled C; its iterates are judged by linid's simulation. AMICI simulates PEtab's "
+        "problems; it is compiled before the clock starts, as CasADi's and heyoka's programs are.",
         "- MuJoCo has LuGre friction, in its `dcmotor` actuator, but no three-phase field. Its explicit RK4 is "
         "unstable for the stiffest bristles of the box, its own Euler steps stay first order.",
         "- Peers are set up as their documentation advises (default settings unless `tests/benchmarks/peers/fits.py` "
