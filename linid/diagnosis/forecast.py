@@ -21,13 +21,13 @@ def prediction_interval(values: Sequence[float]) -> tuple[float, float]:
 
     Student's t with the variance of the new draw added (Whitmore 1986, Am. Stat. 40, 141).
     """
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     logs = np.log([x for x in values if math.isfinite(x) and x > 0.0])
     n = logs.size
     if n < _LEAST:
         return math.nan, math.nan
-    half = float(student.ppf(0.975, n - 1)) * float(np.std(logs, ddof=1)) * math.sqrt(1.0 + 1.0 / n)
+    half = float(stdtrit(n - 1, 0.975)) * float(np.std(logs, ddof=1)) * math.sqrt(1.0 + 1.0 / n)
     middle = float(np.mean(logs))
     return math.exp(middle - half), math.exp(middle + half)
 

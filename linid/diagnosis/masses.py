@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from linid.arrays import Array
 from linid.diagnosis.descent import SETTLING
@@ -28,6 +27,8 @@ def at_the_masses(fits: JointFit, found: Fitted) -> Fitted:
     Only free wheels tell it, a few of all rows: a fit that starts far off counts them as bursts, and leaves them so.
     A mass beside which no added one counts is no size: a fit that ran there comes back, though it may end higher.
     """
+    from scipy.optimize import minimize_scalar  # takes long to load
+
     forces = _forces(found)
     if forces & found.held.keys() or len({fits.balance.recordings[k].added_mass for k in found.recordings}) < 2:
         return found

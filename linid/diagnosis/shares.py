@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from linid.arrays import Array
 from linid.diagnosis.joint import Fitted
@@ -195,6 +194,8 @@ class _Ledger:
     def _steps(self, x: Array, columns: Array, ridge: Array, room: Array | None = None) -> Array:
         """Changes of unknowns that bring x (n,) to its least square on the fitted rows; room: within which they stay,
         (k, 2), None: anywhere."""
+        from scipy.optimize import lsq_linear  # takes long to load
+
         matrix = columns[:, self.fitted]
         norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix) + ridge**2) + 1e-300
         scaled = matrix / norms[:, None]

@@ -88,8 +88,6 @@ def amplitude_spectrum(traces: Sequence[ResidualTrace], which: Which) -> tuple[A
     Welch's method (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 1967) with Hann windows of one length for all
     recordings, powers averaged by duration; scaled so that a sine of 1 N shows as 1 N.
     """
-    from scipy.signal import welch
-
     usable = [
         t for t in traces if len(t.t) > _FEWEST_IN_TIME and np.isfinite(getattr(t, which)).sum() > _FEWEST_IN_TIME
     ]
@@ -101,8 +99,7 @@ def amplitude_spectrum(traces: Sequence[ResidualTrace], which: Which) -> tuple[A
     for trace in usable:
         t, force, step = _even(trace.t, getattr(trace, which))
         length = min(len(force), round(segment / step))
-        _, power = welch(force, 1.0 / step, "hann", length, detrend="constant", scaling="spectrum")
-        powers.append(power)
+        powers.append(power_spectrum(force, length))
         weights.append(float(t[-1] - t[0]))
     size = max(map(len, powers))
     total, weight = np.zeros(size), np.zeros(size)
@@ -111,6 +108,20 @@ def amplitude_spectrum(traces: Sequence[ResidualTrace], which: Which) -> tuple[A
         weight[: len(power)] += duration
     frequency = np.arange(size) / segment
     return frequency[1:], np.sqrt(2.0 * total[1:] / weight[1:])
+
+
+def power_spectrum(x: Array, length: int) -> Array:
+    """Power of x (n,) by frequency (length // 2 + 1,), in its unit squared: of a sine, half its squared amplitude.
+
+    Welch's method with Hann windows of so many samples that overlap by half, each without its mean; scipy.signal has
+    it too, but takes longer to load than the page to be made.
+    """
+    window = 0.5 - 0.5 * np.cos(2.0 * math.pi * np.arange(length) / length)
+    pieces = np.lib.stride_tricks.sliding_window_view(x, length)[:: length - length // 2]
+    waves = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * window, axis=1)
+    power = np.mean(np.abs(waves) ** 2, axis=0) / window.sum() ** 2
+    power[1 : (length + 1) // 2] *= 2.0  # what frequencies below zero hold
+    return np.asarray(power)
 
 
 def resolves_poles(traces: Sequence[ResidualTrace], field_wavenumber: float) -> bool:

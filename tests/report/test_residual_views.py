@@ -13,6 +13,7 @@ from linid.diagnosis.report_data import ResidualTrace
 from linid.report.residual_views import (
     amplitude_spectrum,
     folded,
+    power_spectrum,
     residual_map,
     resolves_poles,
     symmetric_limit,
@@ -36,6 +37,15 @@ def test_spectrum_shows_a_sine_with_its_amplitude() -> None:
     assert frequency[np.argmax(amplitude)] == pytest.approx(40.0)
     assert amplitude.max() == pytest.approx(0.7, rel=1e-3)
     assert amplitude_spectrum([sine()], "after")[1].max() < 1e-12
+
+
+@pytest.mark.parametrize("length", [64, 65, 999, 1000])
+def test_power_is_that_of_another_library(length: int) -> None:
+    from scipy.signal import welch
+
+    x = np.random.default_rng(3).standard_normal(1000) + 5.0
+    _, power = welch(x, 1.0, "hann", length, detrend="constant", scaling="spectrum")
+    np.testing.assert_allclose(power_spectrum(x, length), power, rtol=1e-9, atol=1e-15)
 
 
 def test_spectrum_averages_power_by_duration_over_different_clocks() -> None:

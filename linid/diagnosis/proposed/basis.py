@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument
@@ -95,6 +94,8 @@ def support(values: Array) -> tuple[float, float]:
 
 def _splines(x: Array, low: float, high: float, size: int) -> Array:
     """Cubic B-splines (n, size) on equal intervals from low to high, beyond which they keep their values."""
+    from scipy.interpolate import BSpline  # takes long to load
+
     inner = np.linspace(low, high, size - _DEGREE + 1)
     step = inner[1] - inner[0]
     knots = np.concatenate([low - step * np.arange(_DEGREE, 0, -1), inner, high + step * np.arange(1, _DEGREE + 1)])

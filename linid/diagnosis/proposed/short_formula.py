@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.dictionary import Formula, formulas
@@ -141,6 +140,8 @@ class _Search:
 
     def refined(self, fit: Fitted, evaluations: int) -> Fitted:
         """A formula with its numbers between the starts."""
+        from scipy.optimize import least_squares  # takes long to load
+
         if fit.theta.size == 0:
             return fit
         logs = np.array(fit.formula.logs)
