@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
     ("arrays",),
-    ("digests", "errors", "former_names", "statistics", "stop_signals", "threads"),
+    ("digests", "errors", "former_names", "parallel_tasks", "statistics", "stop_signals", "threads"),
     ("config", "entry_points"),
     ("recording",),
     ("physics",),

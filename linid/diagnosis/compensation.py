@@ -10,10 +10,10 @@ import numpy as np
 from linid.arrays import Array
 from linid.diagnosis.compensation_data import Compensation, EffectCost, Following, FollowingCourse, Ranged
 from linid.diagnosis.drive_courses import courses_of, drive_words, usual_drive
-from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.parameter_draws import draws_of
 from linid.errors import LinidError
 from linid.identification.result import FitResult
+from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording

@@ -18,7 +18,6 @@ from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely, stands
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
-from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.proposed.describe import described, in_the_model, with_formula
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
@@ -34,6 +33,7 @@ from linid.diagnosis.verdict import leaves_nothing
 from linid.identification.guess.effect_values import EffectColumns
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.result import FitResult
+from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 

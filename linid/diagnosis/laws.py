@@ -13,7 +13,7 @@ from linid.diagnosis.descent import SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
-from linid.diagnosis.parallel_tasks import in_parallel
+from linid.parallel_tasks import in_parallel
 from linid.physics import friction
 from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE, find_law
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from linid.diagnosis.balance import Memory
-from linid.diagnosis.parallel_tasks import Workers
+from linid.parallel_tasks import Workers
 
 Progress = Callable[[str, int, int], None]
 

@@ -15,7 +15,6 @@ from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.means import Means
 from linid.diagnosis.measures import measure_gaps
-from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.report_data import Change, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.identification.fit import refine
@@ -23,6 +22,7 @@ from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.result import FitResult
 from linid.identification.settings import Ending, FitSettings, SearchSettings
 from linid.identification.signals.motion import input_jumps
+from linid.parallel_tasks import in_parallel
 from linid.recording.recording import Recording
 
 # The models start from where the force balance has brought them.

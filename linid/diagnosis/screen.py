@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from linid.arrays import Array
 from linid.diagnosis.descent import QUICK
 from linid.diagnosis.joint import Fitted, JointFit
-from linid.diagnosis.parallel_tasks import Workers
 from linid.diagnosis.unknowns import ACROSS
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
+from linid.parallel_tasks import Workers
 from linid.physics.effects.effect import Effect, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED

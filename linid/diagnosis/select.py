@@ -24,9 +24,9 @@ from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import elsewhere, in_all
 from linid.diagnosis.masses import at_the_masses
-from linid.diagnosis.parallel_tasks import in_parallel
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.shares import shares_of
+from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 

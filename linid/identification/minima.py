@@ -87,10 +87,10 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
         noisy = fit_under_noise(problem, solution, seed=seed)
         own, solution, added = noisy.problem, noisy.fit, noisy.feigned
     elif settings.least_squares_steps > 0:
-        own, solution = fit_by_trust(problem, solution, final_ending(settings), seed=seed)
+        own, solution = fit_by_trust(problem, solution, final_ending(settings), seed=seed, jobs=settings.jobs)
     if settings.least_squares_steps > 0:
-        solution = without_voltage_noise(own, simex_corrected(own, solution, seed=seed))
-    uncertainty = estimate_uncertainty(own, solution, seed=seed, known=added)
+        solution = without_voltage_noise(own, simex_corrected(own, solution, seed=seed, jobs=settings.jobs))
+    uncertainty = estimate_uncertainty(own, solution, seed=seed, known=added, jobs=settings.jobs)
     profiles = _profiles(own, solution, uncertainty, settings, hooks)
     result = assemble(task, problem, state, solution, uncertainty)
     return _Found(own, solution, replace(result, profiles=profiles), added is not None)

@@ -67,7 +67,7 @@ def measure(
     Raises UsageError or DataError for the first recording that cannot be measured, unless `watch` takes it.
     """
     from linid.diagnosis.measures import measure_gaps
-    from linid.diagnosis.parallel_tasks import in_parallel
+    from linid.parallel_tasks import in_parallel
 
     watch = watch or Watch()
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.balance import Balance
-from linid.diagnosis.parallel_tasks import in_parallel
+from linid.parallel_tasks import in_parallel
 from linid.physics.model import Model
 from tests.diagnosis.machine import Noise, recording
 

@@ -3,8 +3,9 @@ data."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from linid.identification.optimise.search_state import SearchState
 from linid.identification.result import Generation
 from linid.identification.settings import PLAIN, SCRATCH, Ending, FitSettings, Hooks
 from linid.identification.uncertainty.identifiability import without_effect
+from linid.parallel_tasks import in_parallel
 from linid.recording.recording import Recording
 
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares that others go on from
@@ -47,7 +49,7 @@ def search_from(
             if hooks.progress is not None:
                 hooks.progress("first candidates", done, starts.shape[0], value)
 
-        solution = refine_first_candidates(problem, cost, starts, told)
+        solution = refine_first_candidates(problem, cost, starts, settings.jobs, told)
         seeds = np.vstack([solution, seeds])
         values = cost(solution)
         solution = solution[values <= ALIKE * np.min(values)]
@@ -98,22 +100,35 @@ def coarse_ending(settings: FitSettings) -> Ending:
 
 
 def refine_first_candidates(
-    problem: Problem, cost: Cost, starts: Array, watch: Callable[[int, float], None] | None = None
+    problem: Problem, cost: Cost, starts: Array, jobs: int = 1, watch: Callable[[int, float], None] | None = None
 ) -> Array:
-    """Start candidates, starts (S, p), each refined on the problem of the search, (S, p).
+    """Start candidates, starts (S, p), each refined on the problem of the search, (S, p), several at once.
 
     watch: called with number and cost.
     """
-    rows = []
-    for number, start in enumerate(starts):
-        rows.append(
-            levenberg_marquardt(
-                problem, cost, start, ending=Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN), final=False
-            )
-        )
+    ending = Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN)
+    points = []
+    for found in _side_by_side(problem, cost, starts, jobs, ending=ending, final=False):
+        points.append(found.point)
         if watch is not None:
-            watch(number + 1, rows[-1].cost)
-    return np.array([row.point for row in rows])
+            watch(len(points), found.cost)
+    return np.array(points)
+
+
+def _side_by_side(
+    problem: Problem, cost: Cost, points: Sequence[Array] | Array, jobs: int, **options: Any
+) -> Iterator[LeastSquaresFit]:
+    """Least squares from each of several points, as of `levenberg_marquardt`; cost: counts the evaluations of all."""
+    begun = cost.evaluations
+
+    def one(point: Array, _: int) -> LeastSquaresFit:
+        own = Cost(problem)  # which counts for itself: whatever the order, the numbers are the same
+        own.evaluations = begun
+        return levenberg_marquardt(problem, own, point, **options)
+
+    for _, found in in_parallel(one, list(points), jobs):
+        cost.evaluations += found.evaluations - begun
+        yield found
 
 
 def least_squares_in_stages(
@@ -148,13 +163,11 @@ def least_squares_in_stages(
         rivals = [point]
         if number == 0 and not last:
             rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - point)) > APART]
-        solution = min(
-            (
-                levenberg_marquardt(problem, cost, rival, offsets, ending=ending, watch=watch, final=last)
-                for rival in rivals
-            ),
-            key=lambda result: result.cost,
+        alone = watch if len(rivals) == 1 else None  # several would tell of themselves at once
+        found = _side_by_side(
+            problem, cost, rivals, settings.jobs, offsets=offsets, ending=ending, watch=alone, final=last
         )
+        solution = min(found, key=lambda result: result.cost)
         evaluations = cost.evaluations
         point, offsets = solution.point, solution.offsets
         # The thinned problem has a cost of its own, which must not be read against the next.

@@ -7,6 +7,7 @@ for the fit follows it (weighted least squares by known variances: Aitken 1936, 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import WhitenedAhead
+from linid.identification.objectives.noisy import Draw, Parts, answers_under_noise
 from linid.identification.objectives.objective import Part
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
@@ -24,14 +26,14 @@ _PAIRS = 3  # of opposite draws of the noise: they tell a factor of ten, and hal
 
 
 def fit_by_trust(
-    problem: Problem, fit: LeastSquaresFit, ending: Ending, *, seed: int = 1
+    problem: Problem, fit: LeastSquaresFit, ending: Ending, *, seed: int = 1, jobs: int = 1
 ) -> tuple[Problem, LeastSquaresFit]:
     """The problem with its windows weighed, and the fit brought to its end there; both as they are, where all windows
-    count alike. seed: of the draws."""
+    count alike. seed: of the draws; jobs: threads."""
     vector = problem.space.vectors(fit.point)[0]
     generator = np.random.default_rng([seed, 4])
     parts: tuple[Part, ...] = tuple(
-        replace(part, trust=trust_of(part, vector, generator))
+        replace(part, trust=trust_of(part, vector, generator, jobs))
         if isinstance(part, Ahead) and not isinstance(part, WhitenedAhead)
         else part
         for part in problem.parts
@@ -45,7 +47,7 @@ def fit_by_trust(
     return weighed, replace(found, history=fit.history, evaluations=counted, cost=fit.cost)
 
 
-def trust_of(part: Ahead, vector: Array, generator: np.random.Generator) -> Array:
+def trust_of(part: Ahead, vector: Array, generator: np.random.Generator, jobs: int = 1) -> Array:
     """Weight (windows,), at most 1, of each window's residuals beside others of its class.
 
     vector: (VECTOR_SIZE,) near the truth. The noise's share of the class's usual power, by medians, is taken to differ
@@ -54,16 +56,24 @@ def trust_of(part: Ahead, vector: Array, generator: np.random.Generator) -> Arra
     sizes = np.bincount(part.groups)
     none = np.zeros((1, 0))
     before = part.residuals(vector[None], none)[0]
-    noise = np.zeros(sizes.size)
-    draws = 0
-    for _ in range(_PAIRS):
-        moves = {r.name: input_noise(r, generator) for r in part.recordings}
-        for sign in (1.0, -1.0):
-            moved = replace(part, recordings=tuple(with_inputs_moved(r, sign * moves[r.name]) for r in part.recordings))
-            if np.array_equal(moved.flat_first, part.flat_first):  # else noise has passed for a jump
-                noise += np.bincount(part.groups, (moved.residuals(vector[None], none)[0] - before) ** 2) / sizes
-                draws += 1
-            del moved  # before the next one, as large, is made
+
+    def drawn() -> Iterator[Draw]:
+        for _ in range(_PAIRS):
+            moves = {r.name: input_noise(r, generator) for r in part.recordings}
+            for sign in (1.0, -1.0):
+                yield [[with_inputs_moved(r, sign * moves[r.name]) for r in part.recordings]]
+
+    def powers(parts: Parts) -> Array | None:
+        (moved,) = parts
+        assert isinstance(moved, Ahead)
+        if not np.array_equal(moved.flat_first, part.flat_first):  # noise has passed for a jump
+            return None
+        return np.bincount(part.groups, (moved.residuals(vector[None], none)[0] - before) ** 2) / sizes
+
+    noise, draws = np.zeros(sizes.size), 0
+    for power in answers_under_noise((part,), drawn(), powers, jobs):
+        if power is not None:
+            noise, draws = noise + power, draws + 1
     out = np.ones(sizes.size)
     if not (draws and np.all(np.isfinite(noise)) and np.all(np.isfinite(before))):
         return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import Feigned, WhitenedAhead
+from linid.identification.objectives.noisy import Parts, answers_under_noise, same_rows
 from linid.identification.objectives.objective import Part, ar1_lags
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
@@ -109,7 +110,7 @@ def _group_meat(
     return np.asarray(meat)
 
 
-def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int) -> Array:
+def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, jobs: int) -> Array:
     """What the noise of the logged inputs adds to J'J, from Jacobians with that noise added once more.
 
     Where a commutated motion itself says little (field phase, pole pitch), noise in the currents makes up
@@ -123,30 +124,30 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int) -> 
     base = clean.jacobian(x)
     by_motion = {q.name for q in problem.space.model.friction} - {"mass"}
     pushed = np.isin(np.arange(x.size), [k for k, name in enumerate(problem.space.names) if name not in by_motion])
-    added = np.zeros((x.size, x.size))
-    for _ in range(_NOISE_DRAWS):
-        parts = tuple(
-            replace(part, recordings=tuple(with_input_noise(r, generator) for r in part.recordings))  # type: ignore[type-var]
-            for part in problem.parts
-        )
-        if any(one.classes.size != two.classes.size for one, two in zip(parts, problem.parts, strict=True)):
-            continue
+    draws = (
+        [[with_input_noise(r, generator) for r in part.recordings] for part in problem.parts]
+        for _ in range(_NOISE_DRAWS)
+    )
+
+    def information(parts: Parts) -> Array:
+        if not same_rows(parts, problem.parts):
+            return np.zeros((x.size, x.size))
         noisy = Linearisation(Problem(problem.space, parts), clean.cost)
         noisy.weights = clean.weights
         change = (noisy.jacobian(x) - base) * pushed
-        added += change.T @ change / _NOISE_DRAWS
-        del parts, noisy, change  # before the next ones, as large, are made
-    return added
+        return np.asarray(change.T @ change / _NOISE_DRAWS)
+
+    return np.asarray(sum(answers_under_noise(problem.parts, draws, information, jobs)))
 
 
-def _feigned(problem: Problem, fit: LeastSquaresFit, seed: int, known: Feigned | None) -> Array:
+def _feigned(problem: Problem, fit: LeastSquaresFit, seed: int, known: Feigned | None, jobs: int) -> Array:
     """Information (p + k, p + k) that noise of the inputs only feigns; known: that of the currents, if it is."""
     p, size = fit.point.size, fit.point.size + fit.offsets.size
     out = np.zeros((size, size))
     if known is not None:
         out[:p, :p] = known.information
     elif problem.space.model.phases:
-        out = _spurious_information(problem, fit, seed)
+        out = _spurious_information(problem, fit, seed, jobs)
     out[:p, :p] += noise_curvature(problem, fit)
     return out
 
@@ -195,12 +196,13 @@ def _with_deviations(covariance: Array, pair: list[int], factors: Array) -> Arra
 
 
 def estimate_uncertainty(
-    problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, known: Feigned | None = None
+    problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, known: Feigned | None = None, jobs: int = 1
 ) -> Uncertainty:
     """Sandwich covariance with a Bartlett kernel over time (Newey and West 1987), start offsets marginalised.
 
     Information that only the noise of the inputs feigns is taken off. Directions that the data do not see keep
-    the spread of the search box. seed: of the noise draws; known: what noise adds where it is known without them.
+    the spread of the search box. seed: of the noise draws; known: what noise adds where it is known without them;
+    jobs: threads.
     """
     p = len(problem.space.parameters)
     told = np.any(fit.jacobian != 0.0, axis=0)
@@ -211,7 +213,7 @@ def estimate_uncertainty(
     # The currents' noise, which is known in the latter case, would also bias the scores of second order.
     hidden = known is None and not problem.space.model.winding
     pair = field_phase.columns(problem.space) if hidden else None
-    spurious = _feigned(problem, fit, seed, known)[np.ix_(told, told)]
+    spurious = _feigned(problem, fit, seed, known, jobs)[np.ix_(told, told)]
     aligned = False
     if pair is not None:
         jacobian = np.column_stack([jacobian, _second_order(problem, fit, pair)])

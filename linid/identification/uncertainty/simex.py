@@ -7,10 +7,13 @@ machine felt no such noise. The answer's mean is even in the noise, so pairs of 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from linid.arrays import Array
+from linid.identification.objectives.noisy import Draw, Parts, answers_under_noise, same_rows
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.signals.motion import input_noise, with_inputs_moved
@@ -20,10 +23,10 @@ from linid.identification.uncertainty import field_phase
 _PAIRS = 6
 
 
-def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) -> LeastSquaresFit:
+def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jobs: int = 1) -> LeastSquaresFit:
     """The fit moved by what the noise of its inputs has shifted it, to first order.
 
-    Pole pitch and field phase stay: their residuals have no first order. seed: of the draws.
+    Pole pitch and field phase stay: their residuals have no first order. seed: of the draws; jobs: threads.
     """
     if not any(r.kind != "free_wheel" for part in problem.parts for r in part.recordings):
         return fit
@@ -33,19 +36,24 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) ->
     line.reweight(x)
     plain = line.residuals(x)
     bias = np.zeros_like(plain)
-    for _ in range(_PAIRS):
-        noise = {r.name: input_noise(r, generator) for part in problem.parts for r in part.recordings}
-        for sign in (1.0, -1.0):
-            parts = tuple(
-                replace(part, recordings=tuple(with_inputs_moved(r, sign * noise[r.name]) for r in part.recordings))  # type: ignore[type-var]
-                for part in problem.parts
-            )
-            if any(one.classes.size != two.classes.size for one, two in zip(parts, problem.parts, strict=True)):
-                return fit
-            noisy = Linearisation(Problem(problem.space, parts), line.cost)
-            noisy.weights = line.weights
-            bias += (noisy.residuals(x) - plain) / (2.0 * _PAIRS)
-            del parts, noisy  # before the next ones, as large, are made
+
+    def draws() -> Iterator[Draw]:
+        for _ in range(_PAIRS):
+            noise = {r.name: input_noise(r, generator) for part in problem.parts for r in part.recordings}
+            for sign in (1.0, -1.0):
+                yield [[with_inputs_moved(r, sign * noise[r.name]) for r in part.recordings] for part in problem.parts]
+
+    def answer(parts: Parts) -> Array | None:
+        if not same_rows(parts, problem.parts):
+            return None
+        noisy = Linearisation(Problem(problem.space, parts), line.cost)
+        noisy.weights = line.weights
+        return noisy.residuals(x)
+
+    for residuals in answers_under_noise(problem.parts, draws(), answer, jobs):
+        if residuals is None:
+            return fit
+        bias += (residuals - plain) / (2.0 * _PAIRS)
     p = fit.point.size
     pair = field_phase.columns(problem.space) or ()
     moved = np.array([column for column in range(x.size) if column not in pair])

@@ -123,7 +123,7 @@ def _runs(
 ) -> list[Trace]:
     """The free runs of all recordings, side by side."""
     from linid import api
-    from linid.diagnosis.parallel_tasks import in_parallel
+    from linid.parallel_tasks import in_parallel
 
     def run(recording: Recording, threads: int) -> Trace:
         return api.simulate(
