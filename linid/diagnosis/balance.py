@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from linid.arrays import Array, Integers
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
+from linid.parallel_tasks import in_parallel
 from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
@@ -118,8 +119,8 @@ class Balance:
         smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
         anew = [[retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)]
         fed = [[with_input_noise(r, generator) for r in anew[0]] for _ in range(_DRAWS)]
-        by_encoder = np.array([self._remeasured(model, vector, drawn) for drawn in anew])
-        by_inputs = np.array([self._remeasured(model, vector, drawn) for drawn in fed])
+        asked = in_parallel(lambda drawn, _: self._remeasured(model, vector, drawn), [*anew, *fed], self.jobs)
+        by_encoder, by_inputs = np.split(np.array([residual for _, residual in asked]), [_DRAWS])
         rows = self.rows
         encoder = (by_encoder - by_encoder.mean(axis=0)) * math.sqrt(_DRAWS / (_DRAWS - 1.0))
         inputs = by_inputs - by_encoder[0]

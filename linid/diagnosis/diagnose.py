@@ -148,6 +148,7 @@ def _borne_out(
 ) -> tuple[Selection, Shares, Lead | None, _Compared]:
     """The selection as `_led` leaves it, with what shows only beside its term, and what its models measure; without
     effects, where these bear them out nowhere. without: effects left out of consideration."""
+    refining.begin(found.best, base.judge.balance.memory)  # mostly the model after, whatever is found beside it
     found, shares, lead = _led(base, found, means)
     if lead is not None:
         screening = Screening(base.judge.fits, base.fitted, means.jobs, means.workers, without)

@@ -51,7 +51,9 @@ class Refining:
     def begin(self, one: Fitted, memory: Memory) -> None:
         """Begin with a model that will probably be asked for, where there are threads to spare."""
         key, means = _key(one), self._means
-        if means.jobs > 1 and means.workers is None and key not in memory:
+        if self._since is not None or key in self._begun or key in memory:
+            return
+        if means.jobs > 1 and means.workers is None:
             self._begun[key] = self._pool.submit(_refined, self._fitted, means.seed, means.jobs, (key, one), 1)
 
     def models(self, found: Selection, memory: Memory) -> tuple[FitResult, FitResult]:
