@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from linid.physics.kernel_cache import cache_folder
 from linid.physics.laws.registry import LAWS, LUGRE
 from linid.physics.model import VECTOR_SIZE, Model
-from linid.simulation.compiled import load_kernel, load_lockstep, load_slopes
+from linid.simulation.compiled import kernel_folder, load_kernel, load_lockstep, load_slopes
 from linid.simulation.inputs import Inputs
 from linid.simulation.run import Simulator, whole_recordings
 
@@ -118,6 +119,8 @@ class Compilation:
     def __init__(self, plan: Plan) -> None:
         kernels = _kernels()
         here, beside = ([n for n in names if not _is_kept(kernels[n])] for names in plan[:2])
+        if kernel_folder() != cache_folder():  # what another process compiles would be lost
+            beside = []
         self._plan, self._kernels, self._here = plan, kernels, here
         self._total = len(here) + len(beside)
         self._helper = _begun(beside) if beside and sys.executable else None

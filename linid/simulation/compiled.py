@@ -189,7 +189,7 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool
 
 @cache  # under all arguments: where some are left out it would keep another copy
 def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kernel:
-    folder = _kept_in()
+    folder = kernel_folder()
     terms = terms_of(model, bare, law)
     simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
     entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with, currents.current_tasks_with)
@@ -199,20 +199,20 @@ def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kern
 @cache
 def load_slopes(bare: bool) -> Callable[..., None]:
     """The compiled simulation with derivatives (slopes.py), all motors under LuGre friction; bare: without effects."""
-    entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)), _kept_in())
+    entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)), kernel_folder())
     return entry
 
 
 @cache
 def load_lockstep() -> Callable[..., int]:
     """The compiled simulation of many at once (lockstep.py), of all motors under LuGre friction without effects."""
-    entry: Callable[..., int] = _entry(lockstep.lockstep_tasks_with(terms_of(None, True, LUGRE)), _kept_in())
+    entry: Callable[..., int] = _entry(lockstep.lockstep_tasks_with(terms_of(None, True, LUGRE)), kernel_folder())
     return entry
 
 
 @cache
-def _kept_in() -> Path:
-    """The folder that kernels are kept in: one for this process alone, where none can be written to."""
+def kernel_folder() -> Path:
+    """The folder that kernels are kept in: `cache_folder`, or one of this process alone where that is not writable."""
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)

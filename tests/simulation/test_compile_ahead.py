@@ -50,3 +50,12 @@ def test_a_lost_process_leaves_its_kernels_to_be_compiled_when_they_are_needed(m
     told: list[tuple[int, int]] = []
     Compilation(FRICTION).finish(lambda *done: told.append(done))
     assert told == [(0, 3), (1, 3), (2, 3)]
+
+
+def test_without_a_folder_to_keep_kernels_in_no_process_is_begun(tmp_path: Path) -> None:
+    in_the_way = tmp_path / "file"
+    in_the_way.touch()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(in_the_way)}
+    command = "from linid.simulation.compile_ahead import ALL, Compilation; print(Compilation(ALL)._helper)"
+    done = subprocess.run([sys.executable, "-c", command], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "None"
