@@ -108,6 +108,14 @@ class Simulator:
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
         return [(int(a), int(b)) for a, b in pairwise(edges)]
 
+    def _by_recording(self, segments: Segments) -> list[tuple[int, int]]:
+        """Pieces of whole recordings, where there are enough of them: what the motor's forces and their slopes at all
+        points of a recording take, which is half of the time, each piece takes anew."""
+        edges = np.concatenate([[0], np.flatnonzero(np.diff(segments.recording)) + 1, [segments.recording.size]])
+        if edges.size - 1 < 2 * self.jobs:
+            return self._split(segments.recording.size, 1)
+        return [(int(a), int(b)) for a, b in pairwise(edges)]
+
     @cached_property
     def _guide(self) -> Array:
         """Measured positions and inputs (4, points) at the ends and middles of all base steps."""
@@ -188,7 +196,7 @@ class Simulator:
             kernel(candidates, self.inputs, segments, scheme, along, *piece, out)
             return 0
 
-        self._spread(work, segments.count.size)
+        summed(work, self._by_recording(segments), self.jobs)
         return out[1], out[2][:, :count]
 
     def run_by_voltage(
