@@ -27,8 +27,6 @@ def at_the_masses(fits: JointFit, found: Fitted) -> Fitted:
     Only free wheels tell it, a few of all rows: a fit that starts far off counts them as bursts, and leaves them so.
     A mass beside which no added one counts is no size: a fit that ran there comes back, though it may end higher.
     """
-    from scipy.optimize import minimize_scalar  # takes long to load
-
     forces = _forces(found)
     if forces & found.held.keys() or len({fits.balance.recordings[k].added_mass for k in found.recordings}) < 2:
         return found
@@ -40,6 +38,8 @@ def at_the_masses(fits: JointFit, found: Fitted) -> Fitted:
     if not sizes.size:
         return found
     best = float(tried[sizes[np.argmin(levels[sizes])]])
+    from scipy.optimize import minimize_scalar  # takes long to load, and few campaigns get here
+
     exact = minimize_scalar(level, bounds=(best - _STEP, best + _STEP), method="bounded", options={"xatol": _EXACT})
     if exact.fun >= found.level and _STEPS in sizes:
         return found

@@ -194,8 +194,6 @@ class _Ledger:
     def _steps(self, x: Array, columns: Array, ridge: Array, room: Array | None = None) -> Array:
         """Changes of unknowns that bring x (n,) to its least square on the fitted rows; room: within which they stay,
         (k, 2), None: anywhere."""
-        from scipy.optimize import lsq_linear  # takes long to load
-
         matrix = columns[:, self.fitted]
         norms = np.sqrt(np.einsum("ij,ij->i", matrix, matrix) + ridge**2) + 1e-300
         scaled = matrix / norms[:, None]
@@ -204,6 +202,8 @@ class _Ledger:
         steps = -np.linalg.lstsq(normal, pull, rcond=1e-9)[0] / norms
         if room is None or np.all((room[:, 0] <= steps) & (steps <= room[:, 1])):
             return np.asarray(steps)
+        from scipy.optimize import lsq_linear  # takes long to load, and few diagnoses get here
+
         sizes, turned = np.linalg.eigh(normal)
         roots = np.sqrt(np.maximum(sizes, 1e-9 * sizes[-1]))
         low, high = np.minimum(room.T * norms, 0.0)[0], np.maximum(room.T * norms, 0.0)[1]

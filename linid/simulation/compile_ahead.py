@@ -27,6 +27,7 @@ from linid.simulation.run import Simulator, whole_recordings
 _SERVE = "from linid.simulation.compile_ahead import serve; serve()"
 _SAMPLES, _PERIOD = 9, 1e-3  # of the motion that kernels are tried on; s
 _VALUE = 0.1  # of all parameters, SI
+_STEPS = sorted({law.steps for law in LAWS.values()})
 _EFFECT = "gravity"  # any that has all kernels
 
 
@@ -90,8 +91,7 @@ def _kernels() -> dict[str, _Kernel]:
         "along with effects": _Kernel(lambda: load_kernel().along_tasks, partial(_along, full)),
         "readings with effects": _Kernel(lambda: load_kernel().reading_tasks, partial(_readings, full)),
     }
-    steps = {law.steps for law in LAWS.values()}
-    for law in steps:
+    for law in _STEPS:
 
         def load(law: str = law) -> Any:
             return load_kernel(None, bare=True, law=law).along_tasks
@@ -104,7 +104,7 @@ def _along_under(law: str) -> str:
     return f"along under {law}"
 
 
-_LAWS = tuple(_along_under(steps) for steps in sorted({law.steps for law in LAWS.values()} - {LUGRE}))
+_LAWS = tuple(_along_under(law) for law in _STEPS if law != LUGRE)
 FRICTION = Plan(("windows", _along_under(LUGRE)), ("derivatives",), wait=True)
 MOTOR = Plan((*FRICTION.here, "run"), FRICTION.beside, wait=True)
 _EFFECTS = ("derivatives", "along with effects", "readings with effects", "derivatives with effects")

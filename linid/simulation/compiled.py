@@ -85,10 +85,11 @@ class KernelCache(SharedCache):
         found = super().load_overload(sig, target_context)
         if found is None:
             announce_compilation()
+            self.release()
             self._lock = locked(self._lock_file)
             found = super().load_overload(sig, target_context)  # of whom this one has waited for
             if found is not None:
-                self._release()
+                self.release()
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -96,9 +97,10 @@ class KernelCache(SharedCache):
         try:
             super().save_overload(sig, data)
         finally:
-            self._release()
+            self.release()
 
-    def _release(self) -> None:
+    def release(self) -> None:
+        """Let others compile, if this process was about to."""
         if self._lock is not None:
             self._lock.release()
             self._lock = None
@@ -171,10 +173,19 @@ def _names(code: types.CodeType) -> set[str]:
     return names
 
 
-def _entry(function: Any, folder: Path) -> Any:
-    """A function of closures compiled for Python to call."""
+def entry_of(function: Any) -> Any:
+    """A function of closures compiled for Python to call, kept in `kernel_folder`."""
     compiled: Any = njit(error_model="numpy", nogil=True)(function)
-    compiled._cache = KernelCache(function, folder, fingerprint(function))
+    cache = KernelCache(function, kernel_folder(), fingerprint(function))
+    compile_it = compiled.compile
+
+    def compile_and_release(signature: Any) -> Any:
+        try:
+            return compile_it(signature)
+        finally:
+            cache.release()  # also after Ctrl-C: nobody is to wait for what does not come
+
+    compiled._cache, compiled.compile = cache, compile_and_release
     return compiled
 
 
@@ -189,24 +200,23 @@ def load_kernel(model: Model | None = None, by_voltage: bool = False, bare: bool
 
 @cache  # under all arguments: where some are left out it would keep another copy
 def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kernel:
-    folder = kernel_folder()
     terms = terms_of(model, bare, law)
     simulate = kernel_by_voltage.simulate_tasks_with if by_voltage else kernel.simulate_tasks_with
     entries = (simulate, along.along_tasks_with, kernel.reading_tasks_with, currents.current_tasks_with)
-    return Kernel(*(_entry(entry(terms), folder) for entry in entries))
+    return Kernel(*(entry_of(entry(terms)) for entry in entries))
 
 
 @cache
 def load_slopes(bare: bool) -> Callable[..., None]:
     """The compiled simulation with derivatives (slopes.py), all motors under LuGre friction; bare: without effects."""
-    entry: Callable[..., None] = _entry(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)), kernel_folder())
+    entry: Callable[..., None] = entry_of(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)))
     return entry
 
 
 @cache
 def load_lockstep() -> Callable[..., int]:
     """The compiled simulation of many at once (lockstep.py), of all motors under LuGre friction without effects."""
-    entry: Callable[..., int] = _entry(lockstep.lockstep_tasks_with(terms_of(None, True, LUGRE)), kernel_folder())
+    entry: Callable[..., int] = entry_of(lockstep.lockstep_tasks_with(terms_of(None, True, LUGRE)))
     return entry
 
 

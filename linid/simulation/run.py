@@ -109,8 +109,8 @@ class Simulator:
         return [(int(a), int(b)) for a, b in pairwise(edges)]
 
     def _by_recording(self, segments: Segments) -> list[tuple[int, int]]:
-        """Pieces of whole recordings, where there are enough of them: what the motor's forces and their slopes at all
-        points of a recording take, which is half of the time, each piece takes anew."""
+        """Pieces of whole recordings, where there are enough of them: each piece computes the motor's forces, and their
+        slopes, at all points of its recordings."""
         edges = np.concatenate([[0], np.flatnonzero(np.diff(segments.recording)) + 1, [segments.recording.size]])
         if edges.size - 1 < 2 * self.jobs:
             return self._split(segments.recording.size, 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -152,14 +153,20 @@ def test_exact_derivatives_of_diffrax_are_those_of_linids_simulation() -> None:
     assert np.allclose(derivatives(problem, 1e-8)(x), wanted, atol=2e-3 * np.abs(wanted).max())
 
 
-@pytest.mark.skipif(bool(missing(("casadi",))), reason="casadi is not installed")
-def test_sensitivities_of_casadi_are_those_of_linids_simulation() -> None:
-    from tests.benchmarks.peers.with_casadi import Sensitivities
-
+@pytest.mark.parametrize(
+    ("module", "peer", "packages"),
+    [("with_casadi", "Sensitivities", ("casadi",)), ("with_amici", "Amici", ("amici", "antimony"))],
+)
+def test_sensitivities_of_peers_are_those_of_linids_simulation(
+    module: str, peer: str, packages: tuple[str, ...]
+) -> None:
+    if missing(packages):
+        pytest.skip(f"{' or '.join(packages)} is not installed")
+    made = getattr(import_module(f"tests.benchmarks.peers.{module}"), peer)
     problem = small("friction")
     x = point("friction", problem)
     wanted = differences(problem, x)
-    assert np.all(np.abs(Sensitivities(problem, 1e-9).jacobian(x) - wanted) < 1e-3 * np.abs(wanted).max(axis=0))
+    assert np.all(np.abs(made(problem, 1e-9).jacobian(x) - wanted) < 1e-3 * np.abs(wanted).max(axis=0))
 
 
 @pytest.mark.parametrize("kind", NAMES)
@@ -181,16 +188,6 @@ def test_heyoka_gives_up_where_bristles_are_too_stiff_for_its_steps() -> None:
     stiff = {**truth(), "bristle_stiffness": 2e8}
     assert np.isnan(Taylor(problem, 1e-6).positions(stiff)).all()
     assert not np.any(Taylor(problem, 1e-6).jacobian(problem.space.encode(stiff)))
-
-
-@pytest.mark.skipif(bool(missing(("amici", "antimony"))), reason="AMICI or antimony is not installed")
-def test_sensitivities_of_amici_are_those_of_linids_simulation() -> None:
-    from tests.benchmarks.peers.with_amici import Amici
-
-    problem = small("friction")
-    x = point("friction", problem)
-    wanted = differences(problem, x)
-    assert np.all(np.abs(Amici(problem, 1e-9).jacobian(x) - wanted) < 1e-3 * np.abs(wanted).max(axis=0))
 
 
 @pytest.mark.parametrize("kind", NAMES)

@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import njit
+from numba.core.errors import TypingError
 
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.kernel_cache import before_compilation
 from linid.physics.model import Model
 from linid.simulation.binding import compiled
 from linid.simulation.bundle import Bundle
-from linid.simulation.compiled import KernelCache, fingerprint
+from linid.simulation.compiled import KernelCache, entry_of, fingerprint
 from linid.simulation.kernel import simulate_tasks_with
 from linid.simulation.terms import terms_of
 
@@ -25,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RUN = """
 import numpy as np
 from linid.physics.model import Model
-from linid.simulation.compiled import load_lockstep
+from linid.simulation.compiled import load_lockstep, entry_of
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from linid.recording.recording import Recording
@@ -174,3 +175,14 @@ def test_what_a_kernel_is_made_of_has_no_machine_code_of_its_own() -> None:
     for function, made in ((twice, False), (entry, True)):
         (one,) = function.overloads.values()
         assert one.library._codegen._engine.is_symbol_defined(one.fndesc.mangled_name) is made
+
+
+def test_what_cannot_be_compiled_leaves_no_lock_behind() -> None:
+    def wrong(x):
+        return x + "a"
+
+    entry = entry_of(wrong)
+    for _ in range(2):  # the second would wait for the first
+        with pytest.raises(TypingError):
+            entry(1.0)
+        assert entry._cache._lock is None

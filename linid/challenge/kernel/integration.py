@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from linid.arrays import Array
 from linid.challenge.kernel.friction import plain_sliding, sliding, slip, steady_bristle
@@ -45,9 +42,8 @@ from linid.challenge.kernel.motor import currents, lag_of, lagged, reading_error
 from linid.challenge.kernel.outside import note_motion, outside_friction
 from linid.challenge.kernel.rates import base_acceleration
 from linid.challenge.kernel.steps import Lead, Step, led_motion, runge_kutta, slip_elements, take_up_play
-from linid.physics.kernel_cache import cache_folder
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.compiled import KernelCache, fingerprint
+from linid.simulation.compiled import entry_of
 
 if TYPE_CHECKING:
     from linid.stand.plant import DriveParameters
@@ -163,11 +159,5 @@ def integrate(
 @cache
 def load_integrate() -> Integrate:
     """`integrate` compiled, or from the disk cache; its key follows every function that it calls."""
-    entry: Any = njit(error_model="numpy", nogil=True)(integrate)
-    folder = cache_folder()
-    with suppress(OSError):  # where nothing can be written, every process compiles for itself
-        folder.mkdir(parents=True, exist_ok=True)
-    if os.access(folder, os.W_OK):
-        entry._cache = KernelCache(integrate, folder, fingerprint(integrate))
-    loaded: Integrate = entry
+    loaded: Integrate = entry_of(integrate)
     return loaded

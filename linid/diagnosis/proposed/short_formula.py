@@ -140,10 +140,10 @@ class _Search:
 
     def refined(self, fit: Fitted, evaluations: int) -> Fitted:
         """A formula with its numbers between the starts."""
-        from scipy.optimize import least_squares  # takes long to load
-
         if fit.theta.size == 0:
             return fit
+        from scipy.optimize import least_squares  # takes long to load
+
         logs = np.array(fit.formula.logs)
         scales = np.where(logs, 0.1, 0.05 * np.maximum(np.ptp(fit.formula.starts, axis=0), 1e-9))
 

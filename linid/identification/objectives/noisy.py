@@ -6,7 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+import numpy as np
+
 from linid.identification.objectives.objective import Part
+from linid.identification.signals.motion import input_noise, with_inputs_moved
 from linid.parallel_tasks import in_parallel
 from linid.recording.recording import Recording
 
@@ -34,6 +37,14 @@ def answers_under_noise(
         return
     for _, answer in in_parallel(one, list(draws), jobs):
         yield answer
+
+
+def opposite_draws(parts: Parts, pairs: int, generator: np.random.Generator) -> Iterator[Draw]:
+    """Recordings with noise added to their inputs, and with the same noise taken off, in turn."""
+    for _ in range(pairs):
+        noise = {r.name: input_noise(r, generator) for part in parts for r in part.recordings}
+        for sign in (1.0, -1.0):
+            yield [[with_inputs_moved(r, sign * noise[r.name]) for r in part.recordings] for part in parts]
 
 
 def same_rows(parts: Parts, others: Parts) -> bool:

@@ -7,7 +7,6 @@ for the fit follows it (weighted least squares by known variances: Aitken 1936, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +14,11 @@ import numpy as np
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import WhitenedAhead
-from linid.identification.objectives.noisy import Draw, Parts, answers_under_noise
+from linid.identification.objectives.noisy import Parts, answers_under_noise, opposite_draws
 from linid.identification.objectives.objective import Part
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
 from linid.identification.settings import Ending
-from linid.identification.signals.motion import input_noise, with_inputs_moved
 
 _PAIRS = 3  # of opposite draws of the noise: they tell a factor of ten, and half of it is enough
 
@@ -56,12 +54,7 @@ def trust_of(part: Ahead, vector: Array, generator: np.random.Generator, jobs: i
     sizes = np.bincount(part.groups)
     none = np.zeros((1, 0))
     before = part.residuals(vector[None], none)[0]
-
-    def drawn() -> Iterator[Draw]:
-        for _ in range(_PAIRS):
-            moves = {r.name: input_noise(r, generator) for r in part.recordings}
-            for sign in (1.0, -1.0):
-                yield [[with_inputs_moved(r, sign * moves[r.name]) for r in part.recordings]]
+    drawn = opposite_draws((part,), _PAIRS, generator)
 
     def powers(parts: Parts) -> Array | None:
         (moved,) = parts
@@ -71,7 +64,7 @@ def trust_of(part: Ahead, vector: Array, generator: np.random.Generator, jobs: i
         return np.bincount(part.groups, (moved.residuals(vector[None], none)[0] - before) ** 2) / sizes
 
     noise, draws = np.zeros(sizes.size), 0
-    for power in answers_under_noise((part,), drawn(), powers, jobs):
+    for power in answers_under_noise((part,), drawn, powers, jobs):
         if power is not None:
             noise, draws = noise + power, draws + 1
     out = np.ones(sizes.size)

@@ -7,16 +7,14 @@ machine felt no such noise. The answer's mean is even in the noise, so pairs of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from linid.arrays import Array
-from linid.identification.objectives.noisy import Draw, Parts, answers_under_noise, same_rows
+from linid.identification.objectives.noisy import Parts, answers_under_noise, opposite_draws, same_rows
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
-from linid.identification.signals.motion import input_noise, with_inputs_moved
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
 
@@ -36,12 +34,7 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jo
     line.reweight(x)
     plain = line.residuals(x)
     bias = np.zeros_like(plain)
-
-    def draws() -> Iterator[Draw]:
-        for _ in range(_PAIRS):
-            noise = {r.name: input_noise(r, generator) for part in problem.parts for r in part.recordings}
-            for sign in (1.0, -1.0):
-                yield [[with_inputs_moved(r, sign * noise[r.name]) for r in part.recordings] for part in problem.parts]
+    draws = opposite_draws(problem.parts, _PAIRS, generator)
 
     def answer(parts: Parts) -> Array | None:
         if not same_rows(parts, problem.parts):
@@ -50,7 +43,7 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jo
         noisy.weights = line.weights
         return noisy.residuals(x)
 
-    for residuals in answers_under_noise(problem.parts, draws(), answer, jobs):
+    for residuals in answers_under_noise(problem.parts, draws, answer, jobs):
         if residuals is None:
             return fit
         bias += (residuals - plain) / (2.0 * _PAIRS)
