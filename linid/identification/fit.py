@@ -72,16 +72,18 @@ def fit(
     for name in settings.profiles:
         check_profile(space, name)
     coarse = Problem(space, coarse_parts(model, recordings, settings))
-    state, reason, silent = (
-        search_at_random(coarse, recordings, settings, hooks)
-        if starts is None
-        else search_from(coarse, *starts, settings, hooks)
-    )
+    first_look = Look(thinning(recordings), coarse=True)
+    if starts is None:
+        state, reason, silent = search_at_random(coarse, recordings, settings, hooks)
+    else:
+        thinned = Problem(space, make_parts(model, recordings, settings, 1, look=first_look))
+        state, reason, silent = search_from(coarse, thinned, *starts, settings, hooks)
+        del thinned
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
     del coarse  # of long recordings, each problem holds hundreds of MB
     substeps = settings.substeps or choose_substeps(model, recordings, space.values(np.array(state.best)))
-    looks = [(1, Look(thinning(recordings), coarse=True)), (substeps, FULL)]
+    looks = [(1, first_look), (substeps, FULL)]
     task = Task(recordings, settings, substeps, reason, tuple(warnings), per_mass)
     found = _refine(task, space, state, looks, hooks)
     if settings.verify_search:

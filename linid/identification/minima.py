@@ -136,7 +136,8 @@ def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSq
     if settled is None:
         return None
     start = _with_shape(problem, settled.fit.point, settled.shape)
-    return levenberg_marquardt(problem, Cost(problem), start, best.offsets, ending=final_ending(task.settings))
+    ending = coarse_ending(task.settings)  # what `_found` brings to its end, if it comes to that
+    return levenberg_marquardt(problem, Cost(problem), start, best.offsets, ending=ending, final=False)
 
 
 def _white_rival(task: Task, problem: Problem, best: _Found) -> LeastSquaresFit | None:

@@ -6,13 +6,14 @@ Every generation can be saved and resumed to the last bit.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from linid.arrays import Array
 from linid.errors import ConfigError
+from linid.identification.optimise.least_squares import LeastSquaresFit
 from linid.identification.optimise.operators import crossover, drawing_from, mutation, selection
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.settings import PLAIN, SearchSettings
@@ -194,15 +195,15 @@ def search(
     dimension: int,
     settings: SearchSettings,
     *,
-    starts: Array | None = None,
+    starts: Sequence[LeastSquaresFit] = (),
     spent: int = 0,
     resume: SearchState | None = None,
     watch: Watcher | None = None,
 ) -> tuple[SearchState, str]:
     """Minimise `cost` over [0, 1]^dimension; returns the last state and why it stopped.
 
-    cost: search coordinates (C, p) -> (C,); seeds: (S, p) start candidates; starts: (T, p) those in minima of their
-    own, kept in the state; spent: evaluations that these took; watch: called after each generation. Raises ConfigError
+    cost: search coordinates (C, p) -> (C,); seeds: (S, p) start candidates; starts: those in minima of their own,
+    kept in the state; spent: evaluations that these took; watch: called after each generation. Raises ConfigError
     for a state of another search. The same seed gives the same result on any number of threads, resumed or not.
     """
     if resume is not None:
@@ -227,7 +228,9 @@ def search(
             0,
             spent + population.shape[0],
             random_state,
-            starts=[] if starts is None else starts.tolist(),
+            starts=[start.point.tolist() for start in starts],
+            start_offsets=[start.offsets.tolist() for start in starts],
+            settled=[start.converged for start in starts],
         )
         _update(state, settings)
         if watch is not None:

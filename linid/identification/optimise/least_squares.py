@@ -70,6 +70,7 @@ class Linearisation:
         self.k = problem.nuisances
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
+        self._carried_at: tuple[Array, list[Array], tuple[Array, Array]] | None = None
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -79,6 +80,7 @@ class Linearisation:
 
     def reweight(self, x: Array) -> float:
         """Set the weights from the class RMS at x; returns the cost there."""
+        self._carried_at = None
         rows = self.rows(x)
         for index, rms in enumerate(self.cost.class_rms(rows)):
             part = self.problem.parts[index]
@@ -130,7 +132,10 @@ class Linearisation:
         central: differences to both sides. Offsets of all recordings are shifted together.
         """
         if self.problem.carries_slopes:
-            return self._carried(x)
+            kept = self._carried_at
+            if kept is None or kept[1] is not self.weights or not np.array_equal(kept[0], x):
+                kept = self._carried_at = x.copy(), self.weights, self._carried(x)
+            return kept[2]
         p, k = self.p, self.k
         steps = np.full(p, COORDINATE_STEP)
         if not central:

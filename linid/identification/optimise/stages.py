@@ -4,13 +4,14 @@ data."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from linid.arrays import Array
 from linid.identification.objectives.acceleration import Acceleration
+from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.from_scratch import search_from_scratch
 from linid.identification.optimise.genetic import search
@@ -30,17 +31,17 @@ APART, ALIKE = 0.02, 1.1
 
 
 def search_from(
-    problem: Problem, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
+    problem: Problem, thinned: Problem, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
 ) -> tuple[SearchState, str, tuple[str, ...]]:
     """The global search; returns its last state, why it stopped, and the names of parameters without effect.
 
-    starts: (S, p) are refined first: what is left to the search is to look for other minima; others: (T, p) as they
-    are. The plain genetic algorithm knows none of them.
+    thinned: the problem of which the least squares go on; starts: (S, p) are refined first: what is left to the search
+    is to look for other minima; others: (T, p) as they are. The plain genetic algorithm knows none of them.
     """
     cost = Cost(problem)
     silent = without_effect(problem.space, cost, starts[0])
     seeds = np.vstack([starts, others])
-    solution = None
+    alike: list[LeastSquaresFit] = []
     if settings.search.method == PLAIN:
         seeds = np.empty((0, seeds.shape[1]))
     elif hooks.resume is None:
@@ -49,10 +50,13 @@ def search_from(
             if hooks.progress is not None:
                 hooks.progress("first candidates", done, starts.shape[0], value)
 
-        solution = refine_first_candidates(problem, cost, starts, settings.jobs, told)
-        seeds = np.vstack([solution, seeds])
-        values = cost(solution)
-        solution = solution[values <= ALIKE * np.min(values)]
+        ahead = predicts(thinned)
+        refined = refine_first_candidates(thinned if ahead else problem, cost, starts, settings.jobs, told)
+        seeds = np.vstack([*(found.point for found in refined), seeds])
+        least = min(found.cost for found in refined)
+        alike = [found for found in refined if found.cost <= ALIKE * least]
+        if not ahead:
+            alike = [replace(found, offsets=np.empty(0), converged=False) for found in alike]
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -65,12 +69,18 @@ def search_from(
         seeds,
         len(problem.space.parameters),
         settings.search,
-        starts=solution,
+        starts=alike,
         spent=cost.evaluations,
         resume=hooks.resume,
         watch=watch,
     )
     return state, reason, silent
+
+
+def predicts(problem: Problem) -> bool:
+    """Whether windows of driven runs are predicted: least squares then begin on what they go on with, the thinned
+    problem. Free wheels alone are far off at first, and their start states better taken out linearly."""
+    return any(isinstance(part, Ahead) for part in problem.parts)
 
 
 def search_at_random(
@@ -101,34 +111,64 @@ def coarse_ending(settings: FitSettings) -> Ending:
 
 def refine_first_candidates(
     problem: Problem, cost: Cost, starts: Array, jobs: int = 1, watch: Callable[[int, float], None] | None = None
-) -> Array:
-    """Start candidates, starts (S, p), each refined on the problem of the search, (S, p), several at once.
+) -> list[LeastSquaresFit]:
+    """Start candidates, starts (S, p), each refined, several at once.
 
-    watch: called with number and cost.
+    cost: counts the evaluations; watch: called with number and cost.
     """
     ending = Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN)
-    points = []
-    for found in _side_by_side(problem, cost, starts, jobs, ending=ending, final=False):
-        points.append(found.point)
+    refined = []
+    for found in _side_by_side(problem, cost, [_Start(row) for row in starts], jobs, ending=ending, final=False):
+        refined.append(found)
         if watch is not None:
-            watch(len(points), found.cost)
-    return np.array(points)
+            watch(len(refined), found.cost)
+    return refined
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Where least squares begin: search coordinates (p,), start offsets (k,), None: the measured ones, and whether
+    they have ended there before."""
+
+    point: Array
+    offsets: Array | None = None
+    settled: bool = False
 
 
 def _side_by_side(
-    problem: Problem, cost: Cost, points: Sequence[Array] | Array, jobs: int, **options: Any
+    problem: Problem, cost: Cost, starts: Sequence[_Start], jobs: int, *, ending: Ending, **options: Any
 ) -> Iterator[LeastSquaresFit]:
-    """Least squares from each of several points, as of `levenberg_marquardt`; cost: counts the evaluations of all."""
+    """Least squares from each of several starts, as of `levenberg_marquardt`; cost: counts the evaluations of all."""
     begun = cost.evaluations
 
-    def one(point: Array, _: int) -> LeastSquaresFit:
+    def one(start: _Start, _: int) -> LeastSquaresFit:
         own = Cost(problem)  # which counts for itself: whatever the order, the numbers are the same
         own.evaluations = begun
-        return levenberg_marquardt(problem, own, point, **options)
+        until = replace(ending, steps=0) if start.settled else ending
+        return levenberg_marquardt(problem, own, start.point, start.offsets, ending=until, **options)
 
-    for _, found in in_parallel(one, list(points), jobs):
+    for _, found in in_parallel(one, list(starts), jobs):
         cost.evaluations += found.evaluations - begun
         yield found
+
+
+def _rivals(state: SearchState, best: Array) -> list[_Start]:
+    """Where least squares begin after the search: the best candidate (p,), unless that lies by a first candidate that
+    they have been at already, and those of the first candidates that lie apart from each other."""
+    starts: list[_Start] = []
+    for row, offsets, settled in zip(state.starts, state.start_offsets, state.settled, strict=True):
+        start = _Start(np.array(row), np.array(offsets) if offsets else None, settled)
+        if start.offsets is not None or not any(_near(start.point, other.point) for other in starts):
+            starts.append(start)
+    beside = [start for start in starts if _near(start.point, best)]
+    if any(start.offsets is not None for start in beside):
+        return starts
+    return [_Start(best), *(start for start in starts if not _near(start.point, best))]
+
+
+def _near(one: Array, two: Array) -> bool:
+    """Whether search coordinates (p,) are of one minimum."""
+    return float(np.max(np.abs(one - two))) <= APART
 
 
 def least_squares_in_stages(
@@ -136,18 +176,19 @@ def least_squares_in_stages(
 ) -> LeastSquaresFit:
     """Least squares from the best candidate on the thinned problem first, then on all data.
 
-    Rivals that the coarse look could hardly tell apart are compared on the thinned problem. Without steps the best
-    candidate stays as it is.
+    Rivals that the search could hardly tell apart are compared on the thinned problem. Without steps the best
+    candidate stays as it is. Where windows are predicted, those that weigh the windows (`fit_by_trust`) bring it to its
+    end.
     """
-    point = np.array(state.best)
     evaluations = state.evaluations
+    best = np.array(state.best)
     if settings.least_squares_steps == 0:
         stages = stages[-1:]
     elif all(isinstance(part, Acceleration) for part in stages[-1].parts):
         cost = Cost(stages[-1])
-        point = reweighted_least_squares(cost, point, iterations=10, evaluations=15, tolerance=1e-6)
+        best = reweighted_least_squares(cost, best, iterations=10, evaluations=15, tolerance=1e-6)
         evaluations += cost.evaluations
-    offsets = None
+    starts = _rivals(state, best) if len(stages) > 1 else [_Start(best)]
     total = settings.least_squares_steps * len(stages)
     history: tuple[Generation, ...] = ()
     for number, problem in enumerate(stages):
@@ -159,17 +200,13 @@ def least_squares_in_stages(
                 hooks.progress("least squares", before + done, total, value)
 
         last = number == len(stages) - 1
-        ending = final_ending(settings) if last else coarse_ending(settings)
-        rivals = [point]
-        if number == 0 and not last:
-            rivals += [x for x in map(np.array, state.starts) if np.max(np.abs(x - point)) > APART]
-        alone = watch if len(rivals) == 1 else None  # several would tell of themselves at once
-        found = _side_by_side(
-            problem, cost, rivals, settings.jobs, offsets=offsets, ending=ending, watch=alone, final=last
-        )
+        to_the_end = last and not (settings.least_squares_steps and predicts(problem))
+        ending = final_ending(settings) if to_the_end else coarse_ending(settings)
+        alone = watch if len(starts) == 1 else None  # several would tell of themselves at once
+        found = _side_by_side(problem, cost, starts, settings.jobs, ending=ending, watch=alone, final=to_the_end)
         solution = min(found, key=lambda result: result.cost)
         evaluations = cost.evaluations
-        point, offsets = solution.point, solution.offsets
+        starts = [_Start(solution.point, solution.offsets)]
         # The thinned problem has a cost of its own, which must not be read against the next.
         stage = "least_squares" if last else "least_squares of a part"
         history += tuple(replace(row, stage=stage) for row in solution.history)

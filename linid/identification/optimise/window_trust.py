@@ -26,8 +26,8 @@ _PAIRS = 3  # of opposite draws of the noise: they tell a factor of ten, and hal
 def fit_by_trust(
     problem: Problem, fit: LeastSquaresFit, ending: Ending, *, seed: int = 1, jobs: int = 1
 ) -> tuple[Problem, LeastSquaresFit]:
-    """The problem with its windows weighed, and the fit brought to its end there; both as they are, where all windows
-    count alike. seed: of the draws; jobs: threads."""
+    """The problem with its windows weighed, as it is where all count alike, and the fit brought to its end there; a fit
+    without windows has ended before. seed: of the draws; jobs: threads."""
     vector = problem.space.vectors(fit.point)[0]
     generator = np.random.default_rng([seed, 4])
     parts: tuple[Part, ...] = tuple(
@@ -37,9 +37,10 @@ def fit_by_trust(
         for part in problem.parts
     )
     trusts = [part.trust for part in parts if isinstance(part, Ahead) and part.trust is not None]
-    if all(float(trust.min()) == 1.0 for trust in trusts):
+    if not trusts:
         return problem, fit
-    weighed = Problem(problem.space, parts)
+    alike = all(float(trust.min()) == 1.0 for trust in trusts)
+    weighed = problem if alike else Problem(problem.space, parts)
     found = levenberg_marquardt(weighed, Cost(weighed), fit.point, fit.offsets, ending=ending)
     counted = fit.evaluations + found.evaluations
     return weighed, replace(found, history=fit.history, evaluations=counted, cost=fit.cost)

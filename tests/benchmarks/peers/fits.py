@@ -94,15 +94,12 @@ def _linid(problem: Problem, seed: int, watch: Watch, starts: Array, others: Arr
     coarse = FitProblem(problem.space, (PositionError(problem, watch, 1),))
     fine = FitProblem(problem.space, (PositionError(problem, watch, problem.substeps),))
     cost = Cost(coarse)
-    solution = starts
-    if starts.size:
-        solution = refine_first_candidates(coarse, cost, starts)
-        others = np.vstack([solution, starts, others])
-        values = cost(solution)
-        solution = solution[values <= ALIKE * np.min(values)]
-    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed), starts=solution)
+    refined = refine_first_candidates(coarse, cost, starts) if starts.size else []
+    others = np.vstack([*(found.point for found in refined), starts, others])
+    alike = [found for found in refined if found.cost <= ALIKE * min(one.cost for one in refined)]
+    state, _ = search(cost, others, problem.dimension, SearchSettings(seed=seed), starts=alike)
     last = Cost(fine)
-    rivals = [x for x in solution if np.max(np.abs(x - state.best)) > APART]
+    rivals = [found.point for found in alike if np.max(np.abs(found.point - state.best)) > APART]
     for rival in (np.array(state.best), *rivals):
         levenberg_marquardt(fine, last, rival, final=False)
 
