@@ -230,7 +230,6 @@ def search(
             random_state,
             starts=[start.point.tolist() for start in starts],
             start_offsets=[start.offsets.tolist() for start in starts],
-            settled=[start.converged for start in starts],
         )
         _update(state, settings)
         if watch is not None:

@@ -13,7 +13,7 @@ class SearchState:
     """All that is needed to go on: population, costs, best so far, random state and history (JSON-able).
 
     starts: first candidates that lay in minima of their own, as least squares left them; start_offsets: those of each
-    with which these ended, empty where they were taken out linearly; settled: whether nothing was left to gain.
+    with which these ended, empty where they were taken out linearly.
     """
 
     method: str
@@ -29,7 +29,6 @@ class SearchState:
     history: list[list[float]] = field(default_factory=list)
     starts: list[list[float]] = field(default_factory=list)
     start_offsets: list[list[float]] = field(default_factory=list)
-    settled: list[bool] = field(default_factory=list)
 
     def generations(self) -> tuple[Generation, ...]:
         """The convergence history."""

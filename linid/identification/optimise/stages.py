@@ -26,6 +26,7 @@ from linid.recording.recording import Recording
 
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares that others go on from
 _VALLEY_GAIN = 0.15
+_FIRST_STEPS = 20  # of least squares on the thinned problem: who creeps on along a valley does so on all data at once
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
 APART, ALIKE = 0.02, 1.1
 
@@ -56,7 +57,7 @@ def search_from(
         least = min(found.cost for found in refined)
         alike = [found for found in refined if found.cost <= ALIKE * least]
         if not ahead:
-            alike = [replace(found, offsets=np.empty(0), converged=False) for found in alike]
+            alike = [replace(found, offsets=np.empty(0)) for found in alike]
 
     def watch(state: SearchState) -> None:
         if hooks.save is not None:
@@ -116,7 +117,7 @@ def refine_first_candidates(
 
     cost: counts the evaluations; watch: called with number and cost.
     """
-    ending = Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN)
+    ending = Ending(_FIRST_STEPS, _PART_PRECISION, _PART_VALLEY_GAIN)
     refined = []
     for found in _side_by_side(problem, cost, [_Start(row) for row in starts], jobs, ending=ending, final=False):
         refined.append(found)
@@ -127,16 +128,15 @@ def refine_first_candidates(
 
 @dataclass(frozen=True)
 class _Start:
-    """Where least squares begin: search coordinates (p,), start offsets (k,), None: the measured ones, and whether
-    they have ended there before."""
+    """Where least squares begin: search coordinates (p,), and start offsets (k,) that least squares gave, None: none
+    have."""
 
     point: Array
     offsets: Array | None = None
-    settled: bool = False
 
 
 def _side_by_side(
-    problem: Problem, cost: Cost, starts: Sequence[_Start], jobs: int, *, ending: Ending, **options: Any
+    problem: Problem, cost: Cost, starts: Sequence[_Start], jobs: int, **options: Any
 ) -> Iterator[LeastSquaresFit]:
     """Least squares from each of several starts, as of `levenberg_marquardt`; cost: counts the evaluations of all."""
     begun = cost.evaluations
@@ -144,8 +144,7 @@ def _side_by_side(
     def one(start: _Start, _: int) -> LeastSquaresFit:
         own = Cost(problem)  # which counts for itself: whatever the order, the numbers are the same
         own.evaluations = begun
-        until = replace(ending, steps=0) if start.settled else ending
-        return levenberg_marquardt(problem, own, start.point, start.offsets, ending=until, **options)
+        return levenberg_marquardt(problem, own, start.point, start.offsets, **options)
 
     for _, found in in_parallel(one, list(starts), jobs):
         cost.evaluations += found.evaluations - begun
@@ -156,8 +155,8 @@ def _rivals(state: SearchState, best: Array) -> list[_Start]:
     """Where least squares begin after the search: the best candidate (p,), unless that lies by a first candidate that
     they have been at already, and those of the first candidates that lie apart from each other."""
     starts: list[_Start] = []
-    for row, offsets, settled in zip(state.starts, state.start_offsets, state.settled, strict=True):
-        start = _Start(np.array(row), np.array(offsets) if offsets else None, settled)
+    for row, offsets in zip(state.starts, state.start_offsets, strict=True):
+        start = _Start(np.array(row), np.array(offsets) if offsets else None)
         if start.offsets is not None or not any(_near(start.point, other.point) for other in starts):
             starts.append(start)
     beside = [start for start in starts if _near(start.point, best)]
@@ -174,40 +173,84 @@ def _near(one: Array, two: Array) -> bool:
 def least_squares_in_stages(
     stages: Sequence[Problem], state: SearchState, settings: FitSettings, hooks: Hooks
 ) -> LeastSquaresFit:
-    """Least squares from the best candidate on the thinned problem first, then on all data.
+    """Least squares on all data, the last of one or two stages, from the best candidate.
 
-    Rivals that the search could hardly tell apart are compared on the thinned problem. Without steps the best
-    candidate stays as it is. Where windows are predicted, those that weigh the windows (`fit_by_trust`) bring it to its
-    end.
+    Candidates that least squares have not been at begin on the thinned problem, the first of two stages; which one is
+    the best shows on all data. Without steps the best candidate stays as it is. Where windows are predicted, those that
+    weigh them (`fit_by_trust`) bring it to its end.
     """
-    evaluations = state.evaluations
+    problem, steps = stages[-1], settings.least_squares_steps
+    spent = Cost(problem)
+    spent.evaluations = state.evaluations
     best = np.array(state.best)
-    if settings.least_squares_steps == 0:
-        stages = stages[-1:]
-    elif all(isinstance(part, Acceleration) for part in stages[-1].parts):
-        cost = Cost(stages[-1])
-        best = reweighted_least_squares(cost, best, iterations=10, evaluations=15, tolerance=1e-6)
-        evaluations += cost.evaluations
-    starts = _rivals(state, best) if len(stages) > 1 else [_Start(best)]
-    total = settings.least_squares_steps * len(stages)
-    history: tuple[Generation, ...] = ()
-    for number, problem in enumerate(stages):
-        cost = Cost(problem)
-        cost.evaluations = evaluations
+    if steps and all(isinstance(part, Acceleration) for part in problem.parts):
+        best = reweighted_least_squares(spent, best, iterations=10, evaluations=15, tolerance=1e-6)
 
-        def watch(done: int, value: float, before: int = number * settings.least_squares_steps) -> None:
+    def watching(begun: int) -> Callable[[int, float], None]:
+        def watch(done: int, value: float) -> None:
             if hooks.progress is not None:
-                hooks.progress("least squares", before + done, total, value)
+                hooks.progress("least squares", begun + done, steps * len(stages), value)
 
-        last = number == len(stages) - 1
-        to_the_end = last and not (settings.least_squares_steps and predicts(problem))
-        ending = final_ending(settings) if to_the_end else coarse_ending(settings)
-        alone = watch if len(starts) == 1 else None  # several would tell of themselves at once
-        found = _side_by_side(problem, cost, starts, settings.jobs, ending=ending, watch=alone, final=to_the_end)
-        solution = min(found, key=lambda result: result.cost)
-        evaluations = cost.evaluations
-        starts = [_Start(solution.point, solution.offsets)]
-        # The thinned problem has a cost of its own, which must not be read against the next.
-        stage = "least_squares" if last else "least_squares of a part"
-        history += tuple(replace(row, stage=stage) for row in solution.history)
-    return replace(solution, history=history)
+        return watch
+
+    start = _Start(best)
+    history: tuple[Generation, ...] = ()
+    if steps and len(stages) > 1:
+        start, history = _best_start(stages[0], problem, spent, _rivals(state, best), settings, watching(0))
+    to_the_end = not (steps and predicts(problem))
+    solution = levenberg_marquardt(
+        problem,
+        spent,
+        start.point,
+        start.offsets,
+        ending=final_ending(settings) if to_the_end else coarse_ending(settings),
+        final=to_the_end,
+        watch=watching(steps * (len(stages) - 1)),
+    )
+    # The thinned problem has a cost of its own, which must not be read against the next.
+    return replace(solution, history=history + _named("least_squares", solution))
+
+
+def _best_start(
+    thinned: Problem,
+    problem: Problem,
+    spent: Cost,
+    starts: Sequence[_Start],
+    settings: FitSettings,
+    watch: Callable[[int, float], None],
+) -> tuple[_Start, tuple[Generation, ...]]:
+    """The start that costs least on all data (`problem`), once least squares have been at each on the thinned problem,
+    and its history there. spent: counts the evaluations."""
+    fresh = [start for start in starts if start.offsets is None]
+    cost = Cost(thinned)
+    ending = coarse_ending(settings)
+    if predicts(thinned):
+        ending = replace(ending, steps=min(_FIRST_STEPS, ending.steps))
+    found = list(
+        _side_by_side(
+            thinned,
+            cost,
+            fresh,
+            settings.jobs,
+            ending=ending,
+            watch=watch if len(fresh) == 1 else None,  # several would tell of themselves at once
+            final=False,
+        )
+    )
+    spent.evaluations += cost.evaluations
+    ready: list[tuple[_Start, tuple[Generation, ...]]] = [(start, ()) for start in starts if start.offsets is not None]
+    ready += [(_Start(one.point, one.offsets), _named("least_squares of a part", one)) for one in found]
+    if len(ready) == 1:
+        return ready[0]
+
+    def of_all(start: _Start) -> float:
+        spent.evaluations += 1
+        assert start.offsets is not None
+        return float(spent.of_residuals(problem.residuals(start.point[None], start.offsets[None]))[0])
+
+    return min(ready, key=lambda one: of_all(one[0]))
+
+
+def _named(stage: str, found: LeastSquaresFit) -> tuple[Generation, ...]:
+    """A fit's history under the name of a stage."""
+    return tuple(replace(row, stage=stage) for row in found.history)

@@ -81,15 +81,14 @@ class StateBody(BaseModel):
     history: list[list[float]]
     starts: list[Annotated[list[Finite], Field(min_length=1)]]
     start_offsets: list[list[Finite]]
-    settled: list[bool]
 
     @model_validator(mode="after")
     def _sizes_fit(self) -> StateBody:
         size = len(self.best)
         if any(len(row) != size for row in (*self.population, *self.starts)):
             raise ValueError("candidates differ in length")
-        if not len(self.starts) == len(self.start_offsets) == len(self.settled):
-            raise ValueError("starts, start_offsets and settled differ in length")
+        if len(self.starts) != len(self.start_offsets):
+            raise ValueError("starts and start_offsets differ in length")
         if len(self.costs) != len(self.population):
             raise ValueError("costs and population differ in length")
         if any(cost != cost for cost in (*self.costs, self.best_cost)):
