@@ -26,7 +26,8 @@ from linid.recording.recording import Recording
 
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares that others go on from
 _VALLEY_GAIN = 0.15
-_FIRST_STEPS = 20  # of least squares on the thinned problem: who creeps on along a valley does so on all data at once
+# Of least squares on the thinned problem, which have to tell valleys apart: along one, all data lead on.
+_FIRST = Ending(20, 3.0, 10.0)
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
 APART, ALIKE = 0.02, 1.1
 
@@ -117,7 +118,7 @@ def refine_first_candidates(
 
     cost: counts the evaluations; watch: called with number and cost.
     """
-    ending = Ending(_FIRST_STEPS, _PART_PRECISION, _PART_VALLEY_GAIN)
+    ending = _FIRST if predicts(problem) else Ending(_FIRST.steps, _PART_PRECISION, _PART_VALLEY_GAIN)
     refined = []
     for found in _side_by_side(problem, cost, [_Start(row) for row in starts], jobs, ending=ending, final=False):
         refined.append(found)
@@ -225,7 +226,7 @@ def _best_start(
     cost = Cost(thinned)
     ending = coarse_ending(settings)
     if predicts(thinned):
-        ending = replace(ending, steps=min(_FIRST_STEPS, ending.steps))
+        ending = replace(_FIRST, steps=min(_FIRST.steps, ending.steps))
     found = list(
         _side_by_side(
             thinned,
