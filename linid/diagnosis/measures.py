@@ -17,12 +17,13 @@ from linid.identification.objectives.choose import check_recordings
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.optimise.least_squares import fit_start_offsets
 from linid.identification.result import FitResult
-from linid.identification.signals.motion import measure_motion, retaken, with_input_noise
+from linid.identification.signals.motion import input_levels, input_noise, measure_motion, retaken, with_inputs_moved
 from linid.identification.unit_mass import comparable
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 _DRAWS = 8
+_AT_ONCE = 200_000  # samples of draws that are simulated together: of long recordings, each takes some ten MB
 # Times the median of its square, from where a draw is odd (of squares of Gaussians one in a hundred and fifty): now
 # and then noise looks like a bend, the speed there is smoothed hardly at all, and a prediction from there is far off.
 _ODD = 16.0
@@ -85,20 +86,20 @@ class _Task:
         """Moving mass with what was added, kg (rotary: kg m^2)."""
         return float(self.vector[0, self.model.slot("mass")]) + recording.added_mass
 
-    def free_run(self, recording: Recording) -> tuple[Array, Array]:
-        """Position and velocity of the free run, (n,) each."""
-        free = FreeRun(self.model, (recording,), self.substeps, self.jobs)
-        wheel = recording.kind == "free_wheel"
+    def free_run(self, *recordings: Recording) -> tuple[Array, Array]:
+        """Position and velocity of the free runs, one after the other, (n,) each."""
+        free = FreeRun(self.model, recordings, self.substeps, self.jobs)
+        wheel = recordings[0].kind == "free_wheel"
         offsets = fit_start_offsets(free, self.vector) if wheel else np.zeros((1, free.nuisances))
         y, v, _ = free.simulate(self.vector, offsets, velocity=True)
         return y[0], v[0]
 
-    def ahead(self, recording: Recording) -> Ahead:
-        return Ahead(self.model, (recording,), self.substeps, self.jobs, project=False, skip_jumps=False, guided=False)
+    def ahead(self, *recordings: Recording) -> Ahead:
+        return Ahead(self.model, recordings, self.substeps, self.jobs, project=False, skip_jumps=False, guided=False)
 
-    def ahead_error(self, recording: Recording) -> Array:
+    def ahead_error(self, *recordings: Recording) -> Array:
         """Errors of all windows at their horizon, (k,) m."""
-        part = self.ahead(recording)
+        part = self.ahead(*recordings)
         return np.asarray((part.simulate(self.vector)[0] - part.measured)[part.segments.out_offsets[1:] - 1])
 
     def balance(self, recording: Recording, half_widths: tuple[int, ...] = ()) -> Acceleration:
@@ -193,14 +194,21 @@ def _noise_floors(task: _Task, recording: Recording, balance: Acceleration, seed
     smooth = measure_motion([recording]).y
     # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.
     held = task.free_run(recording)[0] if recording.kind == "free_wheel" else None
+    levels = input_levels(recording)
+    together = max(1, min(_DRAWS, _AT_ONCE // recording.t.size))
     errors: list[list[Array]] = [[], [], []]
-    for _ in range(_DRAWS):
-        anew = with_input_noise(retaken(recording, smooth, generator), generator)
-        run = (task.free_run(anew)[0] if held is None else held) - anew.y
-        force = task.force(anew, task.balance(anew, balance.half_widths).at_rows_of(balance))
-        for kept, error in zip(errors, (run, task.ahead_error(anew), force), strict=True):
-            kept.append(np.nan_to_num(error, nan=np.inf))
-    return np.array([_scatter_of_draws(np.array(rows)) for rows in errors])
+    for begin in range(0, _DRAWS, together):
+        anew = []
+        for _ in range(begin, min(begin + together, _DRAWS)):
+            again = retaken(recording, smooth, generator)
+            anew.append(with_inputs_moved(again, input_noise(again, generator, levels)))
+        run = (np.tile(held, len(anew)) if held is not None else task.free_run(*anew)[0]) - np.concatenate(
+            [one.y for one in anew]
+        )
+        forces = [task.force(one, task.balance(one, balance.half_widths).at_rows_of(balance)) for one in anew]
+        for kept, error in zip(errors, (run, task.ahead_error(*anew), np.concatenate(forces)), strict=True):
+            kept.append(np.nan_to_num(error, nan=np.inf).reshape(len(anew), -1))
+    return np.array([_scatter_of_draws(np.concatenate(rows)) for rows in errors])
 
 
 def _scatter_of_draws(errors: Array) -> float:

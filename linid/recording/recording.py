@@ -71,7 +71,8 @@ class Recording:
     between_samples: what the inputs do there; jump_at: at which share of its interval one steps (None: as the motion
     shows it); see `input_course`.
     notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file);
-    carried: see `motion`.
+    before_noise: the recording to whose inputs noise was added: what steps in those does in these; carried: see
+    `motion`.
     Two recordings are equal only if they are the same object.
     """
 
@@ -98,6 +99,7 @@ class Recording:
     reading: Reading | None = None
     reference: Array | None = None
     simulated: Array | None = None
+    before_noise: Recording | None = field(default=None, repr=False, compare=False)
     carried: MeasuredMotion | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -96,22 +96,33 @@ def _block(recording: Recording, voltages: bool) -> _Block:
 
 def _spline_block(recording: Recording, voltages: bool) -> _Block:
     """One recording's part, computed."""
-    channels = recording.phase_currents
-    if voltages:
-        channels = recording.phase_voltages if recording.kind != "free_wheel" else None
-    elif channels is None and recording.drive_input is not None:
-        channels = recording.drive_input[None, :]
+    channels, before = _driving(recording, voltages), recording.before_noise
+    if before is not None and before.t.size != recording.t.size:
+        before = None  # cut since
     powered = channels is not None and bool(np.any(channels))
     dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
     out = np.zeros((recording.t.size - 1, 4, 4))
     sampled, steps = np.zeros((3, recording.t.size)), False
     if channels is not None and powered:
-        pieces = input_coefficients(recording, channels)
+        steps_of = None if before is None else _driving(before, voltages)
+        pieces = input_coefficients(recording, channels, steps_of)
         out[:, : len(channels)] = pieces.transpose(1, 0, 2)
         sampled[: len(channels)], steps = _at_samples(pieces, dt)
-    if recording.measured:
+    packed = None if before is None or before.y is not recording.y else _blocks.get(before, {}).get(voltages)
+    if packed is not None:
+        out[:, 3] = packed.coefficients[:, 3]
+    elif recording.measured:
         out[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
     return _Block(out, sampled, powered, steps)
+
+
+def _driving(recording: Recording, voltages: bool) -> Array | None:
+    """What drives a recording, (c, n) in A or V; None where nothing does."""
+    if voltages:
+        return recording.phase_voltages if recording.kind != "free_wheel" else None
+    if recording.phase_currents is None and recording.drive_input is not None:
+        return recording.drive_input[None, :]
+    return recording.phase_currents
 
 
 def _at_samples(pieces: Array, dt: float) -> tuple[Array, bool]:

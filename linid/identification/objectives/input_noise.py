@@ -8,7 +8,7 @@ hangs on the parameters and is known, too (errors in variables: Fuller 1987, Mea
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.noisy import under_noise
 from linid.identification.objectives.objective import Directions
 from linid.identification.signals.error_dynamics import bristle_along, position_answers
 from linid.identification.signals.motion import current_noise, with_inputs_moved
@@ -185,20 +186,17 @@ def whitened(part: Ahead, vector: Array, push: Array, generator: np.random.Gener
     none = np.zeros((1, 0))
     before = plain.residuals(vector[None], none)[0]
     sizes = np.bincount(plain.groups)
-    power, even, draws = np.zeros(sizes.size), np.zeros(sizes.size), 0
+    power, even = np.zeros(sizes.size), np.zeros(sizes.size)
     for _ in range(_PAIRS):
         noise = {r.name: current_noise(r)[:, None] * generator.standard_normal((3, r.y.size)) for r in part.recordings}
         pair = [
-            replace(part, recordings=tuple(with_inputs_moved(r, sign * noise[r.name]) for r in part.recordings))
+            under_noise(part, [with_inputs_moved(r, sign * noise[r.name]) for r in part.recordings])
             for sign in (1.0, -1.0)
         ]
-        if not all(np.array_equal(one.flat_first, plain.flat_first) for one in pair):
-            continue  # noise has passed for a jump
         up, down = (plain.whiten(one.residuals(vector[None], none))[0] - before for one in pair)
         power += np.bincount(plain.groups, 0.5 * (up**2 + down**2)) / sizes
         even += np.bincount(plain.groups, (0.5 * (up + down)) ** 2)
-        draws += 1
-    scale = np.sqrt(np.maximum(power / max(draws, 1), 1.0)) * (1.0 + even / max(draws, 1))
+    scale = np.sqrt(np.maximum(power / _PAIRS, 1.0)) * (1.0 + even / _PAIRS)
     filters, powers = {}, {}
     for n, own in white.filters.items():
         mine = scale[plain.segments.count == n]

@@ -57,21 +57,15 @@ def trust_of(part: Ahead, vector: Array, generator: np.random.Generator, jobs: i
     before = part.residuals(vector[None], none)[0]
     drawn = opposite_draws((part,), _PAIRS, generator)
 
-    def powers(parts: Parts) -> Array | None:
+    def powers(parts: Parts) -> Array:
         (moved,) = parts
-        assert isinstance(moved, Ahead)
-        if not np.array_equal(moved.flat_first, part.flat_first):  # noise has passed for a jump
-            return None
         return np.bincount(part.groups, (moved.residuals(vector[None], none)[0] - before) ** 2) / sizes
 
-    noise, draws = np.zeros(sizes.size), 0
-    for power in answers_under_noise((part,), drawn, powers, jobs):
-        if power is not None:
-            noise, draws = noise + power, draws + 1
+    noise: Array = sum(answers_under_noise((part,), drawn, powers, jobs), np.zeros(sizes.size))
     out = np.ones(sizes.size)
-    if not (draws and np.all(np.isfinite(noise)) and np.all(np.isfinite(before))):
+    if not (np.all(np.isfinite(noise)) and np.all(np.isfinite(before))):
         return out
-    noise /= draws
+    noise /= 2 * _PAIRS
     power = np.bincount(part.groups, before**2) / sizes
     classes = part.classes[np.flatnonzero(np.diff(part.groups, prepend=-1))]
     for one in np.unique(classes):

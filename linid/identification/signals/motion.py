@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.recording.noise import noise_level, white_level
-from linid.recording.recording import Recording
+from linid.recording.recording import Recording, frozen
 from linid.statistics import MEDIAN_ABSOLUTE
 
 
@@ -61,7 +61,9 @@ def input_jumps(recording: Recording) -> NDArray[np.bool_]:
 
     A jump stands out of the third differences by ten times their usual size and a tenth of the input's range.
     """
-    n = recording.y.size
+    before, n = recording.before_noise, recording.y.size
+    if before is not None and before.y.size == n:
+        recording = before
     jumps = np.zeros(n - 1, dtype=np.bool_)
     channels = recording.phase_currents
     if channels is None:
@@ -82,12 +84,23 @@ def current_noise(recording: Recording) -> Array:
     return np.array([white_level(channel) for channel in recording.phase_currents])
 
 
-def input_noise(recording: Recording, generator: np.random.Generator) -> Array:
-    """One draw of the inputs' own white noise: (3, n) or (n,) in their unit; zeros where there is no input."""
+def input_levels(recording: Recording) -> Array:
+    """Standard deviations of the inputs' own white noise in their unit: (3,), or of one input (1,); (0,) where there is
+    none."""
     channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
     if channels is None or recording.kind == "free_wheel":
+        return np.zeros(0)
+    return np.array([noise_level(channel) for channel in np.atleast_2d(channels)])
+
+
+def input_noise(recording: Recording, generator: np.random.Generator, levels: Array | None = None) -> Array:
+    """One draw of the inputs' own white noise: (3, n) or (n,) in their unit; zeros where there is no input.
+
+    levels: of `input_levels`, where they are known."""
+    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    levels = input_levels(recording) if levels is None else levels
+    if channels is None or not levels.size:
         return np.zeros(recording.y.size)
-    levels = np.array([noise_level(channel) for channel in np.atleast_2d(channels)])
     return np.asarray(levels[:, None] * generator.standard_normal((levels.size, recording.y.size))).reshape(
         channels.shape
     )
@@ -95,14 +108,15 @@ def input_noise(recording: Recording, generator: np.random.Generator) -> Array:
 
 def with_inputs_moved(recording: Recording, change: Array) -> Recording:
     """The recording with its inputs changed by what `input_noise` drew (free wheels: as it is). change: (3, n) or (n,)
-    in the inputs' unit.
+    in the inputs' unit. Its inputs step where they did, whatever noise may pass for a jump.
     """
+    before = recording.before_noise or recording
     if recording.kind == "free_wheel":
         return recording
     if recording.phase_currents is not None:
-        return replace(recording, phase_currents=recording.phase_currents + change)
+        return replace(recording, phase_currents=frozen(recording.phase_currents + change), before_noise=before)
     if recording.drive_input is not None:
-        return replace(recording, drive_input=recording.drive_input + change)
+        return replace(recording, drive_input=frozen(recording.drive_input + change), before_noise=before)
     return recording
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import Feigned, WhitenedAhead
-from linid.identification.objectives.noisy import Parts, answers_under_noise, same_rows
+from linid.identification.objectives.noisy import Parts, answers_under_noise, driven
 from linid.identification.objectives.objective import Part, ar1_lags
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
@@ -121,23 +121,30 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, job
     x = np.concatenate([fit.point, fit.offsets])
     clean = Linearisation(problem, Cost(problem))
     clean.reweight(x)
-    base = clean.jacobian(x)
+    reached = driven(problem)
     by_motion = {q.name for q in problem.space.model.friction} - {"mass"}
-    pushed = np.isin(np.arange(x.size), [k for k, name in enumerate(problem.space.names) if name not in by_motion])
+    pushed = np.isin(reached.columns, [k for k, name in enumerate(problem.space.names) if name not in by_motion])
     draws = (
-        [[with_input_noise(r, generator) for r in part.recordings] for part in problem.parts]
+        [[with_input_noise(r, generator) for r in part.recordings] for part in reached.problem.parts]
         for _ in range(_NOISE_DRAWS)
     )
 
+    def jacobian(parts: Parts) -> Array:
+        line = Linearisation(Problem(problem.space, parts), clean.cost)
+        line.weights = [clean.weights[k] for k in reached.places]
+        return line.jacobian(x[reached.columns])
+
+    base = jacobian(reached.problem.parts)
+
     def information(parts: Parts) -> Array:
-        if not same_rows(parts, problem.parts):
-            return np.zeros((x.size, x.size))
-        noisy = Linearisation(Problem(problem.space, parts), clean.cost)
-        noisy.weights = clean.weights
-        change = (noisy.jacobian(x) - base) * pushed
+        change = (jacobian(parts) - base) * pushed
         return np.asarray(change.T @ change / _NOISE_DRAWS)
 
-    return np.asarray(sum(answers_under_noise(problem.parts, draws, information, jobs)))
+    out = np.zeros((x.size, x.size))
+    out[np.ix_(reached.columns, reached.columns)] = sum(
+        answers_under_noise(reached.problem.parts, draws, information, jobs)
+    )
+    return out
 
 
 def _feigned(problem: Problem, fit: LeastSquaresFit, seed: int, known: Feigned | None, jobs: int) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from linid.arrays import Array
-from linid.identification.objectives.noisy import Parts, answers_under_noise, opposite_draws, same_rows
+from linid.identification.objectives.noisy import Parts, answers_under_noise, driven, opposite_draws
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
 from linid.identification.space.search_space import BOX_STD
@@ -26,7 +26,8 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jo
 
     Pole pitch and field phase stay: their residuals have no first order. seed: of the draws; jobs: threads.
     """
-    if not any(r.kind != "free_wheel" for part in problem.parts for r in part.recordings):
+    reached = driven(problem)
+    if not reached.places:
         return fit
     generator = np.random.default_rng([seed, 2])
     x = np.concatenate([fit.point, fit.offsets])
@@ -34,19 +35,15 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jo
     line.reweight(x)
     plain = line.residuals(x)
     bias = np.zeros_like(plain)
-    draws = opposite_draws(problem.parts, _PAIRS, generator)
+    draws = opposite_draws(reached.problem.parts, _PAIRS, generator)
 
-    def answer(parts: Parts) -> Array | None:
-        if not same_rows(parts, problem.parts):
-            return None
+    def answer(parts: Parts) -> Array:
         noisy = Linearisation(Problem(problem.space, parts), line.cost)
-        noisy.weights = line.weights
-        return noisy.residuals(x)
+        noisy.weights = [line.weights[k] for k in reached.places]
+        return noisy.residuals(x[reached.columns])
 
-    for residuals in answers_under_noise(problem.parts, draws, answer, jobs):
-        if residuals is None:
-            return fit
-        bias += (residuals - plain) / (2.0 * _PAIRS)
+    for residuals in answers_under_noise(reached.problem.parts, draws, answer, jobs):
+        bias[reached.rows] += (residuals - plain[reached.rows]) / (2.0 * _PAIRS)
     p = fit.point.size
     pair = field_phase.columns(problem.space) or ()
     moved = np.array([column for column in range(x.size) if column not in pair])
