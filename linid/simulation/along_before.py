@@ -20,11 +20,13 @@ FRICTION = 5  # parameters before sigma_1, which decide the bristle along a moti
 
 class Followed(NamedTuple):
     """How the bristle went last along a recording. params: what decided it, (FRICTION + MOST_OWN,); per sample
-    (samples,) the deflections in m that it began (nan: unknown) and ended the way to the next one with, and both means
-    between; all empty where it is not shared."""
+    (samples,) the deflections in m that it began (nan: unknown) and ended the way to the next one with, what effects
+    made of friction on it, and both means between; all empty where it is not shared."""
 
     params: Any
     begun: Any
+    level: Any
+    load: Any
     ended: Any
     mean: Any
     late: Any
@@ -33,18 +35,18 @@ class Followed(NamedTuple):
 @allocating
 def followed_before(samples):
     """Room for the way along a recording of at most so many samples, of which nothing is known."""
-    begun = np.full(samples, np.nan)
-    return Followed(
-        np.full(FRICTION + MOST_OWN, np.nan), begun, np.empty(samples), np.empty(samples), np.empty(samples)
-    )
+    params, begun = np.full(FRICTION + MOST_OWN, np.nan), np.full(samples, np.nan)
+    level, load = np.empty(samples), np.empty(samples)
+    return Followed(params, begun, level, load, np.empty(samples), np.empty(samples), np.empty(samples))
 
 
 @allocating
 def shared_with(terms, on, params, before):
-    """The way of the candidate before, forgotten if other parameters decide it, or empty where effects act on it."""
-    if terms.law.elements > 0 or on & (terms.acts.level | terms.acts.load | terms.acts.static):
+    """The way of the candidate before, forgotten if other parameters decide it, or empty where effects decide it as a
+    whole."""
+    if terms.law.elements > 0 or on & terms.acts.static:
         nothing = before.begun[0:0]
-        return Followed(before.params, nothing, nothing, nothing, nothing)
+        return Followed(before.params, nothing, nothing, nothing, nothing, nothing, nothing)
     other = False
     for k in range(FRICTION + MOST_OWN):
         value = params[k if k < FRICTION else LAW_START + k - FRICTION]
@@ -57,13 +59,14 @@ def shared_with(terms, on, params, before):
 
 @inlined
 def bristle_or_before(terms, axis, bristles, resistance, w, way, wanted, before):
-    """The law's `along`, or what it was when it began with the same deflection. wanted: after which sample, and whether
-    means are."""
+    """The law's `along`, or what it was when it began with the same deflection and effects made the same of friction.
+    wanted: after which sample, and whether means are."""
     k, want_means = wanted
     known = before.begun.size > 0
-    if known and before.begun[k] == w:
+    if known and before.begun[k] == w and before.level[k] == resistance.level and before.load[k] == resistance.load:
         return before.ended[k], before.mean[k], before.late[k]
     ended, mean, late = terms.law.along(axis, bristles, resistance, w, way, want_means)
     if known:
-        before.begun[k], before.ended[k], before.mean[k], before.late[k] = w, ended, mean, late
+        before.begun[k], before.level[k], before.load[k] = w, resistance.level, resistance.load
+        before.ended[k], before.mean[k], before.late[k] = ended, mean, late
     return ended, mean, late

@@ -151,13 +151,16 @@ def _saved(method: str) -> bytes:
     from pathlib import Path
 
     from linid.identification.optimise.genetic import search
+from linid.identification.optimise.least_squares import LeastSquaresFit
     from linid.identification.settings import SearchSettings
     from linid.workflow.run.checkpoint import Checkpoint
 
     with tempfile.TemporaryDirectory() as folder:
         kept = Checkpoint(Path(folder) / "checkpoint.json", "x")
         settings = SearchSettings(method=method, population=8, generations=3, patience=100)
-        search(parabola, np.full((1, 3), 0.5), 3, settings, starts=np.full((1, 3), 0.5), watch=kept.save)
+        none = np.zeros(0)
+        refined = LeastSquaresFit(np.full(3, 0.5), none, 0.1, True, "", (), 1, none, np.zeros((0, 3)))
+        search(parabola, np.full((1, 3), 0.5), 3, settings, starts=[refined], watch=kept.save)
         kept.flush()
         return kept.path.read_bytes()
 
