@@ -151,7 +151,7 @@ def _saved(method: str) -> bytes:
     from pathlib import Path
 
     from linid.identification.optimise.genetic import search
-from linid.identification.optimise.least_squares import LeastSquaresFit
+    from linid.identification.optimise.least_squares import LeastSquaresFit
     from linid.identification.settings import SearchSettings
     from linid.workflow.run.checkpoint import Checkpoint
 

@@ -14,6 +14,7 @@ from linid.diagnosis.proposed.problem import Problem
 # Penalties that are tried, in parts of the mean square of the columns: from hardly bent to free.
 PENALTIES = tuple(10.0**k for k in range(-4, 4))
 FOLDS = 5
+_LEAST_RIDGE = 1e-9  # of normal equations
 _JUDGE = -2  # fold of the rows that judge
 
 
@@ -74,6 +75,30 @@ class Sums:
         self.normals = {k: self.base[s].T @ self.base[s] for k, s in self.slices.items()}
         self.prior = np.diag(problem.ridge**2)
 
+    @cached_property
+    def moments(self) -> dict[int, Array]:
+        """Products (r, 1) of the base's columns with what is left, per fold."""
+        return {k: self.base[s].T @ self.rest[s, None] for k, s in self.slices.items()}
+
+    @cached_property
+    def squares(self) -> dict[int, Array]:
+        """Squares (1,) of what is left, per fold."""
+        return {k: np.sum(self.rest[s, None] ** 2, axis=0) for k, s in self.slices.items()}
+
+    @cached_property
+    def left(self) -> float:
+        """Squares that the base alone, fitted elsewhere, leaves of the rows that select."""
+        total = np.sum([n for k, n in self.normals.items() if self.split.fitted(k)], axis=0) + self.prior
+        moment = np.sum([m for k, m in self.moments.items() if self.split.fitted(k)], axis=0)
+        left = 0.0
+        for k in self.split.selecting:
+            apart = self.split.fitted(k)
+            normal = total - self.normals[k] if apart else total
+            system = normal + _LEAST_RIDGE * np.eye(len(normal))
+            solution = np.linalg.solve(system, moment - self.moments[k] if apart else moment)
+            left += float(_squares_left(self.squares[k], solution, self.moments[k], self.normals[k])[0])
+        return left
+
 
 class Regression:
     """One family beside the base: normal equations per fold, from which all penalties and draws follow."""
@@ -109,6 +134,15 @@ class Regression:
             out[fold] = np.vstack([self.sums.base[rows].T @ draws[rows], self.columns[rows].T @ draws[rows]])
         return out
 
+    @cached_property
+    def own_moments(self) -> dict[int, Array]:
+        """Products (r + k, 1) of all columns with what is left, per fold."""
+        rest = self.sums.rest[:, None]
+        return {
+            fold: np.vstack([self.sums.moments[fold], self.columns[rows].T @ rest[rows]])
+            for fold, rows in self.sums.slices.items()
+        }
+
     def gains(self, draws: Array, penalty: float) -> Array:
         """Shares (D,) of the squares of draws (n, D) that the family takes away of the rows that select, where it is
         not fitted to them.
@@ -118,34 +152,35 @@ class Regression:
         moments = self.moments(draws)
         left = np.zeros((2, draws.shape[1]))
         for fold in self.sums.split.selecting:
-            normal, moment = self._elsewhere(fold, moments)
             squares = np.sum(draws[self.sums.slices[fold]] ** 2, axis=0)
-            left += self._left(normal, moment, fold, squares, moments[fold], penalty)
+            for k, size in enumerate((self.r, self.total.shape[0])):
+                left[k] += self._left(fold, moments, squares, penalty, size)
         return np.asarray(1.0 - left[1] / np.maximum(left[0], 1e-300))
 
-    def _left(self, normal: Array, moment: Array, fold: int, squares: Array, own: Array, penalty: float) -> Array:
-        """Squares (2, D) of a fold's rows that are left by the base alone and with the family, fitted elsewhere."""
-        out = []
-        for size in (self.r, self.total.shape[0]):
-            system = self._system(normal, penalty)[:size, :size]
-            solution = np.linalg.solve(system, moment[:size])
-            judged = self.normals[fold][:size, :size]
-            left = squares - 2.0 * np.sum(solution * own[:size], axis=0)
-            out.append(left + np.sum(solution * (judged @ solution), axis=0))
-        return np.array(out)
+    def _left(self, fold: int, moments: dict[int, Array], squares: Array, penalty: float, size: int) -> Array:
+        """Squares (D,) of a fold's rows that the first columns, so many, leave of squares (D,), fitted elsewhere."""
+        normal, moment = self._elsewhere(fold, moments)
+        solution = np.linalg.solve(self._system(normal, penalty)[:size, :size], moment[:size])
+        return _squares_left(squares, solution, moments[fold][:size], self.normals[fold][:size, :size])
 
     @cached_property
     def best(self) -> tuple[float, float]:
         """The penalty that predicts best, and its gain on the rows that select."""
-        own = self.sums.rest[:, None]
-        gains = [float(self.gains(own, penalty)[0]) for penalty in PENALTIES]
+        sums, whole = self.sums, self.total.shape[0]
+        gains = []
+        for penalty in PENALTIES:
+            left = sum(
+                float(self._left(fold, self.own_moments, sums.squares[fold], penalty, whole)[0])
+                for fold in sums.split.selecting
+            )
+            gains.append(1.0 - left / max(sums.left, 1e-300))
         place = int(np.argmax(gains))
         return PENALTIES[place], gains[place]
 
     def solution(self, penalty: float | None = None) -> tuple[Array, Array]:
         """Coefficients (k,) in N and steps (r,) of the base's unknowns, by all rows that may be fitted; penalty: in
         place of the one that predicts best."""
-        moment = self._fitted_sum(self.moments(self.sums.rest[:, None]))
+        moment = self._fitted_sum(self.own_moments)
         x = np.linalg.solve(self._system(self.total, penalty), moment)[:, 0]
         coefficients, steps = (np.asarray(part, dtype=np.float64) for part in (x[self.r :] / self.size, x[: self.r]))
         return coefficients, steps
@@ -158,7 +193,7 @@ class Regression:
 
     def block_squares(self, folds: tuple[int, ...], penalty: float | None = None) -> tuple[Array, Array]:
         """Squares (b,) per block that the base alone and the family leave of some folds, fitted elsewhere."""
-        moments = self.moments(self.sums.rest[:, None])
+        moments = self.own_moments
         squares: list[list[Array]] = [[], []]
         owner = []
         for fold in folds:
@@ -184,7 +219,7 @@ class Regression:
     def _system(self, normal: Array, penalty: float | None) -> Array:
         """Normal equations (r + k, r + k) with the penalty, the best one where none is given."""
         penalty = self.best[0] if penalty is None else penalty
-        return np.asarray(normal + penalty * self.rough + 1e-9 * np.eye(normal.shape[0]))
+        return np.asarray(normal + penalty * self.rough + _LEAST_RIDGE * np.eye(normal.shape[0]))
 
     def _elsewhere(self, fold: int, moments: dict[int, Array]) -> tuple[Array, Array]:
         """Normal equations and moments of all fitted rows that are not in a fold."""
@@ -196,6 +231,13 @@ class Regression:
     def _fitted_sum(self, moments: dict[int, Array]) -> Array:
         fitted = [moment for fold, moment in moments.items() if self.sums.split.fitted(fold)]
         return np.asarray(np.sum(fitted, axis=0))
+
+
+def _squares_left(squares: Array, solution: Array, moment: Array, normal: Array) -> Array:
+    """Squares (D,) that are left of squares (D,) of some rows by coefficients (s, D); moment (s, D), normal (s, s): of
+    these rows."""
+    left = squares - 2.0 * np.sum(solution * moment, axis=0)
+    return np.asarray(left + np.sum(solution * (normal @ solution), axis=0))
 
 
 def held_squares(problem: Problem, residual: Array) -> Array:
