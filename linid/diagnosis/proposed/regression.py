@@ -161,7 +161,7 @@ class Regression:
         """Squares (D,) of a fold's rows that the first columns, so many, leave of squares (D,), fitted elsewhere."""
         normal, moment = self._elsewhere(fold, moments)
         solution = np.linalg.solve(self._system(normal, penalty)[:size, :size], moment[:size])
-        return _squares_left(squares, solution, moments[fold][:size], self.normals[fold][:size, :size])
+        return _squares_left(squares, np.asarray(solution), moments[fold][:size], self.normals[fold][:size, :size])
 
     @cached_property
     def best(self) -> tuple[float, float]:
