@@ -9,7 +9,14 @@ import numpy as np
 
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
-from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
+from linid.simulation.along_before import (
+    bristle_or_before,
+    effected_before,
+    effects_at,
+    effects_shared,
+    followed_before,
+    shared_with,
+)
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import Scheme, course_of, stretch_of
@@ -168,10 +175,11 @@ def skipped(k, wanted, y, memory):
 
 
 @inlined
-def resistance_at(terms, axis, t, y, v, currents, before):
-    """What effects do to friction at this place; before: at the last one, for what no effect touches."""
+def resistance_at(terms, axis, t, y, v, currents, before, known):
+    """What effects do to friction at this place; before: at the last one, for what no effect touches; known: whether
+    its factor on the bristle is that of this place already."""
     factor, level, load = before
-    if axis.on & terms.acts.friction:
+    if axis.on & terms.acts.friction and not known:
         factor = friction_factor(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.level:
         level = level_factor(terms, axis, t, y, v, currents)
@@ -202,7 +210,7 @@ def begun(terms, axis, bristles, course, motion, currents, w):
     if math.isnan(w):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents)
         if not motion.standstill[0] and motion.y.size > START_SAMPLES:
-            resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0))
+            resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0), False)
             breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
             if just_set_off(v, breakaway):
                 held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
@@ -258,10 +266,11 @@ def between(terms, axis, course, motion, k, currents, before):
 
 
 @allocating
-def along_one(terms, candidates, stretch, motion, w, kept, before, found):
+def along_one(terms, candidates, stretch, motion, w, kept, before, effected, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
-    w: start deflection in m, nan if not given; kept: places of the wanted hidden states; before: as of `shared_with`.
+    w: start deflection in m, nan if not given; kept: places of the wanted hidden states; before: as of `shared_with`;
+    effected: as of `effects_shared`.
     """
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
@@ -276,6 +285,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, before, found):
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
     motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
+    sharing = want_a and effected.push.size > 0 and (motor_force.size > 0 or not axis.powered)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
@@ -291,13 +301,20 @@ def along_one(terms, candidates, stretch, motion, w, kept, before, found):
         currents = inputs_of_sample(terms, axis, course, motion, k)
         if k == 0:
             w = begun(terms, axis, bristles, course, motion, currents, w)
-        if motor_force.size > 0:
+        if sharing:
+            if not effected.known:
+                effects_at(terms, axis, t, y[k], v[k], currents, k, effected)
+            force = effected.push[k]
+            if motor_force.size > 0:
+                force += motor_force[k] * effected.thrust[k]
+            resistance = Resistance(effected.friction[k], resistance.level, resistance.load)
+        elif motor_force.size > 0:
             force = motor_force[k]
             if on & acts.push:
                 force = with_effects(terms, axis, t, y[k], v[k], currents, force)
         elif want_a or motion.standstill[k]:
             force = external_force(terms, axis, t, y[k], v[k], currents)
-        resistance = resistance_at(terms, axis, t, y[k], v[k], currents, resistance)
+        resistance = resistance_at(terms, axis, t, y[k], v[k], currents, resistance, sharing)
         if motion.standstill[k]:
             w = terms.law.at_rest(axis, bristles, resistance, w, force, dt)
         found.w[k] = w
@@ -332,12 +349,12 @@ def along_tasks_with(terms: Bundle) -> Any:
         longest = 0
         for r in range(inputs.dts.size):
             longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
-        before = followed_before(longest)
+        before, effected = followed_before(longest), effected_before(longest)
         for number in range(begin, end):
             r = number // count
             candidate = number % count
             if candidate == 0:
-                before.params[:] = np.nan
+                before.params[:] = effected.params[:] = np.nan
             a = inputs.sample_offsets[r]
             b = inputs.sample_offsets[r + 1]
             wanted = motion.wanted[a:b] if motion.wanted.size > 0 else motion.wanted
@@ -349,6 +366,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 starts[candidate, r],
                 kept,
                 shared_with(terms, on, candidates.params[candidate], before),
+                effects_shared(terms, on, candidates.params[candidate], effected),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],

@@ -1,7 +1,9 @@
-"""What candidates along one measured motion share: the bristle's way where nothing that decides it differs.
+"""What candidates along one measured motion share: the bristle's way, and what effects do, where nothing that decides
+it differs.
 
-Candidates that differ in their motor or effects alone, as most columns of a Jacobian do, share most of it: where a
-bristle begins an interval with the same bits, it ends it with the same ones.
+Candidates that differ in their motor or effects alone, as most columns of a Jacobian do, share most of the bristle's
+way: where it begins an interval with the same bits, it ends it with the same ones. Those that differ in friction or
+motor alone share what effects without memory do at each sample.
 """
 
 from __future__ import annotations
@@ -12,8 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.laws.law import MOST_OWN
-from linid.physics.model import LAW_START
-from linid.simulation.binding import allocating, inlined
+from linid.physics.model import EFFECT_START, LAW_START, VECTOR_SIZE
+from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.forces import friction_factor, thrust_factor
 
 FRICTION = 5  # parameters before sigma_1, which decide the bristle along a motion
 
@@ -30,6 +33,50 @@ class Followed(NamedTuple):
     ended: Any
     mean: Any
     late: Any
+
+
+class Effected(NamedTuple):
+    """What effects did last at the samples (samples,) of a recording. params: of all effects, which decided it; known:
+    whether those of this candidate are the same; thrust, friction: factors on the motor's force and the bristle's;
+    push: N on the mass; all empty where it is not shared."""
+
+    params: Any
+    known: Any
+    thrust: Any
+    push: Any
+    friction: Any
+
+
+@allocating
+def effected_before(samples):
+    """Room for what effects do at so many samples at most, of which nothing is known."""
+    params = np.full(VECTOR_SIZE - EFFECT_START, np.nan)
+    return Effected(params, False, np.empty(samples), np.empty(samples), np.empty(samples))
+
+
+@allocating
+def effects_shared(terms, on, params, before):
+    """What the effects of the candidate before did, unknown if this one has others, or empty where they have states,
+    change what the motor gets or sees, or answer its force."""
+    acts = terms.acts
+    apart = acts.advance | acts.pushed | acts.delay | acts.drive | acts.field
+    if on & apart or not on & (acts.push | acts.friction):
+        nothing = before.thrust[0:0]
+        return Effected(before.params, False, nothing, nothing, nothing)
+    same = True
+    for k in range(before.params.size):
+        same = same and before.params[k] == params[EFFECT_START + k]
+        before.params[k] = params[EFFECT_START + k]
+    return Effected(before.params, same, before.thrust, before.push, before.friction)
+
+
+@compiled
+def effects_at(terms, axis, t, y, v, currents, k, shared):
+    """What effects do at sample k, noted. Not inlined, which takes less time to compile."""
+    acts, on, p = terms.acts, axis.on, axis.p
+    shared.thrust[k] = thrust_factor(terms, axis, t, y, v, currents) if on & acts.thrust else 1.0
+    shared.push[k] = terms.force(0.0, on, t, y, v, currents, p)
+    shared.friction[k] = friction_factor(terms, axis, t, y, v, currents) if on & acts.friction else 1.0
 
 
 @allocating
