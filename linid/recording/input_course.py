@@ -49,10 +49,10 @@ def input_course(recording: Recording) -> InputCourse | None:
 def input_coefficients(recording: Recording, channels: Array, steps_of: Array | None = None) -> Array:
     """Coefficients of inputs between the samples, (c, n - 1, 4), as `cubic_spline_coefficients` gives them.
 
-    channels: (c, n) inputs in their unit; steps_of: (c, n) those that tell where they step, None: they do. As the
-    recording states it in `between_samples`: a spline, straight lines, levels that are held, or, detected, splines that
-    end where an input steps and are extended to the instant at which it does. Raises DataError for fewer than two
-    samples.
+    channels: (c, n) inputs in their unit; steps_of: (c, n) others, in their unit, that tell where they step, None: they
+    do. As the recording states it in `between_samples`: a spline, straight lines, levels that are held, or, detected,
+    splines that end where an input steps and are extended to the instant at which it does. Raises DataError for fewer
+    than two samples.
     """
     dt = recording.duration / (recording.t.size - 1)
     stated = recording.between_samples

@@ -12,7 +12,6 @@ from linid.physics.model import STATE_START
 from linid.simulation.along_before import (
     bristle_or_before,
     effected_before,
-    effects_at,
     effects_shared,
     followed_before,
     shared_with,
@@ -35,7 +34,7 @@ from linid.simulation.forces import (
     reading_error,
     start_states,
     steady_bristle,
-    with_effects,
+    thrust_factor,
 )
 from linid.simulation.splines_at import late_inputs
 
@@ -175,12 +174,15 @@ def skipped(k, wanted, y, memory):
 
 
 @inlined
-def resistance_at(terms, axis, t, y, v, currents, before, known):
-    """What effects do to friction at this place; before: at the last one, for what no effect touches; known: whether
-    its factor on the bristle is that of this place already."""
+def resistance_at(terms, axis, k, where, effected, before):
+    """What effects do to friction at sample k, its factor noted for other candidates; where: time, position, speed,
+    inputs; before: at the last one, for what no effect touches."""
     factor, level, load = before
-    if axis.on & terms.acts.friction and not known:
-        factor = friction_factor(terms, axis, t, y, v, currents)
+    t, y, v, currents = where
+    if axis.on & terms.acts.friction:
+        factor = effected.friction[k] if effected.known else friction_factor(terms, axis, t, y, v, currents)
+        if effected.friction.size > 0:
+            effected.friction[k] = factor
     if axis.on & terms.acts.level:
         level = level_factor(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.load:
@@ -197,7 +199,7 @@ def bristle_at_rest(axis, bristles, resistance, w, force, dt):
 
 
 @compiled
-def begun(terms, axis, bristles, course, motion, currents, w):
+def begun(terms, axis, bristles, course, motion, currents, effected, w):
     """The bristle at the first sample in m; w: as given, or nan. Hidden states and elements start too.
 
     Not given, it is that of steady sliding, but an axis that has just set off need not slide yet.
@@ -210,13 +212,38 @@ def begun(terms, axis, bristles, course, motion, currents, w):
     if math.isnan(w):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents)
         if not motion.standstill[0] and motion.y.size > START_SAMPLES:
-            resistance = resistance_at(terms, axis, t, y, v, currents, Resistance(1.0, 1.0, 0.0), False)
+            resistance = resistance_at(terms, axis, 0, (t, y, v, currents), effected, Resistance(1.0, 1.0, 0.0))
             breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
             if just_set_off(v, breakaway):
                 held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
                 w = min(max(held, -breakaway), breakaway)
     terms.law.share_out(axis, bristles, w)
     return w
+
+
+@inlined
+def outer_force(terms, axis, motion, k, t, currents, motor_force, effected):
+    """All forces on the mass but friction at sample k, in N; what effects do is noted for other candidates.
+
+    motor_force: (samples,), or empty where effects decide it too.
+    """
+    on, acts, y, v = axis.on, terms.acts, motion.y[k], motion.v[k]
+    motor = motor_force[k] if motor_force.size > 0 else 0.0
+    if effected.known:
+        return motor * effected.thrust[k] + effected.push[k]
+    thrust, push = 1.0, 0.0
+    if motor_force.size == 0:
+        push = external_force(terms, axis, t, y, v, currents)
+    elif on & acts.push:
+        if on & acts.thrust:
+            thrust = thrust_factor(terms, axis, t, y, v, currents)
+        push = terms.force(0.0, on, t, y, v, currents, axis.p)
+    if effected.push.size > 0:
+        effected.thrust[k], effected.push[k] = thrust, push
+    force = motor * thrust + push
+    if motor_force.size > 0 and on & acts.pushed:
+        force = terms.pushed(force, on, motor * thrust, t, y, v, currents, axis.p)
+    return force
 
 
 @allocating
@@ -266,12 +293,13 @@ def between(terms, axis, course, motion, k, currents, before):
 
 
 @allocating
-def along_one(terms, candidates, stretch, motion, w, kept, before, effected, found):
+def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
-    w: start deflection in m, nan if not given; kept: places of the wanted hidden states; before: as of `shared_with`;
-    effected: as of `effects_shared`.
+    w: start deflection in m, nan if not given; kept: places of the wanted hidden states; shared: as of `shared_with`
+    and of `effects_shared`.
     """
+    before, effected = shared
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
@@ -285,7 +313,6 @@ def along_one(terms, candidates, stretch, motion, w, kept, before, effected, fou
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
     motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
-    sharing = want_a and effected.push.size > 0 and (motor_force.size > 0 or not axis.powered)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
@@ -300,21 +327,10 @@ def along_one(terms, candidates, stretch, motion, w, kept, before, effected, fou
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
         if k == 0:
-            w = begun(terms, axis, bristles, course, motion, currents, w)
-        if sharing:
-            if not effected.known:
-                effects_at(terms, axis, t, y[k], v[k], currents, k, effected)
-            force = effected.push[k]
-            if motor_force.size > 0:
-                force += motor_force[k] * effected.thrust[k]
-            resistance = Resistance(effected.friction[k], resistance.level, resistance.load)
-        elif motor_force.size > 0:
-            force = motor_force[k]
-            if on & acts.push:
-                force = with_effects(terms, axis, t, y[k], v[k], currents, force)
-        elif want_a or motion.standstill[k]:
-            force = external_force(terms, axis, t, y[k], v[k], currents)
-        resistance = resistance_at(terms, axis, t, y[k], v[k], currents, resistance, sharing)
+            w = begun(terms, axis, bristles, course, motion, currents, effected, w)
+        if want_a or motion.standstill[k]:
+            force = outer_force(terms, axis, motion, k, t, currents, motor_force, effected)
+        resistance = resistance_at(terms, axis, k, (t, y[k], v[k], currents), effected, resistance)
         if motion.standstill[k]:
             w = terms.law.at_rest(axis, bristles, resistance, w, force, dt)
         found.w[k] = w
@@ -365,8 +381,10 @@ def along_tasks_with(terms: Bundle) -> Any:
                 MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.inputs[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
-                shared_with(terms, on, candidates.params[candidate], before),
-                effects_shared(terms, on, candidates.params[candidate], effected),
+                (
+                    shared_with(terms, on, candidates.params[candidate], before),
+                    effects_shared(terms, on if found.a.size > 0 else 0, candidates.params[candidate], effected),
+                ),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],

@@ -3,7 +3,7 @@ it differs.
 
 Candidates that differ in their motor or effects alone, as most columns of a Jacobian do, share most of the bristle's
 way: where it begins an interval with the same bits, it ends it with the same ones. Those that differ in friction or
-motor alone share what effects without memory do at each sample.
+motor alone share what effects do at each sample.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.laws.law import MOST_OWN
-from linid.physics.model import EFFECT_START, LAW_START, VECTOR_SIZE
-from linid.simulation.binding import allocating, compiled, inlined
-from linid.simulation.forces import friction_factor, thrust_factor
+from linid.physics.model import EFFECT_START, LAW_START, MASS, VECTOR_SIZE
+from linid.simulation.binding import allocating, inlined
 
 FRICTION = 5  # parameters before sigma_1, which decide the bristle along a motion
 
@@ -36,9 +35,9 @@ class Followed(NamedTuple):
 
 
 class Effected(NamedTuple):
-    """What effects did last at the samples (samples,) of a recording. params: of all effects, which decided it; known:
-    whether those of this candidate are the same; thrust, friction: factors on the motor's force and the bristle's;
-    push: N on the mass; all empty where it is not shared."""
+    """What effects did last at the samples (samples,) of a recording. params: (VECTOR_SIZE,) that decided it; known:
+    whether those of this candidate are the same; thrust, friction: factors on the motor's force alone and the
+    bristle's; push: all else on the mass in N; all empty where it is not shared."""
 
     params: Any
     known: Any
@@ -50,33 +49,25 @@ class Effected(NamedTuple):
 @allocating
 def effected_before(samples):
     """Room for what effects do at so many samples at most, of which nothing is known."""
-    params = np.full(VECTOR_SIZE - EFFECT_START, np.nan)
+    params = np.full(VECTOR_SIZE, np.nan)
     return Effected(params, False, np.empty(samples), np.empty(samples), np.empty(samples))
 
 
 @allocating
 def effects_shared(terms, on, params, before):
-    """What the effects of the candidate before did, unknown if this one has others, or empty where they have states,
-    change what the motor gets or sees, or answer its force."""
+    """What the effects of the candidate before did, unknown if this one's are others, or empty where they have states
+    or answer the motor's force. Those that change what the motor gets or sees are shared with its force."""
     acts = terms.acts
-    apart = acts.advance | acts.pushed | acts.delay | acts.drive | acts.field
-    if on & apart or not on & (acts.push | acts.friction):
+    if on & (acts.pushed | acts.advance) or not on & (acts.push | acts.friction):
         nothing = before.thrust[0:0]
         return Effected(before.params, False, nothing, nothing, nothing)
+    whole = on & (acts.delay | acts.drive | acts.field) != 0
     same = True
-    for k in range(before.params.size):
-        same = same and before.params[k] == params[EFFECT_START + k]
-        before.params[k] = params[EFFECT_START + k]
+    for k in range(VECTOR_SIZE):
+        if k >= EFFECT_START or (whole and k > MASS):
+            same = same and before.params[k] == params[k]
+            before.params[k] = params[k]
     return Effected(before.params, same, before.thrust, before.push, before.friction)
-
-
-@compiled
-def effects_at(terms, axis, t, y, v, currents, k, shared):
-    """What effects do at sample k, noted. Not inlined, which takes less time to compile."""
-    acts, on, p = terms.acts, axis.on, axis.p
-    shared.thrust[k] = thrust_factor(terms, axis, t, y, v, currents) if on & acts.thrust else 1.0
-    shared.push[k] = terms.force(0.0, on, t, y, v, currents, p)
-    shared.friction[k] = friction_factor(terms, axis, t, y, v, currents) if on & acts.friction else 1.0
 
 
 @allocating

@@ -1,4 +1,4 @@
-"""Candidates along a measured motion share what they can of the bristle's way: no bit hangs on the company."""
+"""Candidates along a motion share what they can of the bristle's way and of effects: no bit hangs on the company."""
 
 from __future__ import annotations
 
@@ -18,6 +18,10 @@ MODELS = {
     "force": Model("sine", ("constant_force", "cogging")),
     "level": Model("sine", ("position_dependent_friction",)),
     "load": Model("sine", ("load_dependent_friction",)),
+    "thrust": Model("sine", ("end_effect", "cogging", "quadratic_drag")),
+    "drift": Model("sine", ("friction_drift", "asymmetric_friction")),
+    "late": Model("sine", ("input_delay", "cogging")),
+    "field": Model("sine", ("pole_pitch_error", "position_dependent_friction")),
     "state": Model("sine", ("drive_train_backlash",)),
     "dahl": Model("sine", law="dahl"),
     "elasto_plastic": Model("sine", law="elasto_plastic"),

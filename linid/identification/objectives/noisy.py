@@ -30,7 +30,8 @@ _LONG = 500_000
 @dataclass(frozen=True)
 class Driven:
     """What of a problem noise of the inputs reaches. problem: of the parts with driven recordings; places: of these
-    among all; rows: (N,) which residuals are theirs; columns: their unknowns among all search coordinates and offsets.
+    among all; rows: (N,) which residuals are theirs; columns: (q,) their unknowns among all search coordinates and
+    offsets.
     """
 
     problem: Problem

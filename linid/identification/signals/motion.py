@@ -96,7 +96,8 @@ def input_levels(recording: Recording) -> Array:
 def input_noise(recording: Recording, generator: np.random.Generator, levels: Array | None = None) -> Array:
     """One draw of the inputs' own white noise: (3, n) or (n,) in their unit; zeros where there is no input.
 
-    levels: of `input_levels`, where they are known."""
+    levels: (3,) or (1,) of `input_levels` in the inputs' unit, where they are known.
+    """
     channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
     levels = input_levels(recording) if levels is None else levels
     if channels is None or not levels.size:
