@@ -135,7 +135,7 @@ def model(r: random.Random) -> Input:
 def checkpoint(r: random.Random) -> Input:
     """A search state as a search leaves it, or the finished steps of a diagnosis."""
     if r.random() < 0.2:
-        body = {"schema": 1, "identity": "x", "state": {"a": "text", "b": [1.0, 2.0]}}
+        body = {"schema": 2, "identity": "x", "state": {"a": "text", "b": [1.0, 2.0]}}
         return Input("checkpoints", ".json", json.dumps(body).encode())
     return Input("checkpoints", ".json", _saved(r.choice(["genetic", "cma"])))
 

@@ -15,7 +15,7 @@ from linid.identification.optimise.genetic import search
 from linid.identification.optimise.least_squares import LeastSquaresFit
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.settings import SearchSettings
-from linid.workflow.run.checkpoint import Checkpoint, Memory
+from linid.workflow.run.checkpoint import SCHEMA, Checkpoint, Memory
 
 Change = Callable[[dict[str, Any]], None]
 METHODS = ("genetic", "cma", "plain")
@@ -61,7 +61,7 @@ def random_word(place: int, value: Any) -> Change:
 
 
 CHANGES: list[tuple[str, Change]] = [
-    ("genetic", lambda body: body.update(schema=2)),
+    ("genetic", lambda body: body.update(schema=1)),
     ("genetic", lambda body: body.update(schema=True)),
     ("genetic", lambda body: body.update(identity="other")),
     ("genetic", lambda body: body.pop("identity")),
@@ -85,6 +85,9 @@ CHANGES: list[tuple[str, Change]] = [
     ("genetic", state("history", [[float("inf"), 2.0, 1.0, 1.0]])),
     ("genetic", state("random_state", None)),
     ("genetic", state("random_state", [3, [1, 2, 3], None])),
+    ("genetic", state("start_offsets", [])),
+    ("genetic", state("start_offsets", [["a", 0.0]])),
+    ("genetic", state("start_offsets", [[float("inf"), 0.0]])),
     ("genetic", state("extra", {"sigma": 1.0})),
     ("genetic", random_word(0, -1)),
     ("genetic", random_word(0, 0.5)),
@@ -131,7 +134,7 @@ def test_cut_short_at_every_byte_it_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("steps", [{"a": 1}, {"a": ["x"]}, {"a": [[1.0]]}, {"a": None}, {"a": {"b": 1}}])
 def test_finished_steps_are_texts_or_lists_of_numbers(tmp_path: Path, steps: Any) -> None:
     path = tmp_path / "checkpoint.json"
-    path.write_text(json.dumps({"schema": 1, "identity": "same", "state": steps}))
+    path.write_text(json.dumps({"schema": SCHEMA, "identity": "same", "state": steps}))
     with pytest.raises(ConfigError, match="is not a search state"):
         Memory(path, "same").load()
 

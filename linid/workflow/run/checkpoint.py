@@ -19,7 +19,7 @@ from linid.workflow.run.checkpoint_schema import STEPS, StateBody
 if TYPE_CHECKING:
     from linid.identification.optimise.search_state import SearchState
 
-SCHEMA = 1
+SCHEMA = 2  # 2: first candidates with their start offsets
 _ANEW = "Delete it to start this search anew."
 # A kill loses at most this much work; writing more often would cost more than it saves.
 _EVERY = 0.2  # s
