@@ -76,7 +76,10 @@ def fit(
     if starts is None:
         state, reason, silent = search_at_random(coarse, recordings, settings, hooks)
     else:
-        thinned = Problem(space, make_parts(model, recordings, settings, 1, look=first_look))
+        thinned = None
+        # Free wheels whose friction is not known are far off at first: there start states are taken out linearly.
+        if start is not None or all(r.kind != "free_wheel" for r in recordings):
+            thinned = Problem(space, make_parts(model, recordings, settings, 1, look=first_look))
         state, reason, silent = search_from(coarse, thinned, *starts, settings, hooks)
         del thinned
     if silent:

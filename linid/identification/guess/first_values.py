@@ -127,9 +127,11 @@ def seed_candidates(
         values = {p.name: float(vector[space.model.slot(p.name)]) for p in model.parameters}
         for shaped in field_shapes(balance.space, part, values):
             motor = {p.name: shaped[p.name] for p in MOTORS[model.kind].parameters}
-            rows.append(space.encode({**shaped, **first, **motor}))  # the free wheels tell friction far better
+            rows.append(space.encode({**shaped, **first, **motor}))
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
+        if any(r.kind == "free_wheel" for r in recordings):  # which tell friction far better than the balance
+            values |= {p.name: first[p.name] for p in model.friction if p.name in first}
         rows.insert(0, space.encode(values))
     rows = rows or [guess_row]
     if any(r.kind == "free_wheel" for r in recordings) and not _GENTLE.keys() & first.keys():

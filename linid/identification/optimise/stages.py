@@ -33,12 +33,13 @@ APART, ALIKE = 0.02, 1.1
 
 
 def search_from(
-    problem: Problem, thinned: Problem, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
+    problem: Problem, thinned: Problem | None, starts: Array, others: Array, settings: FitSettings, hooks: Hooks
 ) -> tuple[SearchState, str, tuple[str, ...]]:
     """The global search; returns its last state, why it stopped, and the names of parameters without effect.
 
-    thinned: the problem of which the least squares go on; starts: (S, p) are refined first: what is left to the search
-    is to look for other minima; others: (T, p) as they are. The plain genetic algorithm knows none of them.
+    starts: (S, p) are refined first, on the thinned problem of which the least squares go on or, where that is None, on
+    that of the search: what is left to this is to look for other minima; others: (T, p) as they are. The plain genetic
+    algorithm knows none of them.
     """
     cost = Cost(problem)
     silent = without_effect(problem.space, cost, starts[0])
@@ -52,12 +53,15 @@ def search_from(
             if hooks.progress is not None:
                 hooks.progress("first candidates", done, starts.shape[0], value)
 
-        ahead = predicts(thinned)
-        refined = refine_first_candidates(thinned if ahead else problem, cost, starts, settings.jobs, told)
+        if thinned is not None and not predicts(thinned):
+            thinned = None
+        refined = refine_first_candidates(
+            thinned or problem, cost, starts, settings.jobs, told, None if thinned is None else _FIRST
+        )
         seeds = np.vstack([*(found.point for found in refined), seeds])
         least = min(found.cost for found in refined)
         alike = [found for found in refined if found.cost <= ALIKE * least]
-        if not ahead:
+        if thinned is None:
             alike = [replace(found, offsets=np.empty(0)) for found in alike]
 
     def watch(state: SearchState) -> None:
@@ -80,8 +84,7 @@ def search_from(
 
 
 def predicts(problem: Problem) -> bool:
-    """Whether windows of driven runs are predicted: least squares then begin on what they go on with, the thinned
-    problem. Free wheels alone are far off at first, and their start states better taken out linearly."""
+    """Whether windows of driven runs are predicted, which are weighed at the end (`fit_by_trust`)."""
     return any(isinstance(part, Ahead) for part in problem.parts)
 
 
@@ -112,13 +115,18 @@ def coarse_ending(settings: FitSettings) -> Ending:
 
 
 def refine_first_candidates(
-    problem: Problem, cost: Cost, starts: Array, jobs: int = 1, watch: Callable[[int, float], None] | None = None
+    problem: Problem,
+    cost: Cost,
+    starts: Array,
+    jobs: int = 1,
+    watch: Callable[[int, float], None] | None = None,
+    ending: Ending | None = None,
 ) -> list[LeastSquaresFit]:
     """Start candidates, starts (S, p), each refined, several at once.
 
-    cost: counts the evaluations; watch: called with number and cost.
+    cost: counts the evaluations; watch: called with number and cost; ending: of each, None: near its minimum.
     """
-    ending = _FIRST if predicts(problem) else Ending(_FIRST.steps, _PART_PRECISION, _PART_VALLEY_GAIN)
+    ending = Ending(_FIRST.steps, _PART_PRECISION, _PART_VALLEY_GAIN) if ending is None else ending
     refined = []
     for found in _side_by_side(problem, cost, [_Start(row) for row in starts], jobs, ending=ending, final=False):
         refined.append(found)
@@ -225,7 +233,7 @@ def _best_start(
     fresh = [start for start in starts if start.offsets is None]
     cost = Cost(thinned)
     ending = coarse_ending(settings)
-    if predicts(thinned):
+    if len(fresh) < len(starts):  # beside those that they have been at, as far as tells valleys apart
         ending = replace(_FIRST, steps=min(_FIRST.steps, ending.steps))
     found = list(
         _side_by_side(
