@@ -130,9 +130,10 @@ def seed_candidates(
             rows.append(space.encode({**shaped, **first, **motor}))
         if held and model.effects:
             values = scaled_to_masses(model, recordings, values, space.fixed, settings.jobs)
-        if any(r.kind == "free_wheel" for r in recordings):  # which tell friction far better than the balance
-            values |= {p.name: first[p.name] for p in model.friction if p.name in first}
         rows.insert(0, space.encode(values))
+        if any(r.kind == "free_wheel" for r in recordings):  # which mostly tell friction far better than the balance
+            told = {p.name: first[p.name] for p in model.friction if p.name in first}
+            rows.insert(0, space.encode({**values, **told}))
     rows = rows or [guess_row]
     if any(r.kind == "free_wheel" for r in recordings) and not _GENTLE.keys() & first.keys():
         rows.append(_gentle(space, rows[-1]))
