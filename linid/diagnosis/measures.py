@@ -17,7 +17,7 @@ from linid.identification.objectives.choose import check_recordings
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.optimise.least_squares import fit_start_offsets
 from linid.identification.result import FitResult
-from linid.identification.signals.motion import input_levels, input_noise, measure_motion, retaken, with_inputs_moved
+from linid.identification.signals.motion import input_levels, measure_motion, retaken, with_input_noise
 from linid.identification.unit_mass import comparable
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -198,13 +198,12 @@ def _noise_floors(task: _Task, recording: Recording, balance: Acceleration, seed
     together = max(1, min(_DRAWS, _AT_ONCE // recording.t.size))
     errors: list[list[Array]] = [[], [], []]
     for begin in range(0, _DRAWS, together):
-        anew = []
-        for _ in range(begin, min(begin + together, _DRAWS)):
-            again = retaken(recording, smooth, generator)
-            anew.append(with_inputs_moved(again, input_noise(again, generator, levels)))
-        run = (np.tile(held, len(anew)) if held is not None else task.free_run(*anew)[0]) - np.concatenate(
-            [one.y for one in anew]
-        )
+        anew = [
+            with_input_noise(retaken(recording, smooth, generator), generator, levels)
+            for _ in range(begin, min(begin + together, _DRAWS))
+        ]
+        runs = task.free_run(*anew)[0] if held is None else np.tile(held, len(anew))
+        run = runs - np.concatenate([one.y for one in anew])
         forces = [task.force(one, task.balance(one, balance.half_widths).at_rows_of(balance)) for one in anew]
         for kept, error in zip(errors, (run, task.ahead_error(*anew), np.concatenate(forces)), strict=True):
             kept.append(np.nan_to_num(error, nan=np.inf).reshape(len(anew), -1))

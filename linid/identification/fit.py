@@ -15,7 +15,7 @@ from linid.identification.minima import best_minimum
 from linid.identification.objectives.choose import FULL, Look, check_recordings, coarse_parts, make_parts, thinning
 from linid.identification.objectives.problem import Problem
 from linid.identification.optimise.search_state import SearchState
-from linid.identification.optimise.stages import least_squares_in_stages, search_at_random, search_from
+from linid.identification.optimise.stages import least_squares_in_stages, predicts, search_at_random, search_from
 from linid.identification.optimise.time_step import choose_substeps
 from linid.identification.result import FitResult, ModelKind
 from linid.identification.settings import SCRATCH, FitSettings, Hooks
@@ -73,15 +73,11 @@ def fit(
         check_profile(space, name)
     coarse = Problem(space, coarse_parts(model, recordings, settings))
     first_look = Look(thinning(recordings), coarse=True)
-    if starts is None:
-        state, reason, silent = search_at_random(coarse, recordings, settings, hooks)
-    else:
-        thinned = None
-        # Free wheels whose friction is not known are far off at first: there start states are taken out linearly.
-        if start is not None or all(r.kind != "free_wheel" for r in recordings):
-            thinned = Problem(space, make_parts(model, recordings, settings, 1, look=first_look))
-        state, reason, silent = search_from(coarse, thinned, *starts, settings, hooks)
-        del thinned
+    state, reason, silent = (
+        search_at_random(coarse, recordings, settings, hooks)
+        if starts is None
+        else search_from(coarse, _thinned(space, recordings, settings, first_look, start), *starts, settings, hooks)
+    )
     if silent:
         warnings.append("no effect on these recordings: " + ", ".join(silent))
     del coarse  # of long recordings, each problem holds hundreds of MB
@@ -115,6 +111,19 @@ def _begun(
     )
     space = replace(space, ties=shape.ties)
     return space, seed_candidates(space, model, recordings, first, densities, settings, rivals)
+
+
+def _thinned(
+    space: SearchSpace, recordings: Sequence[Recording], settings: FitSettings, look: Look, start: FitResult | None
+) -> Problem | None:
+    """The problem on which first candidates are refined, None: on that of the search.
+
+    Free wheels whose friction is not known are far off at first: there start states are taken out linearly.
+    """
+    if start is None and any(r.kind == "free_wheel" for r in recordings):
+        return None
+    problem = Problem(space, make_parts(space.model, recordings, settings, 1, look=look))
+    return problem if predicts(problem) else None
 
 
 def _mass(

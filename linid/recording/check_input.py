@@ -171,7 +171,7 @@ def _delay(spectra: CrossSpectra, bins: np.ndarray[tuple[int], np.dtype[np.bool_
 
 def saturation(recording: Recording, input_step: float) -> Saturation:
     """How long the input, or its rate, rests at its extreme; input_step: resolution in its unit, 0 unknown."""
-    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    channels = recording.inputs
     if channels is None or recording.kind == "free_wheel":
         return Saturation(0.0, math.nan, 0.0, math.nan)
     found = [_at_limit(x, max(_STEPS * input_step, _NOISES * noise_level(x))) for x in np.atleast_2d(channels)]

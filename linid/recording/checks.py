@@ -102,7 +102,7 @@ def _checks(recording: Recording, thrust: Array | None) -> RecordingChecks:
 def _reading(recording: Recording) -> Reading:
     """The facts of a recording that was not read from a file, as far as its arrays hold them."""
     count, missing, longest, _ = gaps(recording.t)
-    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    channels = recording.inputs
     return Reading(
         jitter=jitter(recording.t),
         gaps=count,

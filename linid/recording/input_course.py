@@ -39,7 +39,7 @@ class InputCourse:
 
 def input_course(recording: Recording) -> InputCourse | None:
     """What currents or the one input of a driven recording do between the samples; None where nothing drives it."""
-    inputs = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    inputs = recording.inputs
     if inputs is None or recording.kind == "free_wheel":
         return None
     dt = recording.duration / (recording.t.size - 1)

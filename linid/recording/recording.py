@@ -71,8 +71,7 @@ class Recording:
     between_samples: what the inputs do there; jump_at: at which share of its interval one steps (None: as the motion
     shows it); see `input_course`.
     notes: what the reader corrected or noticed; reading: the same in numbers (None: not read from a file);
-    before_noise: the recording to whose inputs noise was added: what steps in those does in these; carried: see
-    `motion`.
+    before_noise: see `stepping`; carried: see `motion`.
     Two recordings are equal only if they are the same object.
     """
 
@@ -116,10 +115,20 @@ class Recording:
         """The motion behind the positions: smoothed once, and carried to copies with the same positions."""
         dt = self.duration / (self.y.size - 1)
         if self.carried is None or self.carried.measured is not self.y or self.carried.dt != dt:
-            inputs = self.phase_currents if self.phase_currents is not None else self.drive_input
-            object.__setattr__(self, "carried", motion_behind(self.y, dt, sets_off=sets_off(self.y, inputs)))
+            object.__setattr__(self, "carried", motion_behind(self.y, dt, sets_off=sets_off(self.y, self.inputs)))
         assert self.carried is not None
         return self.carried
+
+    @property
+    def inputs(self) -> Array | None:
+        """The phase currents (3, n) in A, else the one input (n,) in `input_unit`; None where nothing drives."""
+        return self.phase_currents if self.phase_currents is not None else self.drive_input
+
+    @property
+    def stepping(self) -> Recording:
+        """The recording whose inputs tell where these step: that before noise was added to them, unless cut since."""
+        before = self.before_noise
+        return self if before is None or before.t.size != self.t.size else before
 
     @property
     def measured(self) -> bool:

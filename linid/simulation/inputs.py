@@ -96,19 +96,16 @@ def _block(recording: Recording, voltages: bool) -> _Block:
 
 def _spline_block(recording: Recording, voltages: bool) -> _Block:
     """One recording's part, computed."""
-    channels, before = _driving(recording, voltages), recording.before_noise
-    if before is not None and before.t.size != recording.t.size:
-        before = None  # cut since
+    channels, before = _driving(recording, voltages), recording.stepping
     powered = channels is not None and bool(np.any(channels))
     dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
     out = np.zeros((recording.t.size - 1, 4, 4))
     sampled, steps = np.zeros((3, recording.t.size)), False
     if channels is not None and powered:
-        steps_of = None if before is None else _driving(before, voltages)
-        pieces = input_coefficients(recording, channels, steps_of)
+        pieces = input_coefficients(recording, channels, _driving(before, voltages))
         out[:, : len(channels)] = pieces.transpose(1, 0, 2)
         sampled[: len(channels)], steps = _at_samples(pieces, dt)
-    packed = None if before is None or before.y is not recording.y else _blocks.get(before, {}).get(voltages)
+    packed = _blocks.get(before, {}).get(voltages) if before.y is recording.y else None
     if packed is not None:
         out[:, 3] = packed.coefficients[:, 3]
     elif recording.measured:
@@ -120,9 +117,7 @@ def _driving(recording: Recording, voltages: bool) -> Array | None:
     """What drives a recording, (c, n) in A or V; None where nothing does."""
     if voltages:
         return recording.phase_voltages if recording.kind != "free_wheel" else None
-    if recording.phase_currents is None and recording.drive_input is not None:
-        return recording.drive_input[None, :]
-    return recording.phase_currents
+    return None if recording.inputs is None else np.atleast_2d(recording.inputs)
 
 
 def _at_samples(pieces: Array, dt: float) -> tuple[Array, bool]:

@@ -209,7 +209,7 @@ class _Run:
 
 def _run_of(kind: str, values: dict[str, float], recording: Recording, effects: tuple[str, ...]) -> _Run:
     t = recording.t
-    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    channels = recording.inputs
     spline = None
     if channels is not None and np.any(channels):
         courses = np.zeros((4, t.size - 1, 3))  # highest powers first

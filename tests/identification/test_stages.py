@@ -83,10 +83,9 @@ def test_all_data_say_which_candidate_is_the_best() -> None:
     thinned, whole = problem(True), problem(False)
     found = state([0.3, 0.6], [[0.7, 0.4]], [[]])
     settings = FitSettings(least_squares_steps=30)
-    told: list[int] = []
     spent = Cost(whole)
     start, history = _best_start(
-        thinned, whole, spent, _rivals(found, np.array([0.3, 0.6])), settings, lambda done, value: told.append(done)
+        thinned, whole, spent, _rivals(found, np.array([0.3, 0.6])), settings, lambda done, value: None
     )
     assert history and all(row.stage == "least_squares of a part" for row in history)
     assert abs(start.point[0] - 0.75) < 0.02  # the thinned problem alone would have taken the other

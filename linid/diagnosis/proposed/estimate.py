@@ -37,8 +37,8 @@ def estimated(problem: Problem, regression: Regression) -> Estimated:
     matrix = np.hstack([regression.sums.base[mine], regression.columns[mine]])
     rest, rows = regression.sums.rest[mine], split.order[mine]
     normal = matrix.T @ matrix
-    system = regression.total + regression.best[0] * regression.rough + 1e-9 * np.eye(normal.shape[0])
-    inverse = np.linalg.inv(system)
+    system = regression.system(regression.total)
+    inverse = np.asarray(np.linalg.inv(system))
     solution = inverse @ (matrix.T @ rest)
     left = rest - matrix @ solution
     r = regression.r

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -32,6 +33,14 @@ class Split:
     def fitted(self, fold: int) -> bool:
         """Whether a fold's rows are fitted to at all."""
         return not (self.apart and fold in self.judging)
+
+    def fitted_sum(self, parts: Mapping[int, Array]) -> Array:
+        """Sum (r, c) of parts (r, c) of the folds that may be fitted to."""
+        return np.asarray(np.sum([part for fold, part in parts.items() if self.fitted(fold)], axis=0))
+
+    def elsewhere(self, fold: int, whole: Array, parts: Mapping[int, Array]) -> Array:
+        """A `fitted_sum`, whole (r, c), without what one fold has in it, (r, c); parts: (r, c) of each fold."""
+        return whole - parts[fold] if self.fitted(fold) else whole
 
     def slices(self) -> dict[int, slice]:
         """Where each fold's rows lie once they are sorted."""
@@ -88,15 +97,12 @@ class Sums:
     @cached_property
     def left(self) -> float:
         """Squares that the base alone, fitted elsewhere, leaves of the rows that select."""
-        total = np.sum([n for k, n in self.normals.items() if self.split.fitted(k)], axis=0) + self.prior
-        moment = np.sum([m for k, m in self.moments.items() if self.split.fitted(k)], axis=0)
+        total, moment = self.split.fitted_sum(self.normals) + self.prior, self.split.fitted_sum(self.moments)
         left = 0.0
         for k in self.split.selecting:
-            apart = self.split.fitted(k)
-            normal = total - self.normals[k] if apart else total
-            system = normal + _LEAST_RIDGE * np.eye(len(normal))
-            solution = np.linalg.solve(system, moment - self.moments[k] if apart else moment)
-            left += float(_squares_left(self.squares[k], solution, self.moments[k], self.normals[k])[0])
+            system = self.split.elsewhere(k, total, self.normals) + _LEAST_RIDGE * np.eye(len(total))
+            solution = np.linalg.solve(system, self.split.elsewhere(k, moment, self.moments))
+            left += float(_squares_left(self.squares[k], np.asarray(solution), self.moments[k], self.normals[k])[0])
         return left
 
 
@@ -119,8 +125,7 @@ class Regression:
             out[r:, :r] = out[:r, r:].T
             out[r:, r:] = self.columns[rows].T @ self.columns[rows]
             self.normals[fold] = out
-        fitted = [n for fold, n in self.normals.items() if sums.split.fitted(fold)]
-        self.total = np.sum(fitted, axis=0)
+        self.total = sums.split.fitted_sum(self.normals)
         self.total[:r, :r] += sums.prior
         rows_in_all = sums.weights.size
         trace = max(float(np.trace(family.roughness)) / k, 1e-12)
@@ -150,38 +155,35 @@ class Regression:
         draws: in sorted order; penalty: in parts of the columns' mean square.
         """
         moments = self.moments(draws)
-        left = np.zeros((2, draws.shape[1]))
-        for fold in self.sums.split.selecting:
-            squares = np.sum(draws[self.sums.slices[fold]] ** 2, axis=0)
-            for k, size in enumerate((self.r, self.total.shape[0])):
-                left[k] += self._left(fold, moments, squares, penalty, size)
-        return np.asarray(1.0 - left[1] / np.maximum(left[0], 1e-300))
+        squares = {fold: np.sum(draws[rows] ** 2, axis=0) for fold, rows in self.sums.slices.items()}
+        before, left = (self._left(moments, squares, penalty, size) for size in (self.r, self.total.shape[0]))
+        return np.asarray(1.0 - left / np.maximum(before, 1e-300))
 
-    def _left(self, fold: int, moments: dict[int, Array], squares: Array, penalty: float, size: int) -> Array:
-        """Squares (D,) of a fold's rows that the first columns, so many, leave of squares (D,), fitted elsewhere."""
-        normal, moment = self._elsewhere(fold, moments)
-        solution = np.linalg.solve(self._system(normal, penalty)[:size, :size], moment[:size])
-        return _squares_left(squares, np.asarray(solution), moments[fold][:size], self.normals[fold][:size, :size])
+    def _left(self, moments: dict[int, Array], squares: dict[int, Array], penalty: float, size: int) -> Array:
+        """Squares (D,) that the first columns, so many, fitted elsewhere, leave of the rows that select; squares: (D,)
+        of each fold's rows."""
+        split, whole = self.sums.split, self.sums.split.fitted_sum(moments)
+        out = np.zeros(whole.shape[1])
+        for fold in split.selecting:
+            system = self.system(split.elsewhere(fold, self.total, self.normals), penalty)[:size, :size]
+            solution = np.asarray(np.linalg.solve(system, split.elsewhere(fold, whole, moments)[:size]))
+            out += _squares_left(squares[fold], solution, moments[fold][:size], self.normals[fold][:size, :size])
+        return out
 
     @cached_property
     def best(self) -> tuple[float, float]:
         """The penalty that predicts best, and its gain on the rows that select."""
-        sums, whole = self.sums, self.total.shape[0]
-        gains = []
-        for penalty in PENALTIES:
-            left = sum(
-                float(self._left(fold, self.own_moments, sums.squares[fold], penalty, whole)[0])
-                for fold in sums.split.selecting
-            )
-            gains.append(1.0 - left / max(sums.left, 1e-300))
+        size, before = self.total.shape[0], max(self.sums.left, 1e-300)
+        left = [float(self._left(self.own_moments, self.sums.squares, p, size)[0]) for p in PENALTIES]
+        gains = [1.0 - one / before for one in left]
         place = int(np.argmax(gains))
         return PENALTIES[place], gains[place]
 
     def solution(self, penalty: float | None = None) -> tuple[Array, Array]:
         """Coefficients (k,) in N and steps (r,) of the base's unknowns, by all rows that may be fitted; penalty: in
         place of the one that predicts best."""
-        moment = self._fitted_sum(self.own_moments)
-        x = np.linalg.solve(self._system(self.total, penalty), moment)[:, 0]
+        moment = self.sums.split.fitted_sum(self.own_moments)
+        x = np.linalg.solve(self.system(self.total, penalty), moment)[:, 0]
         coefficients, steps = (np.asarray(part, dtype=np.float64) for part in (x[self.r :] / self.size, x[: self.r]))
         return coefficients, steps
 
@@ -193,17 +195,18 @@ class Regression:
 
     def block_squares(self, folds: tuple[int, ...], penalty: float | None = None) -> tuple[Array, Array]:
         """Squares (b,) per block that the base alone and the family leave of some folds, fitted elsewhere."""
-        moments = self.own_moments
+        split, moments = self.sums.split, self.own_moments
+        whole = split.fitted_sum(moments)
         squares: list[list[Array]] = [[], []]
         owner = []
         for fold in folds:
             rows = self.sums.slices[fold]
-            normal, moment = self._elsewhere(fold, moments)
+            normal, moment = split.elsewhere(fold, self.total, self.normals), split.elsewhere(fold, whole, moments)
             matrix = np.hstack([self.sums.base[rows], self.columns[rows]])
             for place, size in enumerate((self.r, matrix.shape[1])):
-                x = np.linalg.solve(self._system(normal, penalty)[:size, :size], moment[:size])[:, 0]
+                x = np.linalg.solve(self.system(normal, penalty)[:size, :size], moment[:size])[:, 0]
                 squares[place].append((self.sums.rest[rows] - matrix[:, :size] @ x) ** 2)
-            owner.append(self.sums.problem.rows.block[self.sums.split.order][rows])
+            owner.append(self.sums.problem.rows.block[split.order][rows])
         numbers = np.unique(np.concatenate(owner), return_inverse=True)[1]
         before, after = (np.bincount(numbers, np.concatenate(part)) for part in squares)
         return before.astype(np.float64), after.astype(np.float64)
@@ -216,21 +219,12 @@ class Regression:
         """The same of `count` resamples of the judging rows' blocks, (count,)."""
         return closed_draws(self.sums.problem, *self.block_squares(self.sums.split.judging), count)
 
-    def _system(self, normal: Array, penalty: float | None) -> Array:
-        """Normal equations (r + k, r + k) with the penalty, the best one where none is given."""
+    def system(self, normal: Array, penalty: float | None = None) -> Array:
+        """Normal equations (r + k, r + k) with a penalty, the one that predicts best where none is given. normal:
+        (r + k, r + k) without it.
+        """
         penalty = self.best[0] if penalty is None else penalty
         return np.asarray(normal + penalty * self.rough + _LEAST_RIDGE * np.eye(normal.shape[0]))
-
-    def _elsewhere(self, fold: int, moments: dict[int, Array]) -> tuple[Array, Array]:
-        """Normal equations and moments of all fitted rows that are not in a fold."""
-        normal, moment = self.total, self._fitted_sum(moments)
-        if self.sums.split.fitted(fold):
-            return normal - self.normals[fold], moment - moments[fold]
-        return normal, moment
-
-    def _fitted_sum(self, moments: dict[int, Array]) -> Array:
-        fitted = [moment for fold, moment in moments.items() if self.sums.split.fitted(fold)]
-        return np.asarray(np.sum(fitted, axis=0))
 
 
 def _squares_left(squares: Array, solution: Array, moment: Array, normal: Array) -> Array:

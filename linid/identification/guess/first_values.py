@@ -106,9 +106,9 @@ def seed_candidates(
     """First candidates (S, p) that lie in valleys of their own and are worth a least-squares fit, and more (T, p) as
     they are.
 
-    The regression's guess after a least-squares fit of the force balance, with other shapes of the field, and with a
-    gentler rise of friction; first values of `rivals`; the guess itself and with rival densities (rad/m). first: SI
-    values by name.
+    The regression's guess after a least-squares fit of the force balance, with the friction that free wheels tell and
+    with the balance's own, with other shapes of the field, and with a gentler rise of friction; first values of
+    `rivals`; the guess itself and with rival densities (rad/m). first: SI values by name.
     """
     guess_row = space.encode(first)
     rows: list[Array] = []

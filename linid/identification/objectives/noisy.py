@@ -77,7 +77,7 @@ def under_noise(part: Part, recordings: Sequence[Recording]) -> Part:
     """The objective over its own recordings with noise added to their inputs: only these are packed anew."""
     if all(one is other for one, other in zip(part.recordings, recordings, strict=True)):
         return part
-    if isinstance(part, Ahead | FreeRun):
+    if isinstance(part, Ahead | FreeRun):  # whose inputs only the simulation takes
         moved = copy(part)
         moved.recordings = tuple(recordings)
         moved.simulator = replace(part.simulator, inputs=pack_inputs(recordings))

@@ -26,8 +26,10 @@ from linid.recording.recording import Recording
 
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares that others go on from
 _VALLEY_GAIN = 0.15
-# Of least squares on the thinned problem, which have to tell valleys apart: along one, all data lead on.
-_FIRST = Ending(20, 3.0, 10.0)
+# Of least squares on first candidates: on the problem of the search near their minima, on the thinned problem only as
+# far as tells valleys apart: along one, all data lead on.
+_NEAR = Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN)
+_FIRST = replace(_NEAR, precision=3.0, valley_gain=10.0)
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
 APART, ALIKE = 0.02, 1.1
 
@@ -53,11 +55,8 @@ def search_from(
             if hooks.progress is not None:
                 hooks.progress("first candidates", done, starts.shape[0], value)
 
-        if thinned is not None and not predicts(thinned):
-            thinned = None
-        refined = refine_first_candidates(
-            thinned or problem, cost, starts, settings.jobs, told, None if thinned is None else _FIRST
-        )
+        own, ending = (problem, _NEAR) if thinned is None else (thinned, _FIRST)
+        refined = refine_first_candidates(own, cost, starts, settings.jobs, told, ending)
         seeds = np.vstack([*(found.point for found in refined), seeds])
         least = min(found.cost for found in refined)
         alike = [found for found in refined if found.cost <= ALIKE * least]
@@ -120,13 +119,12 @@ def refine_first_candidates(
     starts: Array,
     jobs: int = 1,
     watch: Callable[[int, float], None] | None = None,
-    ending: Ending | None = None,
+    ending: Ending = _NEAR,
 ) -> list[LeastSquaresFit]:
     """Start candidates, starts (S, p), each refined, several at once.
 
-    cost: counts the evaluations; watch: called with number and cost; ending: of each, None: near its minimum.
+    cost: counts the evaluations; watch: called with number and cost; ending: of each.
     """
-    ending = Ending(_FIRST.steps, _PART_PRECISION, _PART_VALLEY_GAIN) if ending is None else ending
     refined = []
     for found in _side_by_side(problem, cost, [_Start(row) for row in starts], jobs, ending=ending, final=False):
         refined.append(found)

@@ -61,14 +61,9 @@ def input_jumps(recording: Recording) -> NDArray[np.bool_]:
 
     A jump stands out of the third differences by ten times their usual size and a tenth of the input's range.
     """
-    before, n = recording.before_noise, recording.y.size
-    if before is not None and before.y.size == n:
-        recording = before
-    jumps = np.zeros(n - 1, dtype=np.bool_)
-    channels = recording.phase_currents
-    if channels is None:
-        channels = np.zeros((0, n)) if recording.drive_input is None else recording.drive_input[None, :]
-    for channel in channels:
+    inputs = recording.stepping.inputs
+    jumps = np.zeros(recording.y.size - 1, dtype=np.bool_)
+    for channel in () if inputs is None else np.atleast_2d(inputs):
         third = np.abs(np.diff(channel, 3))
         limit = max(10.0 * float(np.median(third)) / MEDIAN_ABSOLUTE, 0.1 * float(np.ptp(channel)), 1e-300)
         for start in np.flatnonzero(third > limit):
@@ -87,7 +82,7 @@ def current_noise(recording: Recording) -> Array:
 def input_levels(recording: Recording) -> Array:
     """Standard deviations of the inputs' own white noise in their unit: (3,), or of one input (1,); (0,) where there is
     none."""
-    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    channels = recording.inputs
     if channels is None or recording.kind == "free_wheel":
         return np.zeros(0)
     return np.array([noise_level(channel) for channel in np.atleast_2d(channels)])
@@ -98,7 +93,7 @@ def input_noise(recording: Recording, generator: np.random.Generator, levels: Ar
 
     levels: (3,) or (1,) of `input_levels` in the inputs' unit, where they are known.
     """
-    channels = recording.phase_currents if recording.phase_currents is not None else recording.drive_input
+    channels = recording.inputs
     levels = input_levels(recording) if levels is None else levels
     if channels is None or not levels.size:
         return np.zeros(recording.y.size)
@@ -111,9 +106,9 @@ def with_inputs_moved(recording: Recording, change: Array) -> Recording:
     """The recording with its inputs changed by what `input_noise` drew (free wheels: as it is). change: (3, n) or (n,)
     in the inputs' unit. Its inputs step where they did, whatever noise may pass for a jump.
     """
-    before = recording.before_noise or recording
     if recording.kind == "free_wheel":
         return recording
+    before = recording.before_noise or recording
     if recording.phase_currents is not None:
         return replace(recording, phase_currents=frozen(recording.phase_currents + change), before_noise=before)
     if recording.drive_input is not None:
@@ -121,6 +116,9 @@ def with_inputs_moved(recording: Recording, change: Array) -> Recording:
     return recording
 
 
-def with_input_noise(recording: Recording, generator: np.random.Generator) -> Recording:
-    """The recording with its inputs' own white noise added once more (free wheels: as it is)."""
-    return with_inputs_moved(recording, input_noise(recording, generator))
+def with_input_noise(recording: Recording, generator: np.random.Generator, levels: Array | None = None) -> Recording:
+    """The recording with its inputs' own white noise added once more (free wheels: as it is).
+
+    levels: (3,) or (1,) of `input_levels` in the inputs' unit, where they are known.
+    """
+    return with_inputs_moved(recording, input_noise(recording, generator, levels))
