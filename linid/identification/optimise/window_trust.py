@@ -42,12 +42,9 @@ def fit_by_trust(
     alike = all(float(trust.min()) == 1.0 for trust in trusts)
     weighed = problem if alike else Problem(problem.space, parts)
     found = levenberg_marquardt(weighed, Cost(weighed), fit.point, fit.offsets, ending=ending)
-    done = sum(row.stage == found.history[0].stage for row in fit.history) if found.history else 0
-    further = tuple(
-        replace(row, generation=done + row.generation, evaluations=fit.evaluations + row.evaluations)
-        for row in found.history
-    )
-    return weighed, replace(found, history=fit.history + further, evaluations=fit.evaluations + found.evaluations)
+    counted = fit.evaluations + found.evaluations
+    # What these steps lessen is another cost, that of the weighed windows: the history is of the plain one.
+    return weighed, replace(found, history=fit.history, evaluations=counted, cost=fit.cost)
 
 
 def trust_of(part: Ahead, vector: Array, generator: np.random.Generator, jobs: int = 1) -> Array:
