@@ -104,6 +104,15 @@ class Balance:
         residuals = -self.part(model).residuals(vectors, np.zeros((vectors.shape[0], 0)))
         return np.asarray(np.nan_to_num(residuals, nan=1e3, posinf=1e3, neginf=-1e3))
 
+    def has_slopes(self, model: Model) -> bool:
+        """Whether `slopes` knows a model. Of one without effects differences are nearly as fast."""
+        return model.mask != 0 and self.part(model).simulator.has_slopes_along
+
+    def slopes(self, model: Model, vector: Array, tangents: Array) -> Array:
+        """How the residuals answer K directions, (K, n) in m/s^2 per unit of each. vector: (VECTOR_SIZE,) SI; tangents:
+        (K, VECTOR_SIZE)."""
+        return np.asarray(np.nan_to_num(-self.part(model).slopes(vector, tangents), nan=0.0, posinf=0.0, neginf=0.0))
+
     def residual(self, model: Model, vector: Array) -> Array:
         """`residuals` of a single vector, (n,) m/s^2."""
         return np.asarray(self.residuals(model, vector[None, :])[0])

@@ -18,6 +18,7 @@ from linid.diagnosis.unknowns import Coordinate, vectors_of
 from linid.physics.model import Model
 
 _STEP = 1e-4  # of a parameter's own scale, for differences
+_SMALL = 0.1  # of that, for the slopes of the parameters by what is searched
 _LEAST_NOISE = 1e-4  # of the scale's square: recordings without noise count no more than that
 _LEAST_LEFT = 0.1  # of a bin's squares, whatever noise is taken off
 
@@ -140,6 +141,12 @@ class Criterion:
             c = posed.coordinates[k]
             step = _STEP * (c.scale if c.log else max(0.1 * c.scale, min(abs(x[k]), c.scale)))
             steps.append(-step if x[k] + step > c.upper else step)
-        moved = np.repeat(x[None, :], len(wanted), axis=0)
-        moved[np.arange(len(wanted)), wanted] += steps
-        return np.asarray((self.residuals(posed, moved) - residual) / np.array(steps)[:, None])
+        size = np.array(steps)[:, None]
+        moved = np.zeros((len(wanted), x.size))
+        moved[np.arange(len(wanted)), wanted] = steps
+        if self.balance.has_slopes(posed.model):
+            # In units of the steps, in which all directions change what the model does by a similar share.
+            tangents = posed.vectors(x + _SMALL * moved) - posed.vectors(x - _SMALL * moved)
+            tangents /= 2.0 * _SMALL * _STEP
+            return np.asarray(self.balance.slopes(posed.model, posed.vectors(x)[0], tangents) * (_STEP / size))
+        return np.asarray((self.residuals(posed, x + moved) - residual) / size)

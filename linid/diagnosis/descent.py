@@ -63,11 +63,10 @@ class Descent:
         self.count = float(np.count_nonzero(rows))
         residual = criterion.residuals(posed, x[None, :])[0]
         self.slopes = np.empty((x.size, residual.size))
-        missing = [k for k, c in enumerate(coordinates) if c.name not in known]
+        self._missing = [k for k, c in enumerate(coordinates) if c.name not in known]
         for k, c in enumerate(coordinates):
             if c.name in known:
                 self.slopes[k] = known[c.name]
-        self.slopes[missing] = criterion.differences(posed, x, residual, missing)
         # Slopes by forces hardly change on the way: those by all else are computed anew first.
         self._renewable = [[k for k, c in enumerate(coordinates) if not c.force], list(range(x.size))]
         self._stale: list[list[int]] = [] if exact or not known else list(self._renewable)
@@ -80,7 +79,11 @@ class Descent:
 
     def run(self, effort: Effort) -> tuple[Array, Array]:
         """The unknowns (p,) and the residual (n,) at the end."""
-        for softness in (*effort.soft, 1.0) if self.place.x.size else ():
+        x, residual, missing = self.place.x, self.place.residual, self._missing
+        if not x.size or not effort.steps:
+            return x, residual
+        self.slopes[missing] = self.criterion.differences(self.posed, x, residual, missing)
+        for softness in (*effort.soft, 1.0):
             self._descend(effort if softness == 1.0 else SOFTENED, softness)
         return self.place.x, self.place.residual
 

@@ -120,20 +120,24 @@ def pieces_of(way):
 
 
 @inlined
+def reached_by(piece, pieces, way):
+    """How far the axis has come by the end of a piece of the time between two samples, in m."""
+    travel, v, v_next, dt = way
+    if piece == pieces - 1:
+        return travel
+    s = (piece + 1) / pieces  # cubic through both samples with their speeds
+    return s * s * (3.0 - 2.0 * s) * travel + dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+
+
+@inlined
 def piece_of(bristles, resistance, piece, pieces, way, done):
     """One piece of the time between two samples: how far the axis has come by its end, the travel in it, and the
     deflection of steady sliding at its mean speed, in m. way: as in `bristle_along`; done: of the way before it."""
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     _, level, load = resistance
-    travel, v, v_next, dt = way
-    reached = travel
-    if piece < pieces - 1:  # cubic through both samples with their speeds
-        s = (piece + 1) / pieces
-        reached = s * s * (3.0 - 2.0 * s) * travel
-        reached += dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
-    part = reached - done
-    rest = level * (stribeck(part * pieces / dt, coulomb, static, stribeck_velocity, exponent) + load) / sigma_0
-    return reached, part, rest
+    reached = reached_by(piece, pieces, way)
+    curve = stribeck((reached - done) * pieces / way[3], coulomb, static, stribeck_velocity, exponent)
+    return reached, reached - done, level * (curve + load) / sigma_0
 
 
 @inlined

@@ -20,7 +20,7 @@ import numpy as np
 from linid.physics.kernel_cache import cache_folder
 from linid.physics.laws.registry import LAWS, LUGRE
 from linid.physics.model import VECTOR_SIZE, Model
-from linid.simulation.compiled import kernel_folder, load_kernel, load_lockstep, load_slopes
+from linid.simulation.compiled import kernel_folder, load_along_slopes, load_kernel, load_lockstep, load_slopes
 from linid.simulation.inputs import Inputs
 from linid.simulation.run import Simulator, whole_recordings
 
@@ -75,6 +75,11 @@ def _slopes(model: Model) -> object:
     return simulator.slopes(params, directions, whole_recordings(simulator.inputs), start, moved)
 
 
+def _along_slopes(model: Model) -> object:
+    rest, still = np.zeros(_SAMPLES), np.ones(_SAMPLES, dtype=np.bool_)
+    return _simulator(model).slopes_along(np.full(VECTOR_SIZE, _VALUE), np.zeros((1, VECTOR_SIZE)), rest, rest, still)
+
+
 def _readings(model: Model) -> object:
     rest = np.zeros(_SAMPLES)
     return _simulator(model).readings(np.full((1, VECTOR_SIZE), _VALUE), rest, rest)
@@ -89,6 +94,7 @@ def _kernels() -> dict[str, _Kernel]:
         "derivatives with effects": _Kernel(partial(load_slopes, False), partial(_slopes, full)),
         "run with effects": _Kernel(lambda: load_kernel().simulate_tasks, partial(_run, full)),
         "along with effects": _Kernel(lambda: load_kernel().along_tasks, partial(_along, full)),
+        "derivatives along with effects": _Kernel(load_along_slopes, partial(_along_slopes, full)),
         "readings with effects": _Kernel(lambda: load_kernel().reading_tasks, partial(_readings, full)),
     }
     for law in _STEPS:
@@ -107,7 +113,13 @@ def _along_under(law: str) -> str:
 _LAWS = tuple(_along_under(law) for law in _STEPS if law != LUGRE)
 FRICTION = Plan(("windows", _along_under(LUGRE)), ("derivatives",), wait=True)
 MOTOR = Plan((*FRICTION.here, "run"), FRICTION.beside, wait=True)
-_EFFECTS = ("derivatives", "along with effects", "readings with effects", "derivatives with effects")
+_EFFECTS = (
+    "derivatives",
+    "along with effects",
+    "derivatives along with effects",
+    "readings with effects",
+    "derivatives with effects",
+)
 DIAGNOSIS = Plan((_along_under(LUGRE), "windows", "run", *_LAWS), (*_EFFECTS, "run with effects"), wait=False)
 PLANS = {"fit-friction": FRICTION, "fit-motor": MOTOR, "diagnose": DIAGNOSIS}
 ALL = DIAGNOSIS._replace(wait=True)

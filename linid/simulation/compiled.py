@@ -19,7 +19,7 @@ from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile, _Cach
 from linid.physics.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
-from linid.simulation import along, currents, kernel, kernel_by_voltage, lockstep, slopes
+from linid.simulation import along, along_slopes, currents, kernel, kernel_by_voltage, lockstep, slopes
 from linid.simulation.bundle import Bundle
 from linid.simulation.terms import terms_of
 
@@ -210,6 +210,13 @@ def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kern
 def load_slopes(bare: bool) -> Callable[..., None]:
     """The compiled simulation with derivatives (slopes.py), all motors under LuGre friction; bare: without effects."""
     entry: Callable[..., None] = entry_of(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)))
+    return entry
+
+
+@cache
+def load_along_slopes() -> Callable[..., None]:
+    """The compiled derivatives along a measured motion (along_slopes.py), all motors and effects, LuGre friction."""
+    entry: Callable[..., None] = entry_of(along_slopes.along_slope_tasks_with(terms_of(None, False, LUGRE)))
     return entry
 
 

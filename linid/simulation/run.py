@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array, Integers
-from linid.physics.effects.registry import find_effect
+from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
-from linid.physics.model import Model
+from linid.physics.model import EFFECT_SLOTS, Model
 from linid.simulation.along import AlongTraces, MeasuredMotion
-from linid.simulation.compiled import Kernel, load_kernel, load_lockstep, load_slopes
+from linid.simulation.along_beside import AlongSlopes, Directions
+from linid.simulation.compiled import Kernel, load_along_slopes, load_kernel, load_lockstep, load_slopes
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.lanes import LANES, padded
@@ -273,6 +274,44 @@ class Simulator:
 
         self._spread(work, shape[0] * inputs.counts.size)
         return AlongMotion(found.a, found.w, found.states, found.reading if reads else None)
+
+    @property
+    def has_slopes_along(self) -> bool:
+        """Whether `slopes_along` knows this model: LuGre, without own terms, nor friction by the motor's force."""
+        model = self.model
+        effects = [find_effect(name) for name in model.effects]
+        known = all(effect.own is None and "load" not in effect.terms for effect in effects)
+        return not model.winding and find_law(model.law).steps == LUGRE and known
+
+    def slopes_along(
+        self, params: Array, tangents: Array, y: Array, v: Array, standstill: NDArray[np.bool_]
+    ) -> tuple[Array, Array | None]:
+        """How the acceleration (K, samples) of `along` and the reading error (K, samples; None where no effect has one)
+        answer K directions.
+
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; y, v, standstill: as in `along`. The bristle in
+        closed form, all else by differences, to some 1e-7.
+        """
+        count, width = tangents.shape[0], padded(tangents.shape[0])
+        touched, table = np.zeros(count, dtype=np.int64), np.zeros((8, width))
+        table[:, :count] = tangents[:, :8].T
+        reads = False
+        for name in self.model.effects:
+            effect = find_effect(name)
+            slots = [EFFECT_SLOTS[parameter.name] for parameter in effect.parameters]
+            touched[np.any(tangents[:, slots] != 0.0, axis=1)] |= active_mask((name,))
+            reads = reads or effect.sensor is not None
+        found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
+        motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
+        candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
+        kernel = load_along_slopes()
+
+        def work(piece: tuple[int, int]) -> int:
+            kernel(candidates, self.inputs, motion, Directions(touched, table), *piece, found)
+            return 0
+
+        self._spread(work, self.inputs.counts.size)
+        return found.a, found.reading if reads else None
 
     def readings(self, params: Array, y: Array, v: Array) -> Array:
         """Reading errors (C, samples) in m that hang on nothing but position and speed: much faster than `along`.

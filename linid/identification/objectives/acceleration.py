@@ -138,20 +138,37 @@ class Acceleration:
         """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2.
         params: (C, VECTOR_SIZE).
         """
-        from scipy.ndimage import convolve1d
-
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
         a = along.acceleration
-        inputs = self.simulator.inputs
-        offsets = inputs.sample_offsets
-        for index, kernel in enumerate(self.kernels):
-            part = slice(offsets[index], offsets[index + 1])
-            a[:, part] = convolve1d(a[:, part], kernel, axis=1)
+        self._smooth(a)
         if along.reading_error is not None:
             a += self._seen(along.reading_error)
         return np.asarray(a[:, self.rows])
+
+    def slopes(self, params: Array, tangents: Array) -> Array:
+        """How `model_acceleration` answers K directions, (K, N) in m/s^2 per unit of each, where
+        `Simulator.has_slopes_along`.
+
+        params: (VECTOR_SIZE,); tangents: (K, VECTOR_SIZE).
+        """
+        motion = self.motion
+        a, reading = self.simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill)
+        self._smooth(a)
+        if reading is not None:
+            moved = np.any(reading != 0.0, axis=1)
+            a[moved] += self._seen(reading[moved])
+        return np.asarray(a[:, self.rows])
+
+    def _smooth(self, a: Array) -> None:
+        """Smooth accelerations (C, samples) by each recording's bump, in place."""
+        from scipy.ndimage import convolve1d
+
+        offsets = self.simulator.inputs.sample_offsets
+        for index, kernel in enumerate(self.kernels):
+            part = slice(offsets[index], offsets[index + 1])
+            a[:, part] = convolve1d(a[:, part], kernel, axis=1)
 
     def _seen(self, reading_error: Array) -> Array:
         """What a reading error (C, samples) in m adds to the measured acceleration: its second difference, smoothed."""
