@@ -30,8 +30,6 @@ from linid.simulation.threads import summed
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
-# Terms of effects that `slopes` differentiates; those of `drive` and `field` hang on no speed.
-_DIFFERENTIABLE = {"drive", "field", "force", "thrust", "level", "load", "mass", "static", "sensor"}
 _ROUNDS = 4  # of lanes, which a thread takes at a time: fewer would leave lanes free too often
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
@@ -158,11 +156,10 @@ class Simulator:
 
     def has_slopes(self, guided: bool) -> bool:
         """Whether `slopes` knows this model: LuGre, its motor's force by measured position alone, its effects without
-        hidden states and among those of which the derivatives are known."""
+        hidden states."""
         model = self.model
         plain = not model.winding and find_law(model.law).steps == LUGRE and not model.states
-        known = all(_DIFFERENTIABLE.issuperset(find_effect(name).terms) for name in model.effects)
-        return plain and known and (guided or not np.any(self.inputs.powered)) and self.steering.y.size == 0
+        return plain and (guided or not np.any(self.inputs.powered)) and self.steering.y.size == 0
 
     def slopes(
         self,

@@ -13,6 +13,7 @@ from linid.simulation.forces import force_once
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
 from linid.simulation.slope_effects import (
     END,
+    FACTOR,
     MIDDLE,
     MIDDLE_FALL,
     MIDDLE_LEVEL,
@@ -21,6 +22,7 @@ from linid.simulation.slope_effects import (
     Answer,
     FrictionAnswer,
     Instant,
+    answer_of_factor,
     answer_of_force,
     answer_of_friction,
     force_at,
@@ -37,6 +39,8 @@ from linid.simulation.slope_steps import (
     linear_of,
     predicted_lanes,
     predictor_of,
+    scaled_bristles,
+    scaled_columns,
     slid_lanes,
 )
 from linid.simulation.splines_at import spline_at
@@ -44,12 +48,13 @@ from linid.simulation.steps import Middle, impulse, reach_of
 
 
 class Carried(NamedTuple):
-    """What goes along with a simulation: slopes (3 * width) of y, v and w; (width) of the outer force now; (points *
-    width) of the motor's forces at the recording's points, those of one point without a motor; bent: whether alpha is a
-    direction."""
+    """What goes along with a simulation: slopes (3 * width) of y, v and w; (width) of the outer force now, and of the
+    factor on the bristle as it was last; (points * width) of the motor's forces at the recording's points, those of one
+    point without a motor; bent: whether alpha is a direction."""
 
     motion: Any
     force: Any
+    factor: Any
     forces: Any
     bent: Any
 
@@ -179,8 +184,9 @@ def motor_between(along, at, share):
 
 @compiled
 def answers_of_step(terms, along, motion, middle, reach, currents, at):
-    """How forces in the middle of a followed step and at its end answer, and friction at its start and in its middle.
-    currents: inputs in the middle; at: first point of its base step, and shares of that at start, middle and end."""
+    """How forces in the middle of a followed step and at its end answer, friction at its start and in its middle, and
+    the factor on the bristle there. currents: inputs in the middle; at: first point of its base step, and shares of
+    that at start, middle and end."""
     axis, course, bristles, width = along.axis, along.course, along.bristles, along.table.shape[1]
     point, shares = at
     moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
@@ -195,6 +201,9 @@ def answers_of_step(terms, along, motion, middle, reach, currents, at):
         push_mid = answer_of_force(terms, axis, along.acting, here, moves, MIDDLE * width)
         push_end = answer_of_force(terms, axis, along.acting, end, moves, END * width)
     first = second = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    factor = 1.0, no_answer(width)
+    if axis.on & terms.acts.friction:
+        factor = answer_of_factor(terms, axis, along.acting, here, moves, FACTOR * width)
     if axis.on & terms.acts.load or axis.on & terms.acts.level:
         bent = along.carried.bent
         push = motor_between(along, point, shares[0])
@@ -208,13 +217,14 @@ def answers_of_step(terms, along, motion, middle, reach, currents, at):
         curve = curve_at(bristles, v_mid, bent)
         places = MIDDLE_LEVEL * width, MIDDLE_FALL * width
         second = answer_of_friction(terms, axis, along.acting, here, (curve.level, curve.fall), moves, places)
-    return push_mid, push_end, first, second
+    return push_mid, push_end, first, second, factor
 
 
 @compiled
 def carry_followed(terms, along, place, motion, followed):
     """Take the slopes along a followed step from `motion` to what `followed_step` gave."""
-    axis, bristles, course, table, carried, _, _ = along
+    axis, course, table, carried = along.axis, along.course, along.table, along.carried
+    bristles = strong = along.bristles
     reached, middle = followed
     width = table.shape[1]
     known = middle.halvings == 0 and course.forces.size > 0
@@ -234,15 +244,18 @@ def carry_followed(terms, along, place, motion, followed):
     level, level_mid = curve_at(bristles, motion.v, carried.bent), curve_at(bristles, middle.v, carried.bent)
     push_mid = push_end = no_answer(width)
     first = second = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    factor, stronger = 1.0, no_answer(width)
     if axis.on & terms.acts.any:
-        push_mid, push_end, first, second = answers_of_step(terms, along, motion, middle, reach, currents, (at, shares))
+        answers = answers_of_step(terms, along, motion, middle, reach, currents, (at, shares))
+        push_mid, push_end, first, second, (factor, stronger) = answers
         level, level_mid = with_answer(level, first), with_answer(level_mid, second)
-        middle = Middle(
-            middle.v, middle.w, level_mid.level, level_mid.fall, middle.halvings, middle.swing, middle.allowed
-        )
+        strong = scaled_bristles(bristles, factor)
+        high, fall = factor * level_mid.level, factor * level_mid.fall
+        middle = Middle(middle.v, middle.w, high, fall, middle.halvings, middle.swing, middle.allowed)
     predictor = predictor_of(bristles, motion, middle, h, level.level)
     mean, rise = impulse(motion.force, force, reached.force)
-    linear = linear_of(bristles, motion, middle, mean, rise, h)
+    linear = linear_of(strong, motion, middle, mean, rise, h)
+    last = motion.spring[0] / bristles.sigma_0
     base = motion.v, motion.w, middle.v
     for block in range(0, width, LANES):
         columns, motions = columns_at(table, width, block), motions_at(carried, width, block)
@@ -255,18 +268,24 @@ def carry_followed(terms, along, place, motion, followed):
         steady = level_lanes(level.level_by, motions.v, columns)
         if axis.on & terms.acts.any:
             steady = steady + beyond(along, first.level, block, motor, motions.y)
-        v_mid, w_mid = predicted_lanes(predictor, motions, start, steady, columns)
+        spring = scaled_columns(bristles, columns, last, lanes_at(carried.factor, block))
+        v_mid, w_mid = predicted_lanes(predictor, motions, start, steady, columns, spring)
         high, fall = level_lanes(level_mid.level_by, v_mid, columns), level_lanes(level_mid.fall_by, v_mid, columns)
         if axis.on & terms.acts.any:
             y_mid = motions.y + 0.25 * h * (motions.v + v_mid)
             high = high + beyond(along, second.level, block, half, y_mid)
             fall = fall + beyond(along, second.fall, block, half, y_mid)
+            if axis.on & terms.acts.friction:
+                by = answered(along, stronger, block, half, v_mid, y_mid)
+                put_lanes(carried.factor, block, by)
+                columns = scaled_columns(bristles, columns, factor, by)
+                high, fall = factor * high + level_mid.level * by, factor * fall + level_mid.fall * by
             if axis.on & terms.acts.push:
                 half = answered(along, push_mid, block, half, v_mid, y_mid)
                 end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid)
-        rate, slope = bristle_lanes(linear, bristles, middle, (v_mid, w_mid, high, fall), columns)
+        rate, slope = bristle_lanes(linear, strong, middle, (v_mid, w_mid, high, fall), columns)
         rates, pushes = (rate, slope, v_mid), Pushes(start, half, end)
-        put_motions(carried, width, block, linear_lanes(linear, bristles, base, h, rates, motions, pushes, columns))
+        put_motions(carried, width, block, linear_lanes(linear, strong, base, h, rates, motions, pushes, columns))
         put_lanes(carried.force, block, end)
 
 
@@ -288,9 +307,21 @@ def start_forces(terms, along, at):
 
 
 @compiled
-def start_bristles(terms, along, at, motion, motor):
+def start_factor(terms, along, at):
+    """Put in the slopes of the factor on the bristle at the start; returns it."""
+    carried, width = along.carried, along.table.shape[1]
+    factor, answer = answer_of_factor(terms, along.axis, along.acting, at, True, FACTOR * width)
+    for block in range(0, width, LANES):
+        motions = motions_at(carried, width, block)
+        by = answered(along, answer, block, lanes_at(carried.force, block), motions.v, motions.y)
+        put_lanes(carried.factor, block, by)
+    return factor
+
+
+@compiled
+def start_bristles(terms, along, at, motion, motor, factor):
     """Put in the slopes of a bristle that follows from the model at the start (`started`). at: `Instant`; motor: slopes
-    (width) of the motor's force then."""
+    (width) of the motor's force then; factor: on the bristle."""
     axis, bristles, table, carried = along.axis, along.bristles, along.table, along.carried
     width, sigma_0 = table.shape[1], bristles.sigma_0
     slides = abs(motion.v) > 0.0
@@ -303,7 +334,8 @@ def start_bristles(terms, along, at, motion, motor):
         level = with_answer(level, answer)
     turn = math.copysign(1.0, motion.w)
     breakaway = answer.factor * (bristles.static + answer.load)
-    breaks = 1.0 if not slides and abs(motion.force) >= breakaway else 0.0
+    asked = motion.force / factor
+    breaks = 1.0 if not slides and abs(asked) >= breakaway else 0.0
     for block in range(0, width, LANES):
         columns, motions = columns_at(table, width, block), motions_at(carried, width, block)
         most = answer.factor * columns.static
@@ -313,5 +345,6 @@ def start_bristles(terms, along, at, motion, motor):
             most = most + beyond(along, answer.level, block, lanes_at(motor, block), motions.y)
         held = turn * most
         if not slides:
-            held = (turn * breaks) * most + (1.0 - breaks) * lanes_at(carried.force, block)
+            free = (1.0 / factor) * (lanes_at(carried.force, block) - asked * lanes_at(carried.factor, block))
+            held = (turn * breaks) * most + (1.0 - breaks) * free
         put_lanes(carried.motion, block + 2 * width, (1.0 / sigma_0) * (held - motion.w * columns.sigma_0))

@@ -1,7 +1,7 @@
 """How forces and friction with effects answer motion and parameters: what a step's derivatives need of them.
 
 By differences of the terms themselves, some evaluations per instant: most columns share them. Effects with hidden
-states, and those that delay the inputs or change the bristle's stiffness, have none here.
+states have none here.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from linid.simulation.forces import (
     Axis,
     bristles_of,
     driven_currents,
+    friction_factor,
     level_factor,
     reading_error,
     thrust_factor,
@@ -24,14 +25,15 @@ from linid.simulation.forces import (
     work_vector,
 )
 from linid.simulation.friction_slopes import LevelSlopes
+from linid.simulation.splines_at import late_inputs
 
 # Steps of differences: of a search coordinate, whose forces are smooth to the last bits, of which it leaves half; of a
 # speed with so many m/s, of a place in m, of a force with so many N.
 FORCE_STEP = 2e-8
 _SPEED_STEP, _SLOW, _PLACE_STEP, _PUSH_STEP, _WEAK = 1e-6, 1e-2, 1e-8, 1e-6, 1.0
 # Where the columns' own slopes stand, in widths: of the force in the middle of a step and at its end, of friction's
-# level at its start and in its middle with its fall, of the reading; and of what has none.
-MIDDLE, END, START_LEVEL, MIDDLE_LEVEL, MIDDLE_FALL, READING, NONE, OWN = 0, 1, 2, 3, 4, 5, 6, 7
+# level at its start and in its middle with its fall, of the reading, of the factor on the bristle; of what has none.
+MIDDLE, END, START_LEVEL, MIDDLE_LEVEL, MIDDLE_FALL, READING, FACTOR, NONE, OWN = range(9)
 
 
 class Acting(NamedTuple):
@@ -139,14 +141,17 @@ def table_of(terms, axis, acting, added_mass, table):
 
 
 @compiled
-def seen_by_motor(terms, on, p, clock, guide, out):
+def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
     """Fill in the places in m that the motor's field sees, and the inputs that it gets (4, points).
 
-    clock: s of the first point and between points; guide: (4, points) measured places and logged inputs.
+    clock: s of the first point, between points and between samples; guide: (4, points) measured places and logged
+    inputs; coefficients: of the splines of the inputs.
     """
     for k in range(guide.shape[1]):
         t, y = clock[0] + k * clock[1], guide[0, k]
         currents = guide[1, k], guide[2, k], guide[3, k]
+        if on & terms.acts.delay:
+            currents = late_inputs(coefficients, clock[2], k * clock[1] - terms.delay(0.0, on, p))
         if on & terms.acts.drive:
             currents = terms.drive(on, t, y, 0.0, currents, p)
         out[0, k] = y
@@ -214,6 +219,21 @@ def friction_by(terms, axis, at):
     if axis.on & terms.acts.level:
         factor = level_factor(terms, axis, at.t, at.y, at.v, at.currents)
     return factor, load
+
+
+@compiled
+def answer_of_factor(terms, axis, acting, at, moves, own):
+    """The factor on the bristle, and how it answers; moves: whether its place is the simulated one."""
+    currents = at.currents
+    factor = friction_factor(terms, axis, at.t, at.y, at.v, currents)
+    quick, speed = faster(at)
+    by_speed, by_place = (friction_factor(terms, axis, at.t, at.y, quick.v, currents) - factor) / speed, 0.0
+    if moves:
+        by_place = (friction_factor(terms, axis, at.t, at.y + _PLACE_STEP, at.v, currents) - factor) / _PLACE_STEP
+    for c in acting.moved:
+        other = friction_factor(terms, beside(axis, acting, c), at.t, at.y, at.v, currents)
+        acting.own[own + c] = (other - factor) / FORCE_STEP
+    return factor, Answer(0.0, by_speed, by_place, own)
 
 
 @inlined

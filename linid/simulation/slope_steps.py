@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from linid.physics.friction import glide_weights
 from linid.simulation.binding import inlined
+from linid.simulation.forces import Bristles
 from linid.simulation.friction_slopes import level_slopes, phi_slopes, phi_to_4
 from linid.simulation.lanes import lanes_at
 
@@ -54,7 +55,8 @@ class Predictor(NamedTuple):
     force: Any
     mass: Any
     sigma_0: Any
-    sigma_1: Any
+    stiffness: Any  # of the bristle as it was last, N/m
+    damping: Any  # likewise, N s/m
     turn: Any  # sign of the speed
     rate: Any
     half: Any
@@ -111,16 +113,17 @@ def curve_at(bristles, v, bent):
 @inlined
 def predictor_of(bristles, motion, middle, h, level):
     """What the predicted middle (`predicted`) of a step of h seconds hangs on; level: of friction at its start, N."""
-    sigma_0, sigma_1, sigma_2, mass = bristles[4:]
+    sigma_0, _, sigma_2, mass = bristles[4:]
+    stiffness, damping = motion.spring
     rate = sigma_0 * abs(motion.v) / level
     half = 0.5 * h
     relax = 1.0 / (1.0 + half * rate)
-    pull = half * (sigma_0 - sigma_1 * rate) * relax
-    inverse = 1.0 / (mass + half * (sigma_1 + sigma_2 + pull))
+    pull = half * (stiffness - damping * rate) * relax
+    inverse = 1.0 / (mass + half * (damping + sigma_2 + pull))
     turn = math.copysign(1.0, motion.v)
     return Predictor(
-        level, motion.v, motion.w, middle.v, motion.force, mass, sigma_0, sigma_1, turn, rate, half, relax, pull,
-        inverse,
+        level, motion.v, motion.w, middle.v, motion.force, mass, sigma_0, stiffness, damping, turn, rate, half, relax,
+        pull, inverse,
     )  # fmt: skip
 
 
@@ -132,14 +135,35 @@ def level_lanes(by, v, columns):
 
 
 @inlined
-def predicted_lanes(p, motion, force, level, columns):
-    """Slopes of the predicted middle, of speed and bristle; force, level: of these at the step's start."""
+def scaled_bristles(bristles, factor):
+    """A bristle that is so many times as strong."""
+    coulomb, static, stribeck_velocity, exponent, sigma_0, sigma_1, sigma_2, mass = bristles
+    return Bristles(
+        coulomb, static, stribeck_velocity, exponent, factor * sigma_0, factor * sigma_1, sigma_2, mass
+    )  # fmt: skip
+
+
+@inlined
+def scaled_columns(bristles, columns, factor, factor_by):
+    """The slopes of a bristle that is so many times as strong; factor_by: slopes of that."""
+    sigma_0 = factor * columns.sigma_0 + bristles.sigma_0 * factor_by
+    sigma_1 = factor * columns.sigma_1 + bristles.sigma_1 * factor_by
+    return Columns(
+        columns.coulomb, columns.static, columns.velocity, columns.exponent, sigma_0, sigma_1, columns.sigma_2,
+        columns.mass,
+    )  # fmt: skip
+
+
+@inlined
+def predicted_lanes(p, motion, force, level, columns, spring):
+    """Slopes of the predicted middle, of speed and bristle; force, level: of these at the step's start; spring: columns
+    of the bristle as it was last."""
     stiff = abs(p.v) * columns.sigma_0 + (p.sigma_0 * p.turn) * motion.v
     rate = (1.0 / p.level) * (stiff - p.rate * level)
     relax = (-p.half * p.relax * p.relax) * rate
-    softer = columns.sigma_0 - p.rate * columns.sigma_1 - p.sigma_1 * rate
-    pull = (p.half * p.relax) * softer + (p.half * (p.sigma_0 - p.sigma_1 * p.rate)) * relax
-    held = columns.mass + p.half * (columns.sigma_1 + columns.sigma_2 + pull)
+    softer = spring.sigma_0 - p.rate * spring.sigma_1 - p.damping * rate
+    pull = (p.half * p.relax) * softer + (p.half * (p.stiffness - p.damping * p.rate)) * relax
+    held = columns.mass + p.half * (spring.sigma_1 + columns.sigma_2 + pull)
     pushed = p.mass * motion.v + p.v * columns.mass + p.half * force - p.w * pull - p.pull * motion.w
     v_mid = p.inverse * (pushed - p.v_mid * held)
     w_mid = p.relax * (motion.w + p.half * v_mid) + (p.w + p.half * p.v_mid) * relax

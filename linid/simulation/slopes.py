@@ -17,7 +17,15 @@ from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
-from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding, start_bristles, start_forces
+from linid.simulation.slope_carry import (
+    Along,
+    Carried,
+    carry_followed,
+    carry_sliding,
+    start_bristles,
+    start_factor,
+    start_forces,
+)
 from linid.simulation.slope_effects import (
     FORCE_STEP,
     READING,
@@ -110,7 +118,8 @@ def carry_over_sample(terms, along, n, going):
 def carried_from(axis, course, first, force_slopes, tangents, s):
     """The slopes at sample `first`."""
     width = tangents.table.shape[1]
-    carried = Carried(np.empty(3 * width), np.zeros(width), force_slopes.reshape(-1), np.any(tangents.table[3] != 0.0))
+    rows = np.empty(3 * width), np.zeros(width), np.zeros(width)
+    carried = Carried(*rows, force_slopes.reshape(-1), np.any(tangents.table[3] != 0.0))
     point = 2 * first * course.substeps if axis.powered else 0
     for c in range(width):
         carried.force[c] = force_slopes[point, c]
@@ -130,14 +139,15 @@ def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
     a = pieces * inputs.offsets[r] + r
     guide = scheme.guide[:, a : a + points]
     forces, other, slopes = np.empty(points), np.empty(points), np.zeros((points, width))
-    clock = inputs.t_starts[r], inputs.dts[r] / pieces
+    clock, coefficients = (inputs.t_starts[r], inputs.dts[r] / pieces, inputs.dts[r]), inputs.coefficients
+    coefficients = coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
     # Effects on inputs and field act before the motor, by its place and inputs alone.
     on = candidates.on & terms.chosen | terms.always
-    before = on & terms.acts.drive != 0 or on & terms.acts.field != 0
+    before = on & (terms.acts.delay | terms.acts.drive | terms.acts.field) != 0
     seen = np.empty((4, points if before else 0))
     p = candidates.params[0]
     if before:
-        seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, seen)
+        seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, coefficients, seen)
     motor_forces_at(terms, candidates.motor, p, seen if before else guide, forces)
     for c in range(tangents.count):
         other_p, acts = candidates.params[1 + c], False
@@ -145,7 +155,7 @@ def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
             acts = acts or other_p[k] != p[k]
         if acts:
             if before:
-                seen_by_motor(terms, on, acting.params[c], clock, guide, seen)
+                seen_by_motor(terms, on, acting.params[c], clock, guide, coefficients, seen)
             motor_forces_at(terms, candidates.motor, other_p, seen if before else guide, other)
             for k in range(points):
                 slopes[k, c] = (other[k] - forces[k]) / FORCE_STEP
@@ -173,8 +183,11 @@ def begun_at(terms, along, first, start, motion):
     motor = carried.force.copy()
     if axis.on & terms.acts.push:
         start_forces(terms, along, at)
+    factor = 1.0
+    if axis.on & terms.acts.friction:
+        factor = start_factor(terms, along, at)
     if math.isnan(start[2]):
-        start_bristles(terms, along, at, motion, motor)
+        start_bristles(terms, along, at, motion, motor, factor)
 
 
 @allocating

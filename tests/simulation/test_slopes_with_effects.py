@@ -42,6 +42,16 @@ KNOWN = [
     "force_saturation",
     "pole_pitch_error",
     "commutation_change",
+    "input_delay",
+    "position_dependent_friction",
+]
+COASTING = [
+    "cogging",
+    "asymmetric_friction",
+    "quadratic_drag",
+    "friction_drift",
+    "gravity",
+    "position_dependent_friction",
 ]
 OWN: dict[str, dict[str, float]] = {
     "drag: -c*v*abs(v)": {"c": 2.0},
@@ -106,7 +116,7 @@ def test_slopes_of_a_driven_axis_with_an_effect(effect: str) -> None:
     check(found, expected, names, 1e-2)
 
 
-@pytest.mark.parametrize("effect", ["cogging", "asymmetric_friction", "quadratic_drag", "friction_drift", "gravity"])
+@pytest.mark.parametrize("effect", COASTING)
 def test_slopes_of_a_coast_down_with_an_effect(effect: str) -> None:
     """Forces act at the simulated position here."""
     check(*both((effect,), SAMPLES[effect], *coasting()), 1e-3)
@@ -121,13 +131,14 @@ def test_slopes_with_an_own_term(text: str) -> None:
     check(found, expected, names, 1e-2)
 
 
-def test_many_effects_at_once() -> None:
-    effects = ("cogging", "end_effect", "load_dependent_friction", "asymmetric_friction", "gravity", "current_offset")
+@pytest.mark.parametrize("others", [("cogging", "input_delay"), ("end_effect", "position_dependent_friction")])
+def test_many_effects_at_once(others: tuple[str, ...]) -> None:
+    effects = (*others, "load_dependent_friction", "asymmetric_friction", "gravity", "current_offset")
     known = {name: value for effect in effects for name, value in SAMPLES[effect].items()}
     check(*both(effects, known, *driven(effects)), 1e-2)
 
 
-@pytest.mark.parametrize("effect", ["thermal_derating", "input_delay", "backlash", "position_dependent_friction"])
+@pytest.mark.parametrize("effect", ["thermal_derating", "backlash", "cable_force"])
 def test_other_effects_are_differenced(effect: str) -> None:
     simulator = Simulator(Model("sine", (effect,)), pack_inputs([synchronous_run(0.1)]), 2)
     assert not simulator.has_slopes(True) and math.isfinite(simulator.model.size)
