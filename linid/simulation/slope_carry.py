@@ -220,6 +220,16 @@ def answers_of_step(terms, along, motion, middle, reach, currents, at):
     return push_mid, push_end, first, second, factor
 
 
+@inlined
+def within_base_step(course, place, halvings):
+    """The first point of the base step that a followed step is part of, and shares of it at its start, middle and
+    end."""
+    base_step = place.done >> FINEST
+    begin = (place.done - (base_step << FINEST)) / (1 << FINEST)
+    share = (1 << (FINEST - halvings)) / (1 << FINEST)
+    return 2 * (place.n * course.substeps + base_step), (begin, begin + 0.5 * share, begin + share)
+
+
 @compiled
 def carry_followed(terms, along, place, motion, followed):
     """Take the slopes along a followed step from `motion` to what `followed_step` gave."""
@@ -228,13 +238,9 @@ def carry_followed(terms, along, place, motion, followed):
     reached, middle = followed
     width = table.shape[1]
     known = middle.halvings == 0 and course.forces.size > 0
-    size = 1 << (FINEST - middle.halvings)
-    base_step = place.done >> FINEST
-    begin = (place.done - (base_step << FINEST)) / (1 << FINEST)
-    share = size / (1 << FINEST)
-    at, shares = 2 * (place.n * course.substeps + base_step), (begin, begin + 0.5 * share, begin + share)
+    at, shares = within_base_step(course, place, middle.halvings)
     reach = reach_of(course, place, motion, middle, course.guided and not known)
-    h, force, currents = size * course.tick, 0.0, motion.currents
+    h, force, currents = reach.h, 0.0, motion.currents
     if known:
         force = course.forces[at + 1]
     elif axis.powered or axis.on & terms.acts.push:
