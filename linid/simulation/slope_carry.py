@@ -100,6 +100,13 @@ def no_answer(width):
     return Answer(0.0, 0.0, 0.0, np.int64(NONE * width))
 
 
+@inlined
+def unanswered(width):
+    """What `answers_of_step` gives where nothing changes."""
+    push, friction = no_answer(width), FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    return push, push, friction, friction, (1.0, push)
+
+
 @compiled
 def answers_of_slide(terms, along, motion, v_mid, moment, points):
     """Force in the middle of a step of fast sliding in N, and how that and the one at its end answer. moment: (n, x, h)
@@ -191,7 +198,7 @@ def answers_of_step(terms, along, motion, middle, reach, currents, at):
     point, shares = at
     moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
     here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]))
-    push_mid = push_end = no_answer(width)
+    push_mid, push_end, first, second, factor = unanswered(width)
     if axis.on & terms.acts.push:
         then = currents
         if axis.powered:
@@ -200,8 +207,6 @@ def answers_of_step(terms, along, motion, middle, reach, currents, at):
         end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, then, push)
         push_mid = answer_of_force(terms, axis, along.acting, here, moves, MIDDLE * width)
         push_end = answer_of_force(terms, axis, along.acting, end, moves, END * width)
-    first = second = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
-    factor = 1.0, no_answer(width)
     if axis.on & terms.acts.friction:
         factor = answer_of_factor(terms, axis, along.acting, here, moves, FACTOR * width)
     if axis.on & terms.acts.load or axis.on & terms.acts.level:
@@ -248,12 +253,11 @@ def carry_followed(terms, along, place, motion, followed):
             currents = inputs_then(terms, axis, course, place.n, reach.x, 0.5 * h)
         force = force_once(terms, axis, reach.t_mid, reach.y_mid, middle.v, currents)
     level, level_mid = curve_at(bristles, motion.v, carried.bent), curve_at(bristles, middle.v, carried.bent)
-    push_mid = push_end = no_answer(width)
-    first = second = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
-    factor, stronger = 1.0, no_answer(width)
+    answers = unanswered(width)
     if axis.on & terms.acts.any:
         answers = answers_of_step(terms, along, motion, middle, reach, currents, (at, shares))
-        push_mid, push_end, first, second, (factor, stronger) = answers
+    push_mid, push_end, first, second, (factor, stronger) = answers
+    if axis.on & terms.acts.any:
         level, level_mid = with_answer(level, first), with_answer(level_mid, second)
         strong = scaled_bristles(bristles, factor)
         high, fall = factor * level_mid.level, factor * level_mid.fall
