@@ -241,8 +241,7 @@ def carry_followed(terms, along, place, motion, followed):
     axis, course, table, carried = along.axis, along.course, along.table, along.carried
     bristles = strong = along.bristles
     reached, middle = followed
-    width = table.shape[1]
-    known = middle.halvings == 0 and course.forces.size > 0
+    width, known = table.shape[1], middle.halvings == 0 and course.forces.size > 0
     at, shares = within_base_step(course, place, middle.halvings)
     reach = reach_of(course, place, motion, middle, course.guided and not known)
     h, force, currents = reach.h, 0.0, motion.currents
