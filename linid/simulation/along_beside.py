@@ -56,7 +56,7 @@ class AlongSlopes(NamedTuple):
 class Beside(NamedTuple):
     """What the directions are in one recording. params: (K, WORK_SIZE) a FORCE_STEP along each, with its own hidden
     states; lag: (K,) s by which the inputs act late; driven: (D,) directions that change the motor's force; motor: the
-    motor's own forces in N, (1 + D, samples) of the model and of these; pushed, held, late, moving, reading: (K,)
+    motor's own forces in N, (1 + D, samples) of the model and of these; pushed, held, level, moving, reading: (K,)
     whether a direction changes the other forces, the factor on the bristle, the level of friction, hidden states and
     the reading; width: of a row; table: (8 * width) as of `Directions`, with what effects do to mass and static force;
     carried: (ROWS * width)."""
@@ -67,7 +67,7 @@ class Beside(NamedTuple):
     motor: Any
     pushed: Any
     held: Any
-    late: Any
+    level: Any
     moving: Any
     reading: Any
     width: Any
@@ -231,7 +231,7 @@ def level_beside(terms, axis, course, motion, where, room):
     place, t, y, v, currents = where
     level = level_factor(terms, axis, t, y, v, currents)
     for c in range(room.lag.size):
-        if room.late[c]:
+        if room.level[c]:
             given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
             other = level_factor(terms, beside(axis, room, c), t, y, v, given)
             room.carried[LEVEL * room.width + c] = (other - level) / FORCE_STEP

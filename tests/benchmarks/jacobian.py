@@ -2,7 +2,8 @@
 
 Of a motor's fit to the generated stand (free wheels as free runs, all else ahead), by differences and carried along
 with the simulation, in one process one after the other: least processor time of several calls. A column's share is what
-sixteen columns more cost, per column and internal step of the simulation ahead.
+sixteen columns more cost, per column and internal step of the simulation ahead. Along the measured motion the same is
+asked of the force balance.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from itertools import count
 from unittest import mock
 
 import numpy as np
@@ -77,7 +79,8 @@ def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str,
     line = Linearisation(problem, Cost(problem))
     line.reweight(x)
     one = least(lambda: line.batch(x[None]), calls)
-    carried = least(lambda: line.differences(x), calls)
+    number = count(1)
+    carried = least(lambda: line.differences(x + 1e-12 * next(number)), calls)  # that of the last point is kept
     with mock.patch.object(Problem, "carries_slopes", False):
         differences = least(lambda: line.differences(x), calls)
     ahead = problem.parts[1]
@@ -94,6 +97,14 @@ def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str,
         moved = np.zeros((segments.count.size, 3, blocks * LANES))
         return least(lambda: simulator.slopes(vector, directions.params, segments, starts, moved), calls)
 
+    names = [parameter.name for parameter in problem.space.parameters]
+    tangents = np.zeros((len(names), vector.size))
+    for k, name in enumerate(names):
+        tangents[k, ahead.model.slot(name)] = vector[ahead.model.slot(name)]
+    still = ahead.motion.y, ahead.motion.v, ahead.motion.standstill
+    moved_too = np.vstack([vector, vector + 1e-4 * tangents])
+    begins = np.full((len(moved_too), len(ahead.recordings)), np.nan)
+    along = least(lambda: simulator.along(moved_too[:1], *still, begins[:1]), calls)
     column = (wide(3) - wide(1)) / (2 * LANES * steps)
     return {
         "columns": len(point) + 2.0,
@@ -101,6 +112,8 @@ def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str,
         "simulations carried along": carried / one,
         "ns per internal step": 1e9 * one / steps,
         "ns per internal step and column": 1e9 * column,
+        "along, by differences": least(lambda: simulator.along(moved_too, *still, begins), calls) / along,
+        "along, carried": least(lambda: simulator.slopes_along(vector, tangents, *still), calls) / along,
     }
 
 
