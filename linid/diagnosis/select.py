@@ -107,6 +107,11 @@ def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort
     return annealed(fits, done, effort) if done.level > FAR else done
 
 
+def settled(fits: JointFit, one: Fitted) -> Fitted:
+    """The fit of a model taken further on its own recordings, as far as it takes to compare it with others."""
+    return again(fits, one, one.recordings, SETTLING)
+
+
 def annealed(fits: JointFit, one: Fitted, effort: Effort) -> Fitted:
     """The fit of a model taken further by way of softer criteria, at the mass that added masses tell."""
     return at_the_masses(fits, fits.annealed(one, effort))
@@ -197,7 +202,7 @@ def _best_of(
     if not able:
         return None
     best = max(able, key=lambda pair: pair[0].gain - price(fits, pair[1]))[1]
-    return again(fits, best, best.recordings, SETTLING)
+    return settled(fits, best)
 
 
 def price(fits: JointFit, one: Fitted) -> float:
@@ -237,7 +242,7 @@ def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fit
         if {s.name for s in found} != set(missing):
             return None
         step = extended(fits, screening, (step, found[0]), screening.jobs)
-        step = again(fits, step, step.recordings, SETTLING)
+        step = settled(fits, step)
     return again(fits, step, screening.to_fit(step), THOROUGH) if effects else step
 
 
@@ -298,12 +303,11 @@ def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
     # A single moment had its say in the forward steps, where its lead over others was told before much was fitted.
     lasting = [s for s in screening.screen(full) if find_effect(s.name).acts != "one"]
     items = [(full, item) for item in contenders(lasting, CONTENDING[1])]
-    for (_, item), one in in_parallel(
-        partial(extended, judge.fits, screening), items, screening.jobs, screening.workers
-    ):
-        more = again(judge.fits, one, one.recordings, SETTLING)
-        evidence = compare(judge.fits, full, more, judged(judge, more, item.name))
-        part = Part(item.name, evidence, full)
+    more_of = in_parallel(partial(extended, judge.fits, screening), items, screening.jobs, screening.workers)
+    fitted = [(item.name, one) for (_, item), one in more_of]
+    for (name, _), more in in_parallel(lambda pair, _: settled(judge.fits, pair[1]), fitted, screening.jobs):
+        evidence = compare(judge.fits, full, more, judged(judge, more, name))
+        part = Part(name, evidence, full)
         if stands(part) and not idle(judge, more, [part]):
             found.append((evidence.gain, more))
     return max(found, key=lambda pair: pair[0])[1] if found else None
@@ -355,7 +359,7 @@ def contested(
         left = []
         for item in found:
             instead = extended(fits, screening, (part.without, item), 1)
-            instead = again(fits, instead, instead.recordings, SETTLING)
+            instead = settled(fits, instead)
             worse = compare(fits, instead, full, rows)
             if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
                 return instead, {}, True
@@ -374,22 +378,22 @@ def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[
 
     An effect that came while others were missing may sit in a wrong valley of its shape or in wrong recordings.
     """
+    lasting = [part for part in parts if find_effect(part.name).acts != "one"]
     items = []
-    for part in parts:
-        if find_effect(part.name).acts != "one":
-            gain = part.without.level - full.level
-            own = screening.screen(part.without, only=[part.name])
-            items += [(part.without, s) for s in own if s.gain >= RENEWED * gain or elsewhere(full, s)]
-            lasting = in_all(full, part.name, screening.recordings) if fits.coordinates.told else ()
-            items += [(part.without, s) for s in lasting]
-    better: list[tuple[float, Fitted]] = []
+    for part, own in in_parallel(
+        lambda part, _: screening.screen(part.without, only=[part.name]), lasting, screening.jobs
+    ):
+        gain = part.without.level - full.level
+        items += [(part.without, s) for s in own if s.gain >= RENEWED * gain or elsewhere(full, s)]
+        everywhere = in_all(full, part.name, screening.recordings) if fits.coordinates.told else ()
+        items += [(part.without, s) for s in everywhere]
     found = in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers)
-    for (_, item), one in found:
-        if one.level < full.level + LEAST_GAIN:
-            one = again(fits, one, one.recordings, SETTLING)
-            # That an effect acts in a held-out recording too shows there alone.
-            some = find_effect(item.name).acts == "some"
-            rows = fits.rows_of(range(len(screening.recordings)) if some else one.recordings)
-            better.append((compare(fits, full, one, rows).gain, one))
+    near = [(item.name, one) for (_, item), one in found if one.level < full.level + LEAST_GAIN]
+    better: list[tuple[float, Fitted]] = []
+    for (name, _), one in in_parallel(lambda pair, _: settled(fits, pair[1]), near, screening.jobs):
+        # That an effect acts in a held-out recording too shows there alone.
+        some = find_effect(name).acts == "some"
+        rows = fits.rows_of(range(len(screening.recordings)) if some else one.recordings)
+        better.append((compare(fits, full, one, rows).gain, one))
     gain, one = max(better, key=lambda pair: pair[0], default=(0.0, full))
     return one if gain >= PROPOSED_GAIN else None
