@@ -131,7 +131,9 @@ def test_slopes_with_an_own_term(text: str) -> None:
     check(found, expected, names, 1e-2)
 
 
-@pytest.mark.parametrize("others", [("cogging", "input_delay"), ("end_effect", "position_dependent_friction")])
+@pytest.mark.parametrize(
+    "others", [("cogging", "end_effect"), ("cogging", "input_delay"), ("end_effect", "position_dependent_friction")]
+)
 def test_many_effects_at_once(others: tuple[str, ...]) -> None:
     effects = (*others, "load_dependent_friction", "asymmetric_friction", "gravity", "current_offset")
     known = {name: value for effect in effects for name, value in SAMPLES[effect].items()}
