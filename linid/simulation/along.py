@@ -16,11 +16,11 @@ from linid.simulation.along_before import (
     followed_before,
     shared_with,
 )
+from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
-    advance_states,
     axis_of,
     bristles_of,
     external_force,
@@ -28,7 +28,6 @@ from linid.simulation.forces import (
     friction_factor,
     friction_load,
     just_set_off,
-    keep_states,
     level_factor,
     motor_forces,
     reading_error,
@@ -44,17 +43,6 @@ UNEVEN = 0.1  # relative change of speed between samples, from which the bristle
 PIECES = 8
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
 RAISED = 4.0  # times its own, to which effects may raise friction for that to hold: no deflection then exceeds this
-
-
-class MeasuredMotion(NamedTuple):
-    """A measured motion: y (n,) in m and v (n,) in m/s, smoothed; inputs: (3, n); standstill: (n,) true where the axis
-    rests, and its bristle balances the other forces; wanted: (n,) where the bristle is, or empty for everywhere."""
-
-    y: Any
-    v: Any
-    inputs: Any
-    standstill: Any
-    wanted: Any
 
 
 class AlongTraces(NamedTuple):
@@ -86,16 +74,6 @@ def decay_means(x, decay):
         return 1.0 - x * (0.5 - x / 6.0), 0.5 - x * (1.0 / 3.0 - 0.125 * x)
     first = (1.0 - decay) / x
     return first, (first - decay) / x
-
-
-@inlined
-def inputs_of_sample(terms, axis, course, motion, k):
-    """The three inputs that act at sample k."""
-    if not axis.powered:
-        return 0.0, 0.0, 0.0
-    if axis.on & terms.acts.delay:
-        return late_inputs(course.coefficients, course.dt, k * course.dt - course.lag)
-    return motion.inputs[0, k], motion.inputs[1, k], motion.inputs[2, k]
 
 
 @compiled
@@ -277,22 +255,18 @@ def write_hidden(terms, axis, k, t, motion, currents, kept, found):
 
 
 @inlined
-def between(terms, axis, course, motion, k, currents, before):
+def between(terms, axis, course, motion, k, before):
     """What acts between sample k and the next: friction as effects make it, and the hidden states brought along."""
-    dt, y, v, acts = course.dt, motion.y, motion.v, terms.acts
-    travel = y[k + 1] - y[k]
-    speed = travel / dt
-    t, y_mid = course.t_start + k * dt + 0.5 * dt, y[k] + 0.5 * travel
+    acts = terms.acts
     factor, level, load = before
-    if axis.powered:
-        currents = late_inputs(course.coefficients, dt, (k + 0.5) * dt - course.lag)
+    where = midway(terms, axis, course, motion, k)
+    _, t, y, speed, currents = where
     if axis.on & acts.level:
-        level = level_factor(terms, axis, t, y_mid, speed, currents)
+        level = level_factor(terms, axis, t, y, speed, currents)
     if axis.on & acts.load:
-        load = friction_load(terms, axis, t, y_mid, speed, currents)
+        load = friction_load(terms, axis, t, y, speed, currents)
     if axis.on & acts.advance:
-        advance_states(terms, axis, dt, t, y_mid, speed, (v[k + 1] - v[k]) / dt, currents)
-        keep_states(axis.p)
+        advance_on(terms, axis, course, motion, where)
     return Resistance(factor, level, load)
 
 
@@ -350,7 +324,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
         write_hidden(terms, axis, k, t, motion, currents, kept, found)
         if k < count - 1:
             if on & acts.between:
-                resistance = between(terms, axis, course, motion, k, currents, resistance)
+                resistance = between(terms, axis, course, motion, k, resistance)
             way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
             w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
             if want_a:  # the bristle's rate is a difference of w: the equation's right-hand side would amplify noise

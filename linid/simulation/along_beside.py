@@ -11,23 +11,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
-from linid.simulation.along import begun, inputs_of_sample
+from linid.simulation.along import begun
 from linid.simulation.along_before import effected_before
+from linid.simulation.along_motion import advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
-    advance_states,
     axis_of,
     bristles_of,
     driven_currents,
     field_position,
     friction_factor,
-    keep_states,
     level_factor,
     motor_forces,
     reading_error,
 )
-from linid.simulation.slope_effects import FORCE_STEP, Instant, beside, force_at
+from linid.simulation.slope_effects import FORCE_STEP, Acting, Instant, along_directions, beside, force_at, table_of
 from linid.simulation.splines_at import late_inputs
 
 # Rows of what is carried along, each of one number per direction: the bristle's deflection, its mean over an interval
@@ -55,16 +54,16 @@ class AlongSlopes(NamedTuple):
 
 class Beside(NamedTuple):
     """What the directions are in one recording. params: (K, WORK_SIZE) a FORCE_STEP along each, with its own hidden
-    states; lag: (K,) s by which the inputs act late; driven: (D,) directions that change the motor's force; motor: the
-    motor's own forces in N, (1 + D, samples) of the model and of these; pushed, held, level, moving, reading: (K,)
-    whether a direction changes the other forces, the factor on the bristle, the level of friction, hidden states and
-    the reading; width: of a row; table: (8 * width) as of `Directions`, with what effects do to mass and static force;
-    carried: (ROWS * width)."""
+    states; lag: (K,) s by which the inputs act late; motor: the motor's own forces in N, (rows, samples), of the model
+    and of those directions that change them; row: (K,) which of these is a direction's; pushed, held, level, moving,
+    reading: (K,) whether a direction changes the other forces, the factor on the bristle, the level of friction, hidden
+    states and the reading; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do
+    to mass and static force; carried: (ROWS * width)."""
 
     params: Any
     lag: Any
-    driven: Any
     motor: Any
+    row: Any
     pushed: Any
     held: Any
     level: Any
@@ -84,25 +83,6 @@ class Here(NamedTuple):
     v: Any
     currents: Any
     force: Any
-
-
-@inlined
-def midway(terms, axis, course, motion, k):
-    """Place in samples, time, position, speed and inputs in the middle between sample k and the next."""
-    dt, travel = course.dt, motion.y[k + 1] - motion.y[k]
-    currents = 0.0, 0.0, 0.0
-    if axis.powered:
-        currents = late_inputs(course.coefficients, dt, (k + 0.5) * dt - course.lag)
-    return k + 0.5, course.t_start + k * dt + 0.5 * dt, motion.y[k] + 0.5 * travel, travel / dt, currents
-
-
-@compiled
-def advance_on(terms, axis, course, motion, where):
-    """Bring hidden states to the next sample; where: as of `midway`."""
-    place, t, y, v, currents = where
-    k = int(place)
-    advance_states(terms, axis, course.dt, t, y, v, (motion.v[k + 1] - motion.v[k]) / course.dt, currents)
-    keep_states(axis.p)
 
 
 @allocating
@@ -125,69 +105,66 @@ def motor_of(terms, candidates, candidate, axis, course, motion, out):
 
 
 @allocating
-def room_beside(terms, axis, directions, candidates, samples):
-    """Room for what the directions are in a recording of so many samples."""
+def room_beside(terms, axis, directions, candidates, recording):
+    """Room for what the directions are in a recording; recording: inputs of all and its number."""
     count, width = directions.touched.size, directions.table.shape[1]
-    acts, touched = terms.acts, directions.touched
-    before = acts.delay | acts.drive | acts.field
-    driven = np.empty(count, dtype=np.int64)
-    found = 0
+    acts, touched, (inputs, r) = terms.acts, directions.touched, recording
+    row, rows = np.zeros(count, dtype=np.int64), 1
     for c in range(count):
-        moves = touched[c] & before != 0
+        moves = touched[c] & (acts.delay | acts.drive | acts.field) != 0
         for k in range(MOTOR_START, EFFECT_START):
             moves = moves or candidates.params[1 + c, k] != candidates.params[0, k]
         if moves and axis.powered:
-            driven[found] = c
-            found += 1
+            row[c] = rows
+            rows += 1
     pushed = touched & (acts.push | acts.delay) != 0
     if axis.on & (acts.thrust | acts.pushed):  # no longer the motor's force alone
-        for j in range(found):
-            pushed[driven[j]] = True
+        pushed |= row > 0
+    acting = Acting(row, np.zeros((count, WORK_SIZE)), np.empty(0))
+    along_directions(candidates, acting, inputs, r)
     return Beside(
-        np.zeros((count, WORK_SIZE)),
+        acting.params,
         np.zeros(count),
-        driven[:found],
-        np.zeros((1 + found, samples)),
+        np.zeros((rows, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])),
+        row,
         pushed,
         touched & acts.friction != 0,
         touched & acts.level != 0,
         touched & acts.advance != 0,
         touched & acts.sensor != 0,
         width,
-        directions.table.flatten(),
+        table_of(terms, axis, acting, inputs.added_mass[r], directions.table).flatten(),
         np.zeros(ROWS * width),
     )
 
 
 @allocating
-def started_beside(terms, candidates, stretch_data, motion, room):
-    """Put in how model and directions begin, and their motor's forces; returns the model's bristle in m. stretch_data:
-    inputs and number of the recording."""
-    inputs, r = stretch_data
-    count, width, j = room.lag.size, room.width, 0
-    w = mass = static = 0.0
-    for candidate in range(1 + count):
+def begun_anew(terms, axis, bristles, course, motion):
+    """The bristle at the first sample in m, which nothing tells; hidden states start too."""
+    currents = inputs_of_sample(terms, axis, course, motion, 0)
+    return begun(terms, axis, bristles, course, motion, currents, effected_before(0), math.nan)
+
+
+@allocating
+def started_beside(terms, candidates, recording, motion, w, room):
+    """Put in how the directions begin, and the motor's forces; recording: as of `room_beside`; w: the model's bristle
+    in m."""
+    inputs, r = recording
+    for candidate in range(1 + room.lag.size):
         stretch = stretch_of(candidates, inputs, candidate, r, 0, motion.y.size)
         axis = axis_of(terms, candidates, stretch)
         bristles = bristles_of(terms, axis, stretch.added_mass)
         course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
-        currents = inputs_of_sample(terms, axis, course, motion, 0)
-        begins = begun(terms, axis, bristles, course, motion, currents, effected_before(0), math.nan)
-        c = candidate - 1
-        if c < 0:
-            w, mass, static = begins, bristles.mass, bristles.static
-        else:
-            room.carried[BRISTLE * width + c] = (begins - w) / FORCE_STEP
+        begins = begun_anew(terms, axis, bristles, course, motion)
+        c, row = candidate - 1, 0
+        if c >= 0:
+            room.carried[BRISTLE * room.width + c] = (begins - w) / FORCE_STEP
             room.lag[c] = course.lag
-            for k in range(axis.p.size):
+            for k in range(STATE_START, axis.p.size):
                 room.params[c, k] = axis.p[k]
-            if axis.on & (terms.acts.mass | terms.acts.static):
-                room.table[width + c] = (bristles.static - static) / FORCE_STEP
-                room.table[7 * width + c] = (bristles.mass - mass) / FORCE_STEP
-        if axis.powered and (c < 0 or (j < room.driven.size and room.driven[j] == c)):
-            motor_of(terms, candidates, candidate, axis, course, motion, room.motor[j + 1 if c >= 0 else 0])
-            j += c >= 0
-    return w
+            row = room.row[c]
+        if axis.powered and (c < 0 or row > 0):
+            motor_of(terms, candidates, candidate, axis, course, motion, room.motor[row])
 
 
 @inlined
@@ -207,18 +184,15 @@ def forces_beside(terms, axis, course, motion, here, room):
     factor = 1.0
     if axis.on & terms.acts.friction:
         factor = friction_factor(terms, axis, t, y, v, currents)
-    for j in range(room.driven.size):
-        carried[of_force + room.driven[j]] = (room.motor[1 + j, k] - room.motor[0, k]) / FORCE_STEP
     for c in range(room.lag.size):
+        motor = room.motor[room.row[c], k]
+        if room.row[c] > 0 and not room.pushed[c]:
+            carried[of_force + c] = (motor - room.motor[0, k]) / FORCE_STEP
         if not (room.pushed[c] or room.held[c]):
             continue
         other = beside(axis, room, c)
         given = currents_beside(terms, axis, course, motion, (k, currents), c, room)
         if room.pushed[c]:
-            motor = room.motor[0, k]
-            for j in range(room.driven.size):
-                if room.driven[j] == c:
-                    motor = room.motor[1 + j, k]
             carried[of_force + c] = (force_at(terms, other, Instant(t, y, v, given, motor)) - force) / FORCE_STEP
         if room.held[c]:
             carried[of_factor + c] = (friction_factor(terms, other, t, y, v, given) - factor) / FORCE_STEP

@@ -9,17 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from linid.simulation.along import (
-    REST_AVERAGE,
-    MeasuredMotion,
-    Resistance,
-    begun,
-    decay_means,
-    inputs_of_sample,
-    pieces_of,
-    reached_by,
-)
-from linid.simulation.along_before import effected_before
+import numpy as np
+
+from linid.simulation.along import REST_AVERAGE, Resistance, decay_means, pieces_of, reached_by
 from linid.simulation.along_beside import (
     BEFORE_LAST,
     BRISTLE,
@@ -33,14 +25,15 @@ from linid.simulation.along_beside import (
     WRITTEN,
     AlongSlopes,
     Here,
+    begun_anew,
     forces_beside,
     level_beside,
-    midway,
     room_beside,
     started_beside,
     states_beside,
     write_readings,
 )
+from linid.simulation.along_motion import MeasuredMotion, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import Scheme, course_of, stretch_of
@@ -190,22 +183,19 @@ def write_bristle(bristles, factor, here, means, a, room):
 
 
 @allocating
-def along_slopes_one(terms, candidates, directions, stretch_data, motion, found):
-    """Derivatives of the acceleration along a measured motion of one recording; stretch_data: inputs and number."""
-    inputs, r = stretch_data
+def along_slopes_one(terms, candidates, directions, recording, motion, found):
+    """Derivatives of the acceleration along a measured motion of one recording; recording: inputs of all and its
+    number."""
+    inputs, r = recording
     stretch = stretch_of(candidates, inputs, 0, r, 0, motion.y.size)
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
-    bent = False
-    for c in range(directions.table.shape[1]):
-        bent = bent or directions.table[3, c] != 0.0
-    room = room_beside(terms, axis, directions, candidates, count)
-    w = started_beside(terms, candidates, stretch_data, motion, room)
-    if on & acts.advance:
-        currents = inputs_of_sample(terms, axis, course, motion, 0)
-        begun(terms, axis, bristles, course, motion, currents, effected_before(0), w)
+    bent = np.any(directions.table[3] != 0.0)
+    room = room_beside(terms, axis, directions, candidates, recording)
+    w = begun_anew(terms, axis, bristles, course, motion)
+    started_beside(terms, candidates, recording, motion, w, room)
     level, mean, late = 1.0, 0.0, 0.0
     for k in range(count):
         t = stretch.t_start + k * dt

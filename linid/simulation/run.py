@@ -16,8 +16,9 @@ from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
 from linid.physics.model import EFFECT_SLOTS, Model
-from linid.simulation.along import AlongTraces, MeasuredMotion
+from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
+from linid.simulation.along_motion import MeasuredMotion
 from linid.simulation.compiled import Kernel, load_along_slopes, load_kernel, load_lockstep, load_slopes
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
@@ -123,6 +124,11 @@ class Simulator:
     @cached_property
     def _kept(self) -> Integers:
         return np.array(self.model.states, dtype=np.int64)
+
+    @property
+    def _reads(self) -> bool:
+        """Whether an effect has a reading error."""
+        return any(find_effect(name).sensor is not None for name in self.model.effects)
 
     def _candidates(self, params: Array) -> Candidates:
         winding = WINDING_CODES[self.model.winding]
@@ -254,7 +260,7 @@ class Simulator:
         """
         kernel, inputs, candidates, kept = self._kernel(), self.inputs, self._candidates(params), self._kept
         shape = (params.shape[0], y.size)
-        reads = any(find_effect(name).sensor is not None for name in self.model.effects)
+        reads = self._reads
         found = AlongTraces(
             np.empty(shape) if acceleration else np.empty((1, 0)),
             np.empty(shape) if wanted is None else np.full(shape, np.nan),
@@ -290,14 +296,11 @@ class Simulator:
         closed form, all else by differences, to some 1e-7.
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])
-        touched, table = np.zeros(count, dtype=np.int64), np.zeros((8, width))
+        touched, table, reads = np.zeros(count, dtype=np.int64), np.zeros((8, width)), self._reads
         table[:, :count] = tangents[:, :8].T
-        reads = False
         for name in self.model.effects:
-            effect = find_effect(name)
-            slots = [EFFECT_SLOTS[parameter.name] for parameter in effect.parameters]
+            slots = [EFFECT_SLOTS[parameter.name] for parameter in find_effect(name).parameters]
             touched[np.any(tangents[:, slots] != 0.0, axis=1)] |= active_mask((name,))
-            reads = reads or effect.sensor is not None
         found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))

@@ -138,9 +138,8 @@ def level_lanes(by, v, columns):
 def scaled_bristles(bristles, factor):
     """A bristle that is so many times as strong."""
     coulomb, static, stribeck_velocity, exponent, sigma_0, sigma_1, sigma_2, mass = bristles
-    return Bristles(
-        coulomb, static, stribeck_velocity, exponent, factor * sigma_0, factor * sigma_1, sigma_2, mass
-    )  # fmt: skip
+    sigma_0, sigma_1 = factor * sigma_0, factor * sigma_1
+    return Bristles(coulomb, static, stribeck_velocity, exponent, sigma_0, sigma_1, sigma_2, mass)
 
 
 @inlined
