@@ -123,18 +123,28 @@ def _readings(
     lines: Sequence[str], sample: Sequence[str], separators: Sequence[str], marks: Sequence[str], skip: int
 ) -> list[Dialect]:
     """The dialects that fit, without those that fit a small part of the rows that another one does."""
-    found = [one for sep in separators for mark in marks if (one := _try(lines, sample, sep, mark, skip))]
-    most = max((rows for _, rows in found), default=0)
-    return [dialect for dialect, rows in found if rows >= _SUPPORT * most]
+    found = []
+    unsplit: dict[str, list[list[str]]] = {}  # data by decimal mark, the same for all absent separators
+    for sep in separators:
+        split_rows = [split(line, sep) for line in sample]
+        absent = not any(sep in line for line in sample)
+        for mark in marks:
+            rows = unsplit.get(mark) if absent else None
+            if rows is None:
+                rows = [row for row in split_rows if _looks_like_data(row, mark)]
+            if absent:
+                unsplit[mark] = rows
+            if one := _try(lines, rows, sep, mark, skip):
+                found.append(one)
+    most = max((votes for _, votes in found), default=0)
+    return [dialect for dialect, votes in found if votes >= _SUPPORT * most]
 
 
 def _try(
-    lines: Sequence[str], sample: Sequence[str], separator: str, decimal: str, skip: int
+    lines: Sequence[str], rows: Sequence[list[str]], separator: str, decimal: str, skip: int
 ) -> tuple[Dialect, int] | None:
-    """The dialect with this separator and mark and the sampled rows that it fits, if at least 90 % of them agree on the
-    field count."""
-    rows = [split(line, separator) for line in sample]
-    rows = [row for row in rows if _looks_like_data(row, decimal)]
+    """The dialect with this separator and mark and how many of the sampled rows of data it fits, if at least 90 % of
+    them agree on the field count."""
     if not rows:
         return None
     count, votes = Counter(len(row) for row in rows).most_common(1)[0]
@@ -142,7 +152,7 @@ def _try(
         return None
     # The top rows too: a slower time group fills its columns only there.
     top = [split(line, separator) for line in lines[skip : skip + 60]]
-    rows = [row for row in rows + [r for r in top if _looks_like_data(r, decimal)] if len(row) == count]
+    rows = [row for row in [*rows, *(r for r in top if _looks_like_data(r, decimal))] if len(row) == count]
     numeric = tuple(_is_numeric([row[k] for row in rows], decimal) for k in range(count))
     if not any(numeric):
         return None
