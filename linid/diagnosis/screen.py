@@ -21,7 +21,7 @@ from linid.diagnosis.unknowns import ACROSS
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
-from linid.parallel_tasks import Workers
+from linid.parallel_tasks import Workers, in_parallel
 from linid.physics.effects.effect import Effect, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED
@@ -223,32 +223,42 @@ class Screening:
         here = StepRegression(self.fits, step, self.fits.rows_of(self.fitted), self.effects)
         whole = np.ones(self.fits.balance.rows.t.size, dtype=np.bool_)
         everywhere = StepRegression(self.fits, step, whole, self.effects_everywhere)
-        wanted = tuple(only)
+        tried = self._tried(step, tuple(only))
         out = []
-        tried = (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name)))
-        for number, effect in enumerate(tried, 1):
+        found = in_parallel(lambda effect, _: self._trial(step, here, everywhere, effect), tried, self.jobs)
+        for number, (effect, trial) in enumerate(found, 1):
             if watch is not None:
                 watch(number, len(tried))
-            if effect.name in self.without or (wanted and effect.name not in wanted):
-                continue
-            if effect.of_given_models and not self.fits.coordinates.told:
-                continue
-            present = effect.name in step.model.effects
-            if present and not (effect.parts > 1 and effect.free_part(step.preset)):
-                continue
-            if not effect.applies(step.model.kind, self.whole if effect.per_recording else self.outlook):
-                continue
-            if effect.acts == "one":
-                trial = self._best_moment(everywhere, effect, step)
-            elif effect.acts == "some":
-                trial = self._best_recordings(everywhere, effect)
-            else:
-                sizes = amplitude_sizes(here, effect, self.outlook)
-                trial = best_trial(here, effect, self.outlook, self.fits.held, sizes)
-                if effect.delay is not None:
-                    trial = max(trial, self._best_delay(here, effect, step), key=lambda one: one.explained)
             out.append(Screened(effect.name, trial))
         return tuple(sorted(out, key=lambda s: -s.trial.explained))
+
+    def _tried(self, step: Fitted, wanted: Sequence[str]) -> list[Effect]:
+        """The effects that make sense here and are not in `step` yet; wanted: their names (empty: all)."""
+
+        def makes_sense(effect: Effect) -> bool:
+            if effect.name in self.without or (wanted and effect.name not in wanted):
+                return False
+            if effect.of_given_models and not self.fits.coordinates.told:
+                return False
+            present = effect.name in step.model.effects
+            if present and not (effect.parts > 1 and effect.free_part(step.preset)):
+                return False
+            return effect.applies(step.model.kind, self.whole if effect.per_recording else self.outlook)
+
+        return [e for e in (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name))) if makes_sense(e)]
+
+    def _trial(self, step: Fitted, here: StepRegression, everywhere: StepRegression, effect: Effect) -> Trial:
+        """The entry of an effect's grid that explains most; here, everywhere: regressions over the rows of the fitted
+        recordings and of all."""
+        if effect.acts == "one":
+            return self._best_moment(everywhere, effect, step)
+        if effect.acts == "some":
+            return self._best_recordings(everywhere, effect)
+        sizes = amplitude_sizes(here, effect, self.outlook)
+        trial = best_trial(here, effect, self.outlook, self.fits.held, sizes)
+        if effect.delay is not None:
+            trial = max(trial, self._best_delay(here, effect, step), key=lambda one: one.explained)
+        return trial
 
     def _best_delay(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
         """The delay that explains most, of some at which the thrust's size and phase are found anew.
