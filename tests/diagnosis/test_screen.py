@@ -35,3 +35,10 @@ def test_a_delay_is_seen_from_a_base_at_the_wrong_phase(turn: float) -> None:
     assert found.trial.values["mass"] == pytest.approx(values["mass"], rel=0.03)
     fitted = again(fits, extended(fits, screening, (turned, found), 1), turned.recordings, THOROUGH)
     assert fitted.values["input_delay"] == pytest.approx(2e-3, abs=5e-5)
+
+
+def test_no_promise_hangs_on_how_many_effects_are_tried_at_once() -> None:
+    base = fit_base_model(recordings(), "sine", {}, Means(1), [])
+    alone, beside = (Screening(base.judge.fits, base.fitted, jobs).screen(base.fitted) for jobs in (1, 3))
+    assert len(alone) > 10
+    assert alone == beside
