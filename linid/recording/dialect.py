@@ -124,17 +124,14 @@ def _readings(
 ) -> list[Dialect]:
     """The dialects that fit, without those that fit a small part of the rows that another one does."""
     found = []
-    unsplit: dict[str, list[list[str]]] = {}  # data by decimal mark, the same for all absent separators
+    data: dict[tuple[str, str], list[list[str]]] = {}  # rows by separator and mark; absent separators give the same
     for sep in separators:
-        split_rows = [split(line, sep) for line in sample]
-        absent = not any(sep in line for line in sample)
+        present = sep if any(sep in line for line in sample) else ""
         for mark in marks:
-            rows = unsplit.get(mark) if absent else None
-            if rows is None:
-                rows = [row for row in split_rows if _looks_like_data(row, mark)]
-            if absent:
-                unsplit[mark] = rows
-            if one := _try(lines, rows, sep, mark, skip):
+            if (present, mark) not in data:
+                rows = (split(line, sep) for line in sample)
+                data[present, mark] = [row for row in rows if _looks_like_data(row, mark)]
+            if one := _try(lines, data[present, mark], sep, mark, skip):
                 found.append(one)
     most = max((votes for _, votes in found), default=0)
     return [dialect for dialect, votes in found if votes >= _SUPPORT * most]
