@@ -9,12 +9,14 @@ import numpy as np
 
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
-from linid.simulation.along_before import (
-    bristle_or_before,
+from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
+from linid.simulation.along_effects import (
     effected_before,
     effects_shared,
-    followed_before,
-    shared_with,
+    given_over,
+    nothing_given,
+    samples_of,
+    write_readings_over,
 )
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
@@ -23,17 +25,14 @@ from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
     axis_of,
     bristles_of,
-    external_force,
     force_once,
     friction_factor,
     friction_load,
     just_set_off,
     level_factor,
-    motor_forces,
     reading_error,
     start_states,
     steady_bristle,
-    thrust_factor,
 )
 from linid.simulation.splines_at import late_inputs
 
@@ -156,15 +155,18 @@ def skipped(k, wanted, y, memory):
 
 
 @inlined
-def resistance_at(terms, axis, k, where, effected, before):
-    """What effects do to friction at sample k, its factor noted for other candidates; where: time, position, speed,
-    inputs; before: at the last one, for what no effect touches."""
+def resistance_at(terms, axis, k, where, given, before):
+    """What effects do to friction at sample k; where: time, position, speed, inputs; given: as of `given_over`; before:
+    at the last one, for what no effect touches."""
     factor, level, load = before
     t, y, v, currents = where
     if axis.on & terms.acts.friction:
-        factor = effected.friction[k] if effected.known else friction_factor(terms, axis, t, y, v, currents)
-        if effected.friction.size > 0:
-            effected.friction[k] = factor
+        if given.motor.size == 0:
+            factor = friction_factor(terms, axis, t, y, v, currents)
+        else:
+            factor = given.friction[k]
+            if axis.on & terms.acts.stateful_friction:
+                factor = terms.friction(factor, axis.on & terms.acts.stateful_friction, t, y, v, currents, axis.p)
     if axis.on & terms.acts.level:
         level = level_factor(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.load:
@@ -181,7 +183,7 @@ def bristle_at_rest(axis, bristles, resistance, w, force, dt):
 
 
 @compiled
-def begun(terms, axis, bristles, course, motion, currents, effected, w):
+def begun(terms, axis, bristles, course, motion, currents, given, w):
     """The bristle at the first sample in m; w: as given, or nan. Hidden states and elements start too.
 
     Not given, it is that of steady sliding, but an axis that has just set off need not slide yet.
@@ -194,7 +196,7 @@ def begun(terms, axis, bristles, course, motion, currents, effected, w):
     if math.isnan(w):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents)
         if not motion.standstill[0] and motion.y.size > START_SAMPLES:
-            resistance = resistance_at(terms, axis, 0, (t, y, v, currents), effected, Resistance(1.0, 1.0, 0.0))
+            resistance = resistance_at(terms, axis, 0, (t, y, v, currents), given, Resistance(1.0, 1.0, 0.0))
             breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
             if just_set_off(v, breakaway):
                 held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
@@ -204,42 +206,22 @@ def begun(terms, axis, bristles, course, motion, currents, effected, w):
 
 
 @inlined
-def outer_force(terms, axis, motion, k, t, currents, motor_force, effected):
-    """All forces on the mass but friction at sample k, in N; what effects do is noted for other candidates.
-
-    motor_force: (samples,), or empty where effects decide it too.
-    """
+def outer_force(terms, axis, motion, k, t, currents, given):
+    """All forces on the mass but friction at sample k, in N; given: as of `given_over`."""
     on, acts, y, v = axis.on, terms.acts, motion.y[k], motion.v[k]
-    motor = motor_force[k] if motor_force.size > 0 else 0.0
-    if effected.known:
-        return motor * effected.thrust[k] + effected.push[k]
-    thrust, push = 1.0, 0.0
-    if motor_force.size == 0:
-        push = external_force(terms, axis, t, y, v, currents)
-    elif on & acts.push:
-        if on & acts.thrust:
-            thrust = thrust_factor(terms, axis, t, y, v, currents)
-        push = terms.force(0.0, on, t, y, v, currents, axis.p)
-    if effected.push.size > 0:
-        effected.thrust[k], effected.push[k] = thrust, push
-    force = motor * thrust + push
-    if motor_force.size > 0 and on & acts.pushed:
-        force = terms.pushed(force, on, motor * thrust, t, y, v, currents, axis.p)
-    return force
-
-
-@allocating
-def forces_of_samples(terms, axis, candidates, motion, wanted):
-    """The motor's forces in N at all samples, where they are wanted and position and inputs alone decide them."""
-    acts, on = terms.acts, axis.on
-    by_place = not (on & acts.delay or on & acts.drive or on & acts.field)
-    known = wanted and axis.powered and candidates.motor > 0 and by_place
-    count = motion.y.size
-    out = np.empty(count if known else 0)
-    if known:
-        i = motion.inputs
-        motor_forces(terms, candidates.motor, axis.p, motion.y, (i[0], i[1], i[2]), out)
-    return out
+    if given.motor.size == 0:
+        return force_once(terms, axis, t, y, v, currents)
+    if not on & acts.push:
+        return given.motor[k]
+    motor, push = given.motor[k] * given.thrust[k], given.push[k]
+    if on & (acts.stateful_thrust | acts.stateful_force | acts.pushed):
+        i = given.inputs[0][k], given.inputs[1][k], given.inputs[2][k]
+        if axis.powered:
+            motor = terms.thrust(motor, on & acts.stateful_thrust, t, y, v, i, axis.p)
+        push = terms.force(push, on & acts.stateful_force, t, y, v, i, axis.p)
+        if on & acts.pushed:
+            return terms.pushed(motor + push, on, motor, t, y, v, i, axis.p)
+    return motor + push
 
 
 @inlined
@@ -248,7 +230,7 @@ def write_hidden(terms, axis, k, t, motion, currents, kept, found):
     if axis.on & terms.acts.advance or terms.law.elements > 0:
         for place in range(kept.size):
             found.states[k, place] = axis.p[STATE_START + kept[place]]
-    if axis.on & terms.acts.sensor:
+    if axis.on & terms.acts.stateful_sensor:
         y, v, on, p = motion.y[k], motion.v[k], axis.on, axis.p
         error = reading_error(terms, on, t, y, v, currents, p)  # at the reading, then at the position
         found.reading[k] = reading_error(terms, on, t, y - error, v, currents, p)
@@ -290,7 +272,13 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     skipping = motion.wanted.size > 0 and not want_a and not (on & acts.advance or on & acts.sensor)
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
-    motor_force = forces_of_samples(terms, axis, candidates, motion, want_a)
+    given = nothing_given(effected)
+    if want_a or on & acts.sensor:
+        samples = samples_of(terms, axis, course, motion)
+        if want_a:
+            given = given_over(terms, axis, candidates, samples, effected)
+        if on & acts.sensor and not on & acts.stateful_sensor:
+            write_readings_over(terms, axis, samples, found.reading)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
@@ -305,10 +293,10 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
         if k == 0:
-            w = begun(terms, axis, bristles, course, motion, currents, effected, w)
+            w = begun(terms, axis, bristles, course, motion, currents, given, w)
         if want_a or motion.standstill[k]:
-            force = outer_force(terms, axis, motion, k, t, currents, motor_force, effected)
-        resistance = resistance_at(terms, axis, k, (t, y[k], v[k], currents), effected, resistance)
+            force = outer_force(terms, axis, motion, k, t, currents, given)
+        resistance = resistance_at(terms, axis, k, (t, y[k], v[k], currents), given, resistance)
         if motion.standstill[k]:
             w = terms.law.at_rest(axis, bristles, resistance, w, force, dt)
         found.w[k] = w
@@ -361,7 +349,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 kept,
                 (
                     shared_with(terms, on, candidates.params[candidate], before),
-                    effects_shared(terms, on if found.a.size > 0 else 0, candidates.params[candidate], effected),
+                    effects_shared(candidates.params[candidate], effected),
                 ),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],

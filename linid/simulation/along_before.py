@@ -1,9 +1,7 @@
-"""What candidates along one measured motion share: the bristle's way, and what effects do, where nothing that decides
-it differs.
+"""What candidates along one measured motion share of the bristle's way, where nothing that decides it differs.
 
 Candidates that differ in their motor or effects alone, as most columns of a Jacobian do, share most of the bristle's
-way: where it begins an interval with the same bits, it ends it with the same ones. Those that differ in friction or
-motor alone share what effects do at each sample.
+way: where it begins an interval with the same bits, it ends it with the same ones.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.laws.law import MOST_OWN
-from linid.physics.model import EFFECT_START, LAW_START, MASS, VECTOR_SIZE
+from linid.physics.model import LAW_START
 from linid.simulation.binding import allocating, inlined
 
 FRICTION = 5  # parameters before sigma_1, which decide the bristle along a motion
@@ -32,42 +30,6 @@ class Followed(NamedTuple):
     ended: Any
     mean: Any
     late: Any
-
-
-class Effected(NamedTuple):
-    """What effects did last at the samples (samples,) of a recording. params: (VECTOR_SIZE,) that decided it; known:
-    whether those of this candidate are the same; thrust, friction: factors on the motor's force alone and the
-    bristle's; push: all else on the mass in N; all empty where it is not shared."""
-
-    params: Any
-    known: Any
-    thrust: Any
-    push: Any
-    friction: Any
-
-
-@allocating
-def effected_before(samples):
-    """Room for what effects do at so many samples at most, of which nothing is known."""
-    params = np.full(VECTOR_SIZE, np.nan)
-    return Effected(params, False, np.empty(samples), np.empty(samples), np.empty(samples))
-
-
-@allocating
-def effects_shared(terms, on, params, before):
-    """What the effects of the candidate before did, unknown if this one's are others, or empty where they have states
-    or answer the motor's force. Those that change what the motor gets or sees are shared with its force."""
-    acts = terms.acts
-    if on & (acts.pushed | acts.advance) or not on & (acts.push | acts.friction):
-        nothing = before.thrust[0:0]
-        return Effected(before.params, False, nothing, nothing, nothing)
-    whole = on & (acts.delay | acts.drive | acts.field) != 0
-    same = True
-    for k in range(VECTOR_SIZE):
-        if k >= EFFECT_START or (whole and k > MASS):
-            same = same and before.params[k] == params[k]
-            before.params[k] = params[k]
-    return Effected(before.params, same, before.thrust, before.push, before.friction)
 
 
 @allocating

@@ -12,6 +12,7 @@ import numpy as np
 
 from linid.physics.friction import glide_weights
 from linid.physics.model import STATE_START
+from linid.simulation.along_effects import Samples, readings_over
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
@@ -266,10 +267,10 @@ def reading_tasks_with(terms: Bundle) -> Any:
     def reading_tasks(params, on, y, v, begin, end, out):
         """Reading errors in m of candidates begin..end-1 along positions y and speeds v, for errors that hang on
         nothing else. out: (candidates, samples)."""
-        on = on & terms.chosen | terms.always
+        on, nothing = on & terms.chosen | terms.always, np.zeros(y.size)
+        samples = Samples(0.0, 0.0, y, v, nothing, nothing, nothing)
         for candidate in range(begin, end):
             p = work_vector(params[candidate], 0.0, 0.0, 0.0)
-            for k in range(y.size):
-                out[candidate, k] = reading_error(terms, on, 0.0, y[k], v[k], (0.0, 0.0, 0.0), p)
+            readings_over(terms, on, samples, p, out[candidate])
 
     return reading_tasks

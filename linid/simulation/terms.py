@@ -28,6 +28,11 @@ def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
     return sum(1 << EFFECTS.index(effect) for effect in effects if term in effect.terms)
 
 
+def _stateful(term: str, effects: tuple[Effect, ...]) -> int:
+    """The bits of those effects whose term takes hidden states."""
+    return bits_of(term, tuple(effect for effect in effects if term in effect.terms and effect.states_of(term)))
+
+
 def _places(effect: Effect, term: str) -> Bundle:
     """Where in `p` a term's last arguments are: its hidden states and parameters."""
     count = 0 if term in STATELESS else effect.states_of(term)
@@ -171,6 +176,92 @@ def _no_advance(on, h, t, y, v, a, currents, p):
     pass
 
 
+# The same for all samples of a motion at once, each effect in a loop of its own: such become vector instructions.
+# `samples` as of along_effects.py; `out` holds what they make of the term's values, in place.
+
+
+def _added_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+    @inlined
+    def total(out, on, samples, p):
+        rest(out, on, samples, p)
+        if on & bit:
+            others, elapsed = values_at(p, where), p[ELAPSED]
+            for k in range(out.size):
+                t = samples.t_start + k * samples.dt
+                currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
+                out[k] += term(t, samples.y[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+
+    return total
+
+
+def _scaled_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+    @inlined
+    def total(out, on, samples, p):
+        rest(out, on, samples, p)
+        if on & bit:
+            others, elapsed = values_at(p, where), p[ELAPSED]
+            for k in range(out.size):
+                t = samples.t_start + k * samples.dt
+                currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
+                out[k] *= term(t, samples.y[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+
+    return total
+
+
+def _moved_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+    @inlined
+    def total(out, on, samples, p):
+        rest(out, on, samples, p)
+        if on & bit:
+            others, elapsed = values_at(p, where), p[ELAPSED]
+            for k in range(out.size):
+                t = samples.t_start + k * samples.dt
+                currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
+                out[k] = term(t, out[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+
+    return total
+
+
+def _driven_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+    @inlined
+    def total(out, on, samples, p):
+        rest(out, on, samples, p)
+        if on & bit:
+            others, elapsed = values_at(p, where), p[ELAPSED]
+            for k in range(samples.y.size):
+                t = samples.t_start + k * samples.dt
+                currents = out[0, k], out[1, k], out[2, k]
+                given = term(t, samples.y[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+                out[0, k], out[1, k], out[2, k] = given
+
+    return total
+
+
+@inlined
+def _nothing_over(out, on, samples, p):
+    pass
+
+
+_OVER: dict[str, Callable[..., Any]] = {
+    "drive": _driven_over,
+    "field": _moved_over,
+    "thrust": _scaled_over,
+    "force": _added_over,
+    "friction": _scaled_over,
+    "sensor": _added_over,
+}
+
+
+def _chain_over(term: str, effects: tuple[Effect, ...]) -> Any:
+    """One function for a term of all effects without states at all samples, in their order."""
+    total = _nothing_over
+    for effect in effects:
+        if term in effect.terms and not effect.states_of(term):
+            function = inlined(effect.terms[term].py_func)
+            total = _OVER[term](total, function, 1 << EFFECTS.index(effect), _places(effect, term))
+    return total
+
+
 _CHAINS: dict[str, tuple[Any, Callable[..., Any]]] = {
     "delay": (_no_scalar, _constant),
     "mass": (_no_scalar, _heavier),
@@ -242,6 +333,7 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
         "any": sum(1 << EFFECTS.index(effect) for effect in effects) | own,
         "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
         "between": bits["level"] | bits["load"] | bits["advance"],
+        **{f"stateful_{term}": _stateful(term, effects) for term in _OVER},
     }
     return Bundle(
         motor=motor_terms(None if model is None else model.motor),
@@ -249,5 +341,6 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
         acts=Bundle(**guards),
         chosen=-1 if known is None else 0,
         always=known or 0,
+        over=Bundle(**{term: _chain_over(term, effects) for term in _OVER}),
         **chains,
     )

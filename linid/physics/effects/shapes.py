@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
+from numba import njit
+
 from linid.physics.effects.effect import Outlook, Values, term
+from linid.physics.motors.harmonics import sine_cosine
 
 _LEAST_FACTOR = 0.02
 MOST_MARKED = 50  # recordings that a number can mark by its bits
@@ -16,10 +19,11 @@ def bounded(factor: float) -> float:
     return max(factor, _LEAST_FACTOR)
 
 
-@term
+@njit(error_model="numpy", forceinline=True)  # so that loops over positions become vector instructions
 def sine_pair(angle: float, sine: float, cosine: float) -> float:
     """sine sin(angle) + cosine cos(angle), in the unit of sine and cosine; angle: rad."""
-    return sine * math.sin(angle) + cosine * math.cos(angle)
+    along_sine, along_cosine = sine_cosine(angle)
+    return sine * along_sine + cosine * along_cosine
 
 
 @term
