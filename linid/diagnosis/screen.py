@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -78,9 +77,7 @@ class StepRegression:
         self.effects = effects
         self.weights = fits.weights(step.residual, step.floor, rows)[rows]
         self.bin = fits.balance.rows.bin[rows]
-        self.part = copy(fits.balance.part(step.model))
-        self.part.rows, self.part.classes = self.part.rows[rows], self.part.classes[rows]
-        self.part.target = self.part.signal = self.part.target[rows]
+        self.part = fits.balance.part(step.model).of_rows(rows)
         slopes = fits.slopes(step) if slopes is None else slopes
         coordinates = fits.unknowns(step)
         self.p = len(coordinates)

@@ -108,6 +108,29 @@ def own_places(effects: tuple[str, ...]) -> tuple[dict[str, int], NDArray[np.flo
     return places, image
 
 
+# Asked for with every vector of a fit.
+
+
+@lru_cache(maxsize=256)
+def _parameters(model: Model) -> tuple[Parameter, ...]:
+    active = tuple(p for name in model.effects for p in find_effect(name).parameters_of(model.kind))
+    return model.driven_by.parameters + electrical.PARAMETERS[model.winding] + model.friction + active
+
+
+@lru_cache(maxsize=256)
+def _defaults(model: Model) -> tuple[tuple[str, float], ...]:
+    return tuple((p.name, p.default) for p in model.parameters)
+
+
+@lru_cache(maxsize=256)
+def _slots(model: Model) -> dict[str, int]:
+    """Where all parameters stand in the flat vector, of those too that mean nothing for this motor."""
+    ends = (LAW_START, LAWS[model.law].own), (WINDING_START, electrical.PARAMETERS[model.winding])
+    starts = (*ends, (MOTOR_START, model.driven_by.parameters), (0, friction.PARAMETERS))
+    own = own_places(model.effects)[0] if any(map(is_own, model.effects)) else {}
+    return own | EFFECT_SLOTS | {p.name: start + k for start, some in starts for k, p in enumerate(some)}
+
+
 @dataclass(frozen=True)
 class Model:
     """Which motor and effects act: kind: a motor by name, or friction (free wheels only).
@@ -177,8 +200,7 @@ class Model:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters of friction, motor and active effects, in table order."""
-        active = tuple(p for name in self.effects for p in find_effect(name).parameters_of(self.kind))
-        return self.driven_by.parameters + electrical.PARAMETERS[self.winding] + self.friction + active
+        return _parameters(self)
 
     def with_effects(self, effects: Iterable[str]) -> Model:
         """The same motor and friction law with these effects."""
@@ -208,19 +230,7 @@ class Model:
 
     def slot(self, name: str) -> int:
         """Where parameter `name` stands in the flat vector; KeyError if the model has none."""
-        for index, parameter in enumerate(friction.PARAMETERS):
-            if parameter.name == name:
-                return index
-        for index, parameter in enumerate(self.driven_by.parameters):
-            if parameter.name == name:
-                return MOTOR_START + index
-        for index, parameter in enumerate(electrical.PARAMETERS[self.winding]):
-            if parameter.name == name:
-                return WINDING_START + index
-        for index, parameter in enumerate(LAWS[self.law].own):
-            if parameter.name == name:
-                return LAW_START + index
-        return EFFECT_SLOTS[name] if name in EFFECT_SLOTS else own_places(self.effects)[0][name]
+        return _slots(self)[name]
 
     def tie(self, vectors: NDArray[np.float64]) -> None:
         """Set in flat vectors (C, size), in place, what the friction law ties to other parameters."""
@@ -233,7 +243,8 @@ class Model:
         vector = np.zeros(self.size)
         if vector.size > VECTOR_SIZE:
             vector[OWN_START:] = own_places(self.effects)[1]
-        for parameter in self.parameters:
-            vector[self.slot(parameter.name)] = values.get(parameter.name, parameter.default)
+        slots = _slots(self)
+        for name, default in _defaults(self):
+            vector[slots[name]] = values.get(name, default)
         self.tie(vector[None, :])
         return vector

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.arrays import Array, Integers
+from linid.arrays import Array, Flags, Integers
+from linid.identification.objectives.stencils import Stencils
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import Model
 from linid.recording.noise import noise_profile, quantum
@@ -115,9 +116,13 @@ class Acceleration:
         self.groups = np.concatenate(groups).astype(np.int64)
         self.group_recording = np.array(owner, dtype=np.int64)
         self.classes = np.concatenate(owners)
-        self.target = self.measured_acceleration[self.rows]
-        self.signal = self.target
         self.floor = 1e-9
+        self._see_rows()
+
+    def _see_rows(self) -> None:
+        """What is seen at the rows: the measured acceleration, and how smooth ones follow from all samples'."""
+        self.target = self.signal = self.measured_acceleration[self.rows]
+        self.stencils = Stencils(tuple(self.kernels), self.simulator.inputs.dts, self.rows, self.classes)
 
     def with_model(self, model: Model) -> Acceleration:
         """The same rows under another model of the same motor's inputs; all that hangs on the recordings is shared."""
@@ -131,7 +136,14 @@ class Acceleration:
         out = copy(self)
         out.rows, out.classes, out.groups = other.rows, other.classes, other.groups
         out.group_recording = other.group_recording
-        out.target = out.signal = self.measured_acceleration[out.rows]
+        out._see_rows()
+        return out
+
+    def of_rows(self, chosen: Flags) -> Acceleration:
+        """The same at some of its rows (n,) alone, without the groups of them."""
+        out = copy(self)
+        out.rows, out.classes = self.rows[chosen], self.classes[chosen]
+        out._see_rows()
         return out
 
     def model_acceleration(self, params: Array) -> Array:
@@ -141,11 +153,10 @@ class Acceleration:
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
-        a = along.acceleration
-        self._smooth(a)
+        a = self.stencils.smooth(along.acceleration)
         if along.reading_error is not None:
-            a += self._seen(along.reading_error)
-        return np.asarray(a[:, self.rows])
+            a += self.stencils.second(along.reading_error)
+        return a
 
     def slopes(self, params: Array, tangents: Array) -> Array:
         """How `model_acceleration` answers K directions, (K, N) in m/s^2 per unit of each, where
@@ -155,40 +166,18 @@ class Acceleration:
         """
         motion = self.motion
         a, reading = self.simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill)
-        self._smooth(a)
+        a = self.stencils.smooth(a)
         if reading is not None:
             moved = np.any(reading != 0.0, axis=1)
-            a[moved] += self._seen(reading[moved])
-        return np.asarray(a[:, self.rows])
-
-    def _smooth(self, a: Array) -> None:
-        """Smooth accelerations (C, samples) by each recording's bump, in place."""
-        from scipy.ndimage import convolve1d
-
-        offsets = self.simulator.inputs.sample_offsets
-        for index, kernel in enumerate(self.kernels):
-            part = slice(offsets[index], offsets[index + 1])
-            a[:, part] = convolve1d(a[:, part], kernel, axis=1)
-
-    def _seen(self, reading_error: Array) -> Array:
-        """What a reading error (C, samples) in m adds to the measured acceleration: its second difference, smoothed."""
-        from scipy.ndimage import convolve1d
-
-        out = np.zeros_like(reading_error)
-        inputs = self.simulator.inputs
-        offsets = inputs.sample_offsets
-        for index, half in enumerate(self.half_widths):
-            part = slice(offsets[index], offsets[index + 1])
-            second = np.diff(reading_error[:, part], 2, axis=1) / inputs.dts[index] ** 2
-            out[:, part] = convolve1d(np.pad(second, ((0, 0), (1, 1))), bump(half), axis=1)
-        return out
+            a[moved] += self.stencils.second(reading[moved])
+        return a
 
     def reading_acceleration(self, params: Array) -> Array:
         """What the model's reading error alone adds to the measured acceleration at the rows, (C, N) m/s^2.
         params: (C, VECTOR_SIZE).
         """
         readings = self.simulator.readings(params, self.motion.y, self.motion.v)
-        return np.asarray(self._seen(readings)[:, self.rows])
+        return self.stencils.second(readings)
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) acceleration errors in m/s^2. params: (C, VECTOR_SIZE); offsets: (C, 0), there are none."""

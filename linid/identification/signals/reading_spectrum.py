@@ -32,7 +32,7 @@ def likely_periods(
     width = max(shortest / _PER_PERIOD, 4.0 * stroke / _MOST_BINS)
     bins = ((y - low) / width).astype(np.int64)
     size = 1 << int(np.ceil(np.log2(4.0 * (int(bins.max()) + 1))))  # four points per peak
-    spectrum = np.abs(np.fft.rfft(np.bincount(bins, _sent_back(part, rest * weights)), size)) ** 2
+    spectrum = np.abs(np.fft.rfft(np.bincount(bins, part.stencils.sent_back(rest * weights, y.size)), size)) ** 2
     wavenumbers = 2.0 * np.pi * np.arange(spectrum.size) / (size * width)
     wanted = (wavenumbers >= 2.0 * np.pi / longest) & (wavenumbers <= 2.0 * np.pi / shortest)
     wavenumbers, spectrum = wavenumbers[wanted], spectrum[wanted]
@@ -44,19 +44,6 @@ def likely_periods(
     peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
     best = peaks[np.argsort(-power[peaks])][:count]
     return tuple((2.0 * np.pi / wavenumbers[best]).tolist())
-
-
-def _sent_back(part: Acceleration, weighted: Array) -> Array:
-    """The residual (N,) at the rows sent back to all readings: the adjoint of smoothed second differences."""
-    out = np.zeros(part.motion.y.size)
-    out[part.rows] = weighted
-    inputs = part.simulator.inputs
-    for index, half in enumerate(part.half_widths):
-        mine = slice(inputs.sample_offsets[index], inputs.sample_offsets[index + 1])
-        smooth = np.convolve(out[mine], bump(half), mode="same")
-        smooth[[0, -1]] = 0.0
-        out[mine] = np.convolve(smooth, (1.0, -2.0, 1.0), mode="same") / inputs.dts[index] ** 2
-    return out
 
 
 def _lengths(part: Acceleration, weights: Array, wavenumbers: Array) -> Array:
