@@ -82,7 +82,7 @@ class Acceleration:
         self.simulator = Simulator(self.model, pack_inputs(self.recordings), 1, self.jobs)
         self.motion = measure_motion(self.recordings)
         inputs = self.simulator.inputs
-        centres: list[Array] = []
+        centres: list[Integers] = []
         groups: list[Integers] = []
         owner: list[int] = []
         owners: list[Integers] = []
