@@ -104,10 +104,9 @@ def thrust_along(exported: Exported, recording: Recording) -> Array:
 
 def stribeck_curve(values: dict[str, float], v: Array) -> Array:
     """Steady friction level g(v) in N at speeds v (n,) in m/s, without viscous friction (eq. 42)."""
-    from linid.physics.friction import stribeck
-
-    names = ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent")
-    return np.array([stribeck(float(x), *(values[name] for name in names)) for x in np.ravel(v)])
+    coulomb, static = values["coulomb_force"], values["static_force"]
+    power = np.abs(np.ravel(v) / values["stribeck_velocity"]) ** values["stribeck_exponent"]
+    return np.asarray(coulomb + (static - coulomb) * np.exp(-power))
 
 
 def smooth_drag(values: dict[str, float], effects: tuple[str, ...], v: Array) -> Array:
