@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
     ("arrays",),
-    ("digests", "errors", "former_names", "parallel_tasks", "statistics", "stop_signals", "threads"),
+    ("digests", "errors", "former_names", "kernel_cache", "parallel_tasks", "statistics", "stop_signals", "threads"),
     ("config", "entry_points"),
     ("recording",),
     ("physics",),
@@ -27,7 +27,7 @@ ORDER = (
     ("cli",),
     ("__main__",),
 )
-STAND = {"arrays", "errors", "former_names", "statistics", "config", "recording", "physics"}
+STAND = {"arrays", "errors", "former_names", "kernel_cache", "statistics", "config", "recording", "physics"}
 USES_STAND = {"challenge", "workflow", "cli"}
 
 

@@ -10,7 +10,7 @@ import math
 
 from numpy.typing import NDArray
 
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 from linid.physics.parameter import Parameter
 
 STAR, SEPARATE = "star", "separate"

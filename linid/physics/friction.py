@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 from linid.physics.parameter import Parameter
 
 PARAMETERS = (

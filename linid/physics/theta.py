@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 
 # Above this nome the Fourier series needs more terms than the modular transform (sum of Gaussians).
 GAUSSIAN_NOME = 0.9

@@ -26,29 +26,20 @@ def cubic_spline_coefficients(dt: float, samples: Array) -> Array:
     coefficients[c, k, p] s^p with s in s. Raises DataError for fewer than two samples. Source: de Boor 1978, A
     Practical Guide to Splines, ch. IV; scipy.interpolate has it too, but takes longer to load than most fits.
     """
-    from scipy.linalg import solve_banded
-
     samples = np.atleast_2d(np.asarray(samples, dtype=np.float64))
     count = samples.shape[1]
     if count < 2:
         raise DataError("cubic spline", f"found {count} samples, expected at least 2", "Use a longer recording.")
-    chord = np.diff(samples, axis=1) / dt
-    if count < FEWEST_OF_SPLINE:  # a line, or a parabola
-        bend = np.diff(chord, axis=1).sum(axis=1, keepdims=True) / 2.0
-        slope = np.concatenate([chord - bend, chord[:, -1:] + bend], axis=1)
-    else:
-        bands = np.ones((3, count))  # of the equations for the slopes at the samples
-        bands[0, 1] = bands[2, -2] = 2.0
-        bands[1, 1:-1] = 4.0
-        wanted = np.empty((count, samples.shape[0]))
-        wanted[1:-1] = 3.0 * (chord[:, :-1] + chord[:, 1:]).T
-        wanted[0] = (5.0 * chord[:, 0] + chord[:, 1]) / 2.0
-        wanted[-1] = (chord[:, -2] + 5.0 * chord[:, -1]) / 2.0
-        slope = solve_banded((1, 1), bands, wanted, overwrite_ab=True, overwrite_b=True, check_finite=False).T
-    cubic = (slope[:, :-1] + slope[:, 1:] - 2.0 * chord) / dt
-    out = np.empty((*chord.shape, 4))
-    out[:, :, 0], out[:, :, 1] = samples[:, :-1], slope[:, :-1]
-    out[:, :, 2], out[:, :, 3] = (chord - slope[:, :-1]) / dt - cubic, cubic / dt
+    out = np.empty((samples.shape[0], count - 1, 4))
+    if count >= FEWEST_OF_SPLINE:
+        from linid.recording.spline_kernel import fill_not_a_knot  # late: it loads the compiler
+
+        fill_not_a_knot(float(dt), np.ascontiguousarray(samples), out)
+        return out
+    chord = np.diff(samples, axis=1) / dt  # a line, or a parabola
+    bend = np.diff(chord, axis=1).sum(axis=1, keepdims=True) / 2.0
+    out[:, :, 0], out[:, :, 1] = samples[:, :-1], chord - bend
+    out[:, :, 2], out[:, :, 3] = bend / dt, 0.0
     return out
 
 

@@ -15,7 +15,7 @@ from linid.arrays import Array
 from linid.diagnosis.gap import RecordingGap, Trace
 from linid.diagnosis.measures import model_of
 from linid.identification.result import FitResult
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 from linid.physics.motors.harmonics import phase_force, phase_steps
 from linid.physics.motors.motor import MAX_HARMONICS, PHASE_PARAMETERS
 from linid.physics.theta import big_theta_0

@@ -10,14 +10,7 @@ import numpy as np
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
 from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
-from linid.simulation.along_effects import (
-    effected_before,
-    effects_shared,
-    given_over,
-    nothing_given,
-    samples_of,
-    write_readings_over,
-)
+from linid.simulation.along_effects import effected_before, effects_shared, known_beforehand
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
@@ -272,13 +265,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     skipping = motion.wanted.size > 0 and not want_a and not (on & acts.advance or on & acts.sensor)
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
-    given = nothing_given(effected)
-    if want_a or on & acts.sensor:
-        samples = samples_of(terms, axis, course, motion)
-        if want_a:
-            given = given_over(terms, axis, candidates, samples, effected)
-        if on & acts.sensor and not on & acts.stateful_sensor:
-            write_readings_over(terms, axis, samples, found.reading)
+    given = known_beforehand(terms, axis, candidates, course, motion, effected, found)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1

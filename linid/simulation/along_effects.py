@@ -147,3 +147,17 @@ def write_readings_over(terms, axis, samples, out):
     there = samples.y - out
     here = Samples(samples.t_start, samples.dt, there, samples.v, samples.i_1, samples.i_2, samples.i_3)
     readings_over(terms, axis.on, here, axis.p, out)
+
+
+@allocating
+def known_beforehand(terms, axis, candidates, course, motion, effected, found):
+    """`given_over` where the acceleration is wanted, else nothing; readings that hang on no hidden states are put
+    in."""
+    given, acts, on = nothing_given(effected), terms.acts, axis.on
+    if found.a.size > 0 or on & acts.sensor:
+        samples = samples_of(terms, axis, course, motion)
+        if found.a.size > 0:
+            given = given_over(terms, axis, candidates, samples, effected)
+        if on & acts.sensor and not on & acts.stateful_sensor:
+            write_readings_over(terms, axis, samples, found.reading)
+    return given

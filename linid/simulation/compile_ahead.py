@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.physics.kernel_cache import cache_folder
+from linid.kernel_cache import cache_folder
 from linid.physics.laws.registry import LAWS, LUGRE
 from linid.physics.model import VECTOR_SIZE, Model
 from linid.simulation.compiled import kernel_folder, load_along_slopes, load_kernel, load_lockstep, load_slopes

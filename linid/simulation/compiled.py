@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile, _CacheLocator
 
-from linid.physics.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
+from linid.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.simulation import along, along_slopes, currents, kernel, kernel_by_voltage, lockstep, slopes

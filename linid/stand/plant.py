@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from linid.arrays import Array
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 
 if TYPE_CHECKING:
     from linid.stand.description import AxisDescription, SineMotor, ThetaMotor

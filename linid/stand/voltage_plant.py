@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from linid.arrays import Array
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 from linid.stand.modes import loop_times, voltage_wave
 from linid.stand.plant import PlantParameters, friction_rates, phase_constant, plant_parameters
 

@@ -12,8 +12,8 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from linid.kernel_cache import before_compilation
 from linid.physics.effects.registry import EFFECTS
-from linid.physics.kernel_cache import before_compilation
 from linid.physics.model import Model
 from linid.simulation.binding import compiled
 from linid.simulation.bundle import Bundle

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from linid.arrays import Array, Integers
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 
 
 @kept(error_model="numpy", nogil=True)

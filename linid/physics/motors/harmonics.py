@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from linid.arrays import Array
-from linid.physics.kernel_cache import kept
+from linid.kernel_cache import kept
 
 HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)  # 33 bits, 33 bits, rest
 _BLOCK = 256

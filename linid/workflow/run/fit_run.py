@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 def announce(campaign: Campaign, reporter: Reporter) -> None:
     """Say what the reader understood, and later, before the simulation is compiled, that it is."""
-    from linid.physics.kernel_cache import before_compilation
+    from linid.kernel_cache import before_compilation
 
     before_compilation(lambda: reporter.say("compiling the simulation (once per machine)"))
     count, held_out = len(campaign), len(campaign.held_out)

@@ -9,14 +9,14 @@ import sys
 import time
 from pathlib import Path
 
-from linid.physics.kernel_cache import LOCK_FILE, locked
+from linid.kernel_cache import LOCK_FILE, locked
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPILE = """
 import sys
 from pathlib import Path
 from numba import njit
-from linid.physics.kernel_cache import before_compilation
+from linid.kernel_cache import before_compilation
 from linid.simulation.compiled import KernelCache, fingerprint
 
 def outer(x):
