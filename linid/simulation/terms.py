@@ -180,46 +180,46 @@ def _no_advance(on, h, t, y, v, a, currents, p):
 # `samples` as of along_effects.py; `out` holds what they make of the term's values, in place.
 
 
-def _added_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+def _over(rest: Any, term: Any, bit: int, where: Bundle, *, joined: Any, place: Any) -> Any:
+    """joined(value, new): what the term makes of a value; place(samples, out, k): where it acts, m."""
+
     @inlined
     def total(out, on, samples, p):
         rest(out, on, samples, p)
         if on & bit:
             others, elapsed = values_at(p, where), p[ELAPSED]
             for k in range(out.size):
-                t = samples.t_start + k * samples.dt
+                t, y = samples.t_start + k * samples.dt, place(samples, out, k)
                 currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
-                out[k] += term(t, samples.y[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+                new = term(t, y, samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+                out[k] = joined(out[k], new)
 
     return total
 
 
-def _scaled_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
-    @inlined
-    def total(out, on, samples, p):
-        rest(out, on, samples, p)
-        if on & bit:
-            others, elapsed = values_at(p, where), p[ELAPSED]
-            for k in range(out.size):
-                t = samples.t_start + k * samples.dt
-                currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
-                out[k] *= term(t, samples.y[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
-
-    return total
+@inlined
+def _measured_place(samples, out, k):
+    return samples.y[k]
 
 
-def _moved_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
-    @inlined
-    def total(out, on, samples, p):
-        rest(out, on, samples, p)
-        if on & bit:
-            others, elapsed = values_at(p, where), p[ELAPSED]
-            for k in range(out.size):
-                t = samples.t_start + k * samples.dt
-                currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
-                out[k] = term(t, out[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+@inlined
+def _place_so_far(samples, out, k):
+    return out[k]
 
-    return total
+
+@inlined
+def _sum(value, new):
+    return value + new
+
+
+@inlined
+def _product(value, new):
+    return value * new
+
+
+@inlined
+def _replaced(value, new):
+    return new
 
 
 def _driven_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
@@ -244,11 +244,11 @@ def _nothing_over(out, on, samples, p):
 
 _OVER: dict[str, Callable[..., Any]] = {
     "drive": _driven_over,
-    "field": _moved_over,
-    "thrust": _scaled_over,
-    "force": _added_over,
-    "friction": _scaled_over,
-    "sensor": _added_over,
+    "field": partial(_over, joined=_replaced, place=_place_so_far),
+    "thrust": partial(_over, joined=_product, place=_measured_place),
+    "force": partial(_over, joined=_sum, place=_measured_place),
+    "friction": partial(_over, joined=_product, place=_measured_place),
+    "sensor": partial(_over, joined=_sum, place=_measured_place),
 }
 
 
