@@ -140,7 +140,7 @@ class Acceleration:
         return out
 
     def of_rows(self, chosen: Flags) -> Acceleration:
-        """The same at some of its rows (n,) alone, without the groups of them."""
+        """The same at some of its rows alone, without their groups. chosen: (n,)."""
         out = copy(self)
         out.rows, out.classes = self.rows[chosen], self.classes[chosen]
         out._see_rows()

@@ -36,8 +36,8 @@ def _scatter(weighted: Array, rows: Integers, taps: Array, first: Integers, size
 class Stencils:
     """How the rows of a force balance follow from the samples of all its recordings.
 
-    kernels: bump of each recording, odd in length; dts: their periods in s; rows: (n,) samples; owner: (n,) their
-    recordings.
+    kernels: (R,) bumps of the recordings, odd in length; dts: (R,) their periods in s; rows: (n,) samples; owner: (n,)
+    their recordings.
     """
 
     kernels: Sequence[Array]
@@ -46,15 +46,18 @@ class Stencils:
     owner: Integers
 
     def smooth(self, a: Array) -> Array:
-        """Accelerations (C, samples), smoothed by the bump, at the rows (C, n)."""
+        """Accelerations smoothed by the bump, at the rows (C, n), in m/s^2. a: (C, samples) m/s^2."""
         return self._at_rows(a, self._smooth)
 
     def second(self, y: Array) -> Array:
-        """Second differences over time of positions (C, samples) in m, smoothed, at the rows (C, n), m/s^2."""
+        """Second differences over time, smoothed, at the rows (C, n), in m/s^2. y: (C, samples) positions in m."""
         return self._at_rows(y, self._second)
 
     def sent_back(self, weighted: Array, samples: int) -> Array:
-        """What is at the rows (n,) sent back to all readings (samples,): the adjoint of `second`."""
+        """What is at the rows sent back to all readings (samples,): the adjoint of `second`.
+
+        weighted: (n,) s^2/m; samples: how many there are.
+        """
         out = np.zeros(samples)
         _scatter(weighted, self.rows, *self._second, out)
         return out
