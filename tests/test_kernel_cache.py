@@ -11,7 +11,7 @@ from pathlib import Path
 
 from linid.kernel_cache import LOCK_FILE, locked
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 COMPILE = """
 import sys
 from pathlib import Path

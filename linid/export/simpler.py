@@ -104,9 +104,10 @@ def thrust_along(exported: Exported, recording: Recording) -> Array:
 
 def stribeck_curve(values: dict[str, float], v: Array) -> Array:
     """Steady friction level g(v) in N at speeds v (n,) in m/s, without viscous friction (eq. 42)."""
-    coulomb, static = values["coulomb_force"], values["static_force"]
-    power = np.abs(np.ravel(v) / values["stribeck_velocity"]) ** values["stribeck_exponent"]
-    return np.asarray(coulomb + (static - coulomb) * np.exp(-power))
+    from linid.physics.friction import stribeck_levels
+
+    names = ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent")
+    return stribeck_levels(np.ravel(v), *(values[name] for name in names))
 
 
 def smooth_drag(values: dict[str, float], effects: tuple[str, ...], v: Array) -> Array:

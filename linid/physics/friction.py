@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from linid.arrays import Array
 from linid.kernel_cache import kept
 from linid.physics.parameter import Parameter
 
@@ -30,6 +33,18 @@ def stribeck(v: float, coulomb: float, static: float, stribeck_velocity: float, 
     coulomb, static: N; stribeck_velocity: m/s; exponent: alpha, 0.5 to 2.
     """
     return stribeck_fall(v, coulomb, static, stribeck_velocity, exponent)[0]
+
+
+@kept(error_model="numpy", nogil=True)
+def stribeck_levels(v: Array, coulomb: float, static: float, stribeck_velocity: float, exponent: float) -> Array:
+    """Steady friction levels (n,) in N at many speeds v (n,) in m/s: `stribeck` of each (eq. 42).
+
+    coulomb, static: N; stribeck_velocity: m/s; exponent: alpha, 0.5 to 2.
+    """
+    out = np.empty_like(v)
+    for k in range(v.size):
+        out[k] = stribeck(v[k], coulomb, static, stribeck_velocity, exponent)
+    return out
 
 
 @kept(error_model="numpy")

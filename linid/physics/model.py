@@ -108,10 +108,7 @@ def own_places(effects: tuple[str, ...]) -> tuple[dict[str, int], NDArray[np.flo
     return places, image
 
 
-# Asked for with every vector of a fit.
-
-
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=256)  # asked for with every vector of a fit, as what follows
 def _parameters(model: Model) -> tuple[Parameter, ...]:
     active = tuple(p for name in model.effects for p in find_effect(name).parameters_of(model.kind))
     return model.driven_by.parameters + electrical.PARAMETERS[model.winding] + model.friction + active

@@ -12,7 +12,7 @@ import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.simulation.along import begun
-from linid.simulation.along_effects import effected_before, nothing_given
+from linid.simulation.along_effects import nothing_given
 from linid.simulation.along_motion import advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.course import Scheme, course_of, stretch_of
@@ -142,7 +142,7 @@ def room_beside(terms, axis, directions, candidates, recording):
 def begun_anew(terms, axis, bristles, course, motion):
     """The bristle at the first sample in m, which nothing tells; hidden states start too."""
     currents = inputs_of_sample(terms, axis, course, motion, 0)
-    return begun(terms, axis, bristles, course, motion, currents, nothing_given(effected_before(0)), math.nan)
+    return begun(terms, axis, bristles, course, motion, currents, nothing_given(), math.nan)
 
 
 @allocating

@@ -104,9 +104,9 @@ def motor_over(terms, axis, candidates, samples):
 
 
 @allocating
-def nothing_given(effected):
+def nothing_given():
     """Nothing is known beforehand."""
-    none = effected.push[0:0]
+    none = np.empty(0)
     return Given((none, none, none), none, none, none, none)
 
 
@@ -115,7 +115,7 @@ def given_over(terms, axis, candidates, samples, effected):
     """What is known of all samples beforehand; nothing where hidden states decide what the motor gets or sees."""
     acts, on, count = terms.acts, axis.on, samples.y.size
     if on & (acts.stateful_drive | acts.stateful_field):
-        return nothing_given(effected)
+        return nothing_given()
     driven = driven_samples(terms, axis, samples)
     thrust, push, friction = effected.thrust[:count], effected.push[:count], effected.friction[:count]
     if not effected.known:
@@ -153,7 +153,7 @@ def write_readings_over(terms, axis, samples, out):
 def known_beforehand(terms, axis, candidates, course, motion, effected, found):
     """`given_over` where the acceleration is wanted, else nothing; readings that hang on no hidden states are put
     in."""
-    given, acts, on = nothing_given(effected), terms.acts, axis.on
+    given, acts, on = nothing_given(), terms.acts, axis.on
     if found.a.size > 0 or on & acts.sensor:
         samples = samples_of(terms, axis, course, motion)
         if found.a.size > 0:

@@ -20,7 +20,7 @@ from linid.diagnosis.seen import field_wavenumber
 from linid.diagnosis.unknowns import ACROSS, Coordinate
 from linid.errors import ConfigError
 from linid.physics.effects.registry import canonical, find_effect
-from linid.physics.friction import PARAMETERS, stribeck
+from linid.physics.friction import PARAMETERS, stribeck_levels
 
 # How far a base parameter may be wrong: share of its value, or of a logarithm's unit; what a step of that size costs,
 # as a share of all that is left. Without it a direction that these recordings hardly tell, such as the current across
@@ -134,7 +134,7 @@ def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
     at = {p.name: float(step.vector[step.model.slot(p.name)]) for p in PARAMETERS}
     coulomb, stiffness = at["coulomb_force"], at["bristle_stiffness"]
     curve = [at[name] for name in ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent")]
-    steady = np.array([stribeck(v, *curve) for v in rows.v.tolist()])
+    steady = stribeck_levels(rows.v, *curve)
     plausible = np.array([_plausible(c, values, rows) for c in unknowns.values()])
     return Problem(
         rows=rows,

@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.identification.signals.motion import measure_motion
 from linid.physics.effects.effect import Effect, Outlook
+from linid.physics.effects.force_saturation import largest_square
 from linid.physics.model import Model
 from linid.physics.own_terms.effect import own_range
 from linid.physics.parameter import Parameter
@@ -56,9 +57,7 @@ def _visited(recordings: Sequence[Recording], low: float, high: float) -> tuple[
 @lru_cache(maxsize=128)  # every search space asks for it
 def _top_current(recording: Recording) -> float:
     if recording.phase_currents is not None:
-        i_1, i_2, i_3 = recording.phase_currents
-        vectors = ((2.0 * i_1 - i_2 - i_3) / 3.0) ** 2 + (i_2 - i_3) ** 2 / 3.0  # `squared_amplitude` of all samples
-        return float(np.sqrt(np.max(np.where((i_2 == 0.0) & (i_3 == 0.0), i_1**2, vectors))))
+        return float(np.sqrt(largest_square(*np.ascontiguousarray(recording.phase_currents))))
     return 0.0 if recording.drive_input is None else float(np.max(np.abs(recording.drive_input)))
 
 
@@ -108,7 +107,7 @@ def typical_acceleration(recordings: Sequence[Recording]) -> float:
     return max(_acceleration(recording) for recording in recordings)
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=128)  # likewise
 def _acceleration(recording: Recording) -> float:
     width = min(41, (recording.y.size - 1) // 2 * 2 - 1)
     dt = recording.duration / (recording.y.size - 1)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+from linid.arrays import Array
+from linid.kernel_cache import kept
 from linid.physics.effects.effect import MOTORS, Effect, Outlook, Values, term
 from linid.physics.parameter import Parameter
 
@@ -19,6 +21,18 @@ def squared_amplitude(i_1: float, i_2: float, i_3: float) -> float:
     along = (2.0 * i_1 - i_2 - i_3) / 3.0
     across = (i_2 - i_3) / math.sqrt(3.0)
     return along * along + across * across
+
+
+@kept(error_model="numpy", nogil=True)
+def largest_square(i_1: Array, i_2: Array, i_3: Array) -> float:
+    """The largest `squared_amplitude` of many samples in A^2. i_1, i_2, i_3: (n,) A.
+
+    Source: Clarke 1943, Circuit Analysis of A-C Power Systems, for the space vector's components.
+    """
+    largest = 0.0
+    for k in range(i_1.size):
+        largest = max(largest, squared_amplitude(i_1[k], i_2[k], i_3[k]))
+    return largest
 
 
 @term
