@@ -22,7 +22,7 @@ from linid.identification.result import FitResult, Profile
 from linid.identification.settings import FitSettings, Hooks
 from linid.identification.shared_minima import shared, with_plain, with_twin
 from linid.identification.uncertainty.covariance import Uncertainty, estimate_uncertainty
-from linid.identification.uncertainty.profile import profile_likelihood
+from linid.identification.uncertainty.profile import profile_likelihood, valley_end
 from linid.identification.uncertainty.simex import simex_corrected
 from linid.identification.uncertainty.voltage_noise import without_voltage_noise
 from linid.statistics import NORMAL_97_5
@@ -64,6 +64,7 @@ class _Found:
 
     problem: Problem
     solution: LeastSquaresFit
+    uncertainty: Uncertainty
     result: FitResult
     white: bool
 
@@ -77,6 +78,15 @@ class _Found:
         """How much less this costs than a rival, in standard deviations; problem: that of the rival's residuals."""
         weights, squares = self._weighted
         return advantage(squares, group_squares(problem, rival, weights))
+
+    def end_away_from(self, other: FitResult) -> list[dict[str, float]]:
+        """SI values at the end of the valley of shapes of the field that cost statistically the same, on the side where
+        no other minimum lies: curvature tells little of a flat one, in which a fit ends somewhere."""
+        if _SHAPE not in self.problem.space.names:
+            return []
+        side = 1.0 if self.result.value(_SHAPE) > other.value(_SHAPE) else -1.0
+        end = valley_end(self.problem, self.solution, self.uncertainty, _SHAPE, side)
+        return [self.problem.space.values(end)]
 
 
 def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
@@ -93,7 +103,7 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
     uncertainty = estimate_uncertainty(own, solution, seed=seed, known=added, jobs=settings.jobs)
     profiles = _profiles(own, solution, uncertainty, settings, hooks)
     result = assemble(task, problem, state, solution, uncertainty)
-    return _Found(own, solution, replace(result, profiles=profiles), added is not None)
+    return _Found(own, solution, uncertainty, replace(result, profiles=profiles), added is not None)
 
 
 def _is_plain(task: Task, best: _Found) -> bool:
@@ -127,7 +137,7 @@ def _beside_rival(
         return best.result
     if lead < -NORMAL_97_5:
         return rival.result
-    return shared(best.result, rival.result, problem.space)
+    return shared(best.result, rival.result, problem.space, rival.end_away_from(best.result))
 
 
 def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSquaresFit | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from linid.identification.derived_quantities import SINE_COST, derived_quantities, shapes_not_told, sine_note
@@ -14,15 +15,17 @@ from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.statistics import NORMAL_97_5
 
 
-def shared(best: FitResult, rival: FitResult, space: SearchSpace) -> FitResult:
+def shared(
+    best: FitResult, rival: FitResult, space: SearchSpace, ends: Sequence[Mapping[str, float]] = ()
+) -> FitResult:
     """The best result with intervals that also hold those of a rival which the data do not tell from it.
 
-    space: in which both were found.
+    space: in which both were found; ends: of valleys in which the rival lies, SI values by name.
     """
     spans = {searched.name: searched for searched in space.parameters}
     estimates, others = [], []
     for mine, its in zip(best.estimates, rival.estimates, strict=True):
-        joined = _joined(mine, its)
+        joined = _joined(mine, _reaching(its, [end[its.name] for end in ends]))
         if mine.name in spans and joined.status == "fitted" and _says_nothing(joined, spans[mine.name]):
             note = f"these recordings do not tell it: {advice(mine.name, best.axis, best.model)}"
             joined = replace(joined, status="not_identifiable", note="; ".join(filter(None, (joined.note, note))))
@@ -30,6 +33,9 @@ def shared(best: FitResult, rival: FitResult, space: SearchSpace) -> FitResult:
         others.append(replace(its, status=joined.status))
     told = replace(best, estimates=tuple(estimates))
     of_rival = {e.name: e for e in derived_quantities(replace(rival, estimates=tuple(others)), ())}
+    for end in ends:
+        there = replace(rival, estimates=tuple(replace(e, value=end[e.name]) for e in others))
+        of_rival = {e.name: _reaching(of_rival[e.name], [e.value]) for e in derived_quantities(there, ())}
     of_best = {e.name: e for e in derived_quantities(told, ())}
     costs = {e.name: e for e in rival.derived}
     derived = tuple(
@@ -114,3 +120,10 @@ def _joined(mine: Estimate, its: Estimate) -> Estimate:
         both = f"not told apart: {mine.value:.4g} or {its.value:.4g}, shared by two minima"
         note = "; ".join(filter(None, (note, both)))
     return replace(mine, low=low, high=high, std=mine.std * max(grown, 1.0), status=status, note=note)
+
+
+def _reaching(estimate: Estimate, values: Sequence[float]) -> Estimate:
+    """An estimate whose interval, if it has one, also holds these values."""
+    if not (values and math.isfinite(estimate.low) and math.isfinite(estimate.high)):
+        return estimate
+    return replace(estimate, low=min(estimate.low, *values), high=max(estimate.high, *values))

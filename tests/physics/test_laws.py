@@ -32,6 +32,27 @@ def test_a_travel_is_the_integral_of_the_rate(law, own: float, travel: float, fi
     assert law.moved(first, travel, REST, BREAKAWAY, values) == pytest.approx(slow.y[0, -1], rel=1e-4, abs=2e-8)
 
 
+@pytest.mark.parametrize("own", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("rest", [0.85 * BREAKAWAY, BREAKAWAY, 1.6 * BREAKAWAY])
+def test_an_elasto_plastic_bristle_nears_steady_sliding_as_its_rate_says(own: float, rest: float) -> None:
+    """From near and far on both sides, also where effects bring the steady deflection below that of breakaway and all
+    slipping begins within a hundredth of it."""
+    values = (own, 0.0, 0.0, 0.0)
+
+    def slope(x: float, u: np.ndarray) -> list[float]:
+        return [elasto_plastic.rate(float(u[0]) * rest, 1.0, rest, BREAKAWAY, values)[0]]
+
+    for missing in (1e-6, 1e-3, 0.03, 0.4, 1.2, -1e-5, -0.2):
+        for travel in (0.05, 0.9, 7.0):
+            slow = solve_ivp(
+                slope, (0.0, travel), [1.0 - missing], method="LSODA", rtol=1e-10, atol=1e-12, max_step=2e-3
+            )
+            found = elasto_plastic.moved((1.0 - missing) * rest, travel * rest, rest, BREAKAWAY, values) / rest
+            assert found == pytest.approx(slow.y[0, -1], abs=5e-5)
+            if abs(missing) < 1e-3:
+                assert found == pytest.approx(slow.y[0, -1], abs=1e-8)
+
+
 @pytest.mark.parametrize(("law", "own"), SINGLE)
 @pytest.mark.parametrize("w", [3e-5, 2.0e-4, -1.0e-4])
 def test_slopes_of_the_rate_are_its_differences(law, own: float, w: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -18,7 +19,14 @@ from linid.identification.uncertainty.covariance import Uncertainty
 from linid.statistics import CHI_SQUARED_95
 
 _STANDARD_DEVIATIONS = (0.75, 1.5, 2.25, 3.0)  # at which the profile is computed, on both sides
+_FIRST_REACH = 2.25  # standard deviations, where the way to the end of an interval begins
+_FAR_BEYOND, _HALVINGS = (
+    2.0,
+    3,
+)  # times the limit, from where its root is no line any more and the end is sought between
+_PRECISION, _COARSE_PRECISION = 1e-3, 0.1  # of a likelihood ratio
 _EVALUATIONS = 8
+_LIMIT = math.sqrt(CHI_SQUARED_95)
 
 
 def profile_likelihood(
@@ -34,41 +42,105 @@ def profile_likelihood(
     The rise of the weighted sum of squares is scaled by the ratio of naive to robust variance, so that residuals
     correlated in time do not make the profile too narrow. watch(done, total) is called after each point.
     """
-    names = problem.space.names
-    column = names.index(name)
-    p = len(names)
-    full = Linearisation(problem, Cost(problem))
-    full.reweight(np.concatenate([fit.point, fit.offsets]))
-    least = float(fit.residuals @ fit.residuals)
+    walk = _Walk(problem, fit, uncertainty, name, _own_scale(fit, uncertainty, problem.space.names.index(name)))
+    points = {walk.centre: 0.0}
+    total = 2 * len(_STANDARD_DEVIATIONS)
+    for side in (-1.0, 1.0):
+        x = walk.start
+        for reach in _STANDARD_DEVIATIONS:
+            coordinate = walk.at(side * reach)
+            if walk.inside(coordinate):
+                statistic, x = walk.refitted(coordinate, x, _PRECISION)
+                points[coordinate] = max(0.0, statistic)
+            if watch is not None:
+                watch(len(points) - 1, total)
+    point = np.array(sorted(points))
+    worse = np.array([points[coordinate] for coordinate in point])
+    values = _si_values(problem.space, fit.point, walk.column, point)
+    low, high = _crossing(values, worse, -1), _crossing(values, worse, 1)
+    return Profile(name, tuple(values.tolist()), tuple(worse.tolist()), low, high)
+
+
+def valley_end(problem: Problem, fit: LeastSquaresFit, uncertainty: Uncertainty, name: str, side: float) -> Array:
+    """How far one parameter may go to one side (-1 or 1) until its profile reaches the 95 % limit, or its bound: all
+    search coordinates there (p,).
+
+    Along a flat valley the curvature where a fit ended tells little of that, nor need the fit have reached its floor:
+    what counts is how much worse than the best point on the way.
+    """
+    walk = _Walk(problem, fit, uncertainty, name, _usual_scale(fit, uncertainty))
+    worse, x = walk.refitted(walk.centre, walk.start, _COARSE_PRECISION)
+    way, reach = [(worse, walk.whole(walk.centre, x))], side * _FIRST_REACH
+    while worse - min(rise for rise, _ in way) < CHI_SQUARED_95 and walk.inside(walk.at(reach)):
+        worse, x = walk.refitted(walk.at(reach), x, _COARSE_PRECISION)
+        way.append((worse, walk.whole(walk.at(reach), x)))
+        reach *= 2.0
+    root = np.sqrt([worse - min(rise for rise, _ in way) for worse, _ in way])
+    if root[-1] < _LIMIT:
+        return way[-1][1]
+    share = (_LIMIT - root[-2]) / (root[-1] - root[-2])
+    return np.asarray(way[-2][1] + share * (way[-1][1] - way[-2][1]))
+
+
+def _own_scale(fit: LeastSquaresFit, uncertainty: Uncertainty, column: int) -> float:
+    """Naive over robust variance of one parameter, by which a sum of squares becomes a likelihood ratio."""
     # 1/naive variance is what the column keeps when all others are regressed out.
     others = np.delete(fit.jacobian, column, axis=1)
     others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
     own = fit.jacobian[:, column]
     left = own - others @ np.linalg.lstsq(others, own, rcond=1e-10)[0]
-    deviation = float(np.sqrt(uncertainty.search_covariance[column, column]))
-    scale = 1.0 / (float(left @ left) * deviation**2)
-    free = np.delete(np.arange(p), column)
-    centre = float(fit.point[column])
-    points = {centre: 0.0}
-    total = 2 * len(_STANDARD_DEVIATIONS)
-    for side in (-1.0, 1.0):
-        x = np.concatenate([fit.point[free], fit.offsets])
-        for reach in _STANDARD_DEVIATIONS:
-            coordinate = centre + side * reach * deviation
-            if 1e-6 < coordinate < 1.0 - 1e-6:
-                held = Problem(_without(problem.space, fit.point, column, coordinate), problem.parts)
-                line = Linearisation(held, full.cost)
-                line.weights = full.weights
-                solution = at_frozen_weights(line, x, evaluations=_EVALUATIONS, tolerance=1e-8)
-                x = np.asarray(solution.x)
-                points[coordinate] = max(0.0, (2.0 * float(solution.cost) - least) * scale)
-            if watch is not None:
-                watch(len(points) - 1, total)
-    point = np.array(sorted(points))
-    statistic = np.array([points[coordinate] for coordinate in point])
-    values = _si_values(problem.space, fit.point, column, point)
-    low, high = _crossing(values, statistic, -1), _crossing(values, statistic, 1)
-    return Profile(name, tuple(values.tolist()), tuple(statistic.tolist()), low, high)
+    return 1.0 / (float(left @ left) * float(uncertainty.search_covariance[column, column]))
+
+
+def _usual_scale(fit: LeastSquaresFit, uncertainty: Uncertainty) -> float:
+    """The same, as all parameters have it together: along a valley the data tell nothing of one, and its own variance
+    is what the search box makes of that."""
+    p = fit.point.size
+    starts_first = np.column_stack([fit.jacobian[:, p:], fit.jacobian[:, :p]])
+    triangle: Array = np.asarray(np.linalg.qr(starts_first, mode="r"))
+    known = triangle[-p:, -p:]  # what the start states leave
+    return p / float(np.trace(known @ uncertainty.search_covariance @ known.T))
+
+
+class _Walk:
+    """One parameter held at values beside the one that was fitted, with the weights of the fit. scale: what makes a
+    likelihood ratio of a rise of the sum of squares."""
+
+    def __init__(
+        self, problem: Problem, fit: LeastSquaresFit, uncertainty: Uncertainty, name: str, scale: float
+    ) -> None:
+        self.problem, self.fit, self.column = problem, fit, problem.space.names.index(name)
+        self._scale = scale
+        self._full = Linearisation(problem, Cost(problem))
+        self._full.reweight(np.concatenate([fit.point, fit.offsets]))
+        self._least = float(fit.residuals @ fit.residuals)
+        self._deviation = float(np.sqrt(uncertainty.search_covariance[self.column, self.column]))
+        self.centre = float(fit.point[self.column])
+        self.start = np.concatenate([np.delete(fit.point, self.column), fit.offsets])
+
+    def at(self, deviations: float) -> float:
+        """The search coordinate so many standard deviations beside the fitted one."""
+        return self.centre + deviations * self._deviation
+
+    def whole(self, coordinate: float, x: Array) -> Array:
+        """All search coordinates (p,): the held one, and all others with the offsets, x (p - 1 + k,)."""
+        return np.insert(x[: self.fit.point.size - 1], self.column, coordinate)
+
+    @staticmethod
+    def inside(coordinate: float) -> bool:
+        """Whether a search coordinate is clear of the bounds."""
+        return 1e-6 < coordinate < 1.0 - 1e-6
+
+    def refitted(self, coordinate: float, x: Array, precision: float) -> tuple[float, Array]:
+        """How much worse the fit is with the parameter held at a search coordinate, as a likelihood ratio, to a
+        precision, and all others there, fitted from x (p - 1 + k,)."""
+        held = Problem(_without(self.problem.space, self.fit.point, self.column, coordinate), self.problem.parts)
+        line = Linearisation(held, self._full.cost)
+        line.weights = self._full.weights
+        solution = at_frozen_weights(
+            line, x, evaluations=_EVALUATIONS, tolerance=precision / (self._scale * self._least)
+        )
+        return (2.0 * float(solution.cost) - self._least) * self._scale, np.asarray(solution.x)
 
 
 def check_profile(space: SearchSpace, name: str) -> None:
@@ -98,11 +170,10 @@ def _crossing(values: Array, statistic: Array, side: int) -> float:
     """Value at which sqrt(statistic), nearly straight on each side, crosses the limit; nan if it does not."""
     best = int(np.argmin(statistic))
     root = np.sqrt(statistic)
-    limit = float(np.sqrt(CHI_SQUARED_95))
     k = best
     while 0 <= k + side < values.size:
-        if root[k + side] >= limit:
-            share = (limit - root[k]) / (root[k + side] - root[k])
+        if root[k + side] >= _LIMIT:
+            share = (_LIMIT - root[k]) / (root[k + side] - root[k])
             return float(values[k] + share * (values[k + side] - values[k]))
         k += side
     return float("nan")

@@ -15,8 +15,9 @@ _OWN = Parameter(
     "breakaway_share", "z_ba", "1", 0.05, 0.95, 0.7, meaning="elastic part of the deflection at the Coulomb force"
 )
 _STEP = 0.1  # of the steady deflection, per step along the travel
-_SETTLED = 1e-9  # of it, within which the bristle is steady
-_FAR = 30.0  # steady deflections of travel, after which it surely is
+_NARROW = 0.2  # of the deflection between breakaway and steady, at most
+_EXACT = 1e-9  # of it: what the closed form near the end may leave out
+_FAR = 30.0  # steady deflections of travel, after which the bristle is surely steady
 
 
 @term
@@ -37,7 +38,8 @@ def slipping(q: float, rest: float, elastic: float) -> tuple[float, float, float
 def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> float:
     """The deflection in m after a travel in m: elastic up to breakaway, then dq/dx = 1 - slipping(q) q/rest.
 
-    w, rest, breakaway: deflection, steady deflection and F_C/sigma_0 in m.
+    w, rest, breakaway: deflection, steady deflection and F_C/sigma_0 in m. Beyond the steady deflection it nears that
+    exponentially; just below, what is missing, e of it, by Bernoulli's equation de/ds = -e - bend e^2.
     """
     if travel == 0.0:
         return w
@@ -50,8 +52,16 @@ def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> f
         left -= part
     if left > _FAR * rest:
         return way * rest
-    while left > 0.0 and abs(q - rest) > _SETTLED * rest:
-        h = min(left, _STEP * rest)
+    if q >= rest:
+        return way * (rest + (q - rest) * math.exp(-left / rest))
+    bend = (0.5 * math.pi * rest / (rest - elastic)) ** 2
+    step = min(_STEP * rest, _NARROW * (rest - elastic))
+    while left > 0.0:
+        missing = 1.0 - q / rest
+        if bend * missing**3 < _EXACT and (bend * missing**2) ** 2 < _EXACT:
+            decay = math.exp(-left / rest)
+            return way * rest * (1.0 - missing * decay / (1.0 + bend * missing * (1.0 - decay)))
+        h = min(left, step)
         if left < 2.0 * h:
             h = left if left <= h else 0.5 * left
         k_1 = 1.0 - slipping(q, rest, elastic)[0] * q / rest

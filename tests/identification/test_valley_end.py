@@ -1,0 +1,57 @@
+"""How far a parameter may go until the data refuse it, wherever in the valley a fit stopped."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from linid.identification import minima
+from linid.identification.fit import fit
+from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, levenberg_marquardt
+from linid.identification.settings import FitSettings, SearchSettings
+from linid.identification.uncertainty.profile import profile_likelihood, valley_end
+from linid.statistics import NORMAL_97_5
+
+from .stand import FREE_WHEELS, stand
+
+NAME = "viscous_friction"
+SMALL = FitSettings(search=SearchSettings(population=24, generations=4), jobs=2, profiles=(NAME,))
+
+
+def stopped_beside(problem: Problem, solution: LeastSquaresFit, by: float) -> LeastSquaresFit:
+    """The fit with one search coordinate so far beside its minimum, and all others fitted again."""
+    column = problem.space.names.index(NAME)
+    point = solution.point.copy()
+    point[column] += by
+    held = Problem(problem.space.holding({NAME: problem.space.values(point)[NAME]}), problem.parts)
+    rest = levenberg_marquardt(held, Cost(held), np.delete(point, column), solution.offsets, final=False)
+    x = np.concatenate([np.insert(rest.point, column, point[column]), rest.offsets])
+    line = Linearisation(problem, Cost(problem))
+    line.reweight(np.concatenate([solution.point, solution.offsets]))
+    residuals, jacobian = line.residuals(x), line.jacobian(x)
+    return replace(solution, point=x[: point.size], offsets=rest.offsets, residuals=residuals, jacobian=jacobian)
+
+
+def test_the_ends_of_a_valley_are_those_of_the_profile_wherever_a_fit_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(minima, "profile_likelihood", lambda *given, watch: asked.append(given))
+    fit("friction", stand(only=FREE_WHEELS).recordings, settings=SMALL)
+    ((problem, solution, uncertainty, name),) = asked
+    profile, column = profile_likelihood(problem, solution, uncertainty, name), problem.space.names.index(name)
+    deviation = (profile.high - profile.low) / (2.0 * NORMAL_97_5)
+
+    def ends(one: LeastSquaresFit) -> list[float]:
+        found = [valley_end(problem, one, uncertainty, name, side) for side in (-1.0, 1.0)]
+        return [problem.space.values(end)[name] for end in found]
+
+    assert ends(solution) == pytest.approx([profile.low, profile.high], abs=0.1 * deviation)
+    for by in (-1.5, 1.5):
+        step = by * float(np.sqrt(uncertainty.search_covariance[column, column]))
+        low, high = ends(stopped_beside(problem, solution, step))
+        # Counted from the best point that it passed, which need not be the lowest there is: never narrower.
+        assert -0.1 * deviation < profile.low - low < deviation
+        assert -0.1 * deviation < high - profile.high < deviation
