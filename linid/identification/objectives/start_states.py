@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,27 @@ _STRETCH = 0.025
 _NUDGE = 0.1  # of a state's prior deviation: far above rounding, small against where friction and play bend
 _LEAST_SHARE = 1e-9  # of the axis' own motion: prior deviation of a hidden state that has not moved at all
 _ROUNDS = 2  # of the weighting: the second one knows what the first leaves
+
+
+class _Stretches(NamedTuple):
+    """The samples before S windows. part: these stretches, each up to its window's first sample; whole: with the
+    windows behind them; flat: (S,) first sample among those of all recordings; measured: (N,) raw positions there, m.
+    """
+
+    part: Segments
+    whole: Segments
+    flat: Integers
+    measured: Array
+
+
+def _stretches_of(simulator: Simulator, motion: Motion, windows: Segments) -> _Stretches:
+    inputs = simulator.inputs
+    stretch = np.maximum(np.round(_STRETCH / inputs.dts).astype(np.int64), SMOOTHING_REACH)[windows.recording]
+    before = np.minimum(windows.first, stretch)
+    part = Segments(windows.recording, windows.first - before, before + 1)
+    whole = Segments(windows.recording, part.first, before + windows.count)
+    flat = inputs.sample_offsets[part.recording] + part.first
+    return _Stretches(part, whole, flat, motion.measured[_rows(flat, part.count)])
 
 
 def predicted_from_before(
@@ -35,40 +57,46 @@ def predicted_from_before(
     params: (C, VECTOR_SIZE); windows: S of all recordings; guided: see `Simulator.run`. Source: moving horizon
     estimation (Rao, Rawlings and Mayne 2003, IEEE Trans. Autom. Control 48), with one step of Gauss-Newton.
     """
-    inputs = simulator.inputs
-    stretch = np.maximum(np.round(_STRETCH / inputs.dts).astype(np.int64), SMOOTHING_REACH)[windows.recording]
-    before = np.minimum(windows.first, stretch)
-    part = Segments(windows.recording, windows.first - before, before + 1)
-    whole = Segments(windows.recording, part.first, before + windows.count)
-    flat = inputs.sample_offsets[part.recording] + part.first
-    wanted = np.zeros(motion.y.size, dtype=np.bool_)
-    wanted[flat] = True
-    start_w = np.full((params.shape[0], inputs.counts.size), np.nan)
-    along = simulator.along(params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=wanted)
-    starts = along.starts(flat, motion.y, motion.v, inputs.dts[part.recording])
-    measured = motion.measured[_rows(flat, part.count)]
+    before = _stretches_of(simulator, motion, windows)
+    part, whole = before.part, before.whole
+    along, starts = _along(simulator, params, motion, before)
     noise = np.maximum(motion.position_noise, 1e-15)[part.recording]
-    inside = _rows(whole.out_offsets[:-1] + before, windows.count)
     at_part = _rows(whole.out_offsets[:-1], part.count)
-    out = np.empty((params.shape[0], inside.size))
+    out = np.empty((params.shape[0], int(windows.count.sum())))
     for c, one in enumerate(params):
-        prior = _prior(along, c, motion, inputs.sample_offsets)[part.recording]
-        plain = simulator.run(one[None, :], whole, starts[c : c + 1], guided=guided)[0][0]
-        nudged = np.repeat(starts[c : c + 1], prior.shape[1], axis=0)
-        places = [0, 1, *range(3, starts.shape[2])]
+        own, start = one[None, :], starts[c : c + 1]
+        prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording]
+        # A hidden state that nothing ever moves is none.
+        places = [k for k in (0, 1, *range(3, start.shape[2])) if k < 3 or np.any(start[0, :, k])]
+        prior = prior[:, [k if k < 3 else k - 1 for k in places]]
+        plain = simulator.run(own, part, start, guided=guided)[0][0]
+        nudged = np.repeat(start, len(places), axis=0)
         for row, place in enumerate(places):
             nudged[row, :, place] += _NUDGE * prior[:, row]
-        swung = simulator.run(np.repeat(one[None, :], len(places), axis=0), part, nudged, guided=guided)[0]
-        slopes = (swung - plain[at_part]) / _NUDGE  # per prior deviation
-        steps = _steps(slopes, measured - plain[at_part], noise, part)
-        better = starts[c : c + 1].copy()
-        better[0][:, places] += steps * prior
-        moved = simulator.run(one[None, :], whole, better, guided=guided)[0][0]
+        swung = simulator.run(np.repeat(own, len(places), axis=0), part, nudged, guided=guided)[0]
+        slopes = (swung - plain) / _NUDGE  # per prior deviation
+        better = start.copy()
+        better[0][:, places] += _steps(slopes, before.measured - plain, noise, part) * prior
+        moved = simulator.run(own, whole, better, guided=guided)[0][0]
         # Where play or friction bend too much for one step, what is along the motion is the better guess.
-        misses = [np.add.reduceat((y[at_part] - measured) ** 2, part.out_offsets[:-1]) for y in (moved, plain)]
-        worse = np.repeat(~(misses[0] <= misses[1]), whole.count)
-        out[c] = np.where(worse, plain, moved)[inside]
+        misses = [np.add.reduceat((y - before.measured) ** 2, part.out_offsets[:-1]) for y in (moved[at_part], plain)]
+        worse = ~(misses[0] <= misses[1])
+        if np.any(worse):
+            chosen = Segments(whole.recording[worse], whole.first[worse], whole.count[worse])
+            anew = simulator.run(own, chosen, start[:, worse], guided=guided)[0][0]
+            moved[np.repeat(worse, whole.count)] = anew
+        out[c] = moved[_rows(whole.out_offsets[:-1] + part.count - 1, windows.count)]
     return out
+
+
+def _along(simulator: Simulator, params: Array, motion: Motion, before: _Stretches) -> tuple[AlongMotion, Array]:
+    """The model along the measured motion, and start states (C, S, 3 + states) of the stretches as it has them."""
+    wanted = np.zeros(motion.y.size, dtype=np.bool_)
+    wanted[before.flat] = True
+    inputs = simulator.inputs
+    start_w = np.full((params.shape[0], inputs.counts.size), np.nan)
+    along = simulator.along(params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=wanted)
+    return along, along.starts(before.flat, motion.y, motion.v, inputs.dts[before.part.recording])
 
 
 def _rows(first: Integers, count: Integers) -> Integers:
