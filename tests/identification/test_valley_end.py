@@ -11,6 +11,7 @@ import pytest
 from linid.identification import minima
 from linid.identification.fit import fit
 from linid.identification.objectives.problem import Cost, Problem
+from linid.identification.optimise import least_squares
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, levenberg_marquardt
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.uncertainty.profile import profile_likelihood, valley_end
@@ -55,3 +56,6 @@ def test_the_ends_of_a_valley_are_those_of_the_profile_wherever_a_fit_stopped(mo
         # Counted from the best point that it passed, which need not be the lowest there is: never narrower.
         assert -0.1 * deviation < profile.low - low < deviation
         assert -0.1 * deviation < high - profile.high < deviation
+    # A start state that a correction for noise has moved beyond its bounds is no reason to fail.
+    monkeypatch.setattr(least_squares, "_OFFSET_LIMIT", 0.999 * float(np.max(np.abs(solution.offsets))))
+    assert ends(solution) == pytest.approx([profile.low, profile.high], abs=deviation)

@@ -16,7 +16,7 @@ from linid.identification.optimise.least_squares import LeastSquaresFit, Lineari
 from linid.identification.result import Profile
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty
-from linid.statistics import CHI_SQUARED_95
+from linid.statistics import CHI_SQUARED_95, TINY
 
 _STANDARD_DEVIATIONS = (0.75, 1.5, 2.25, 3.0)  # at which the profile is computed, on both sides
 _FIRST_REACH = 2.25  # standard deviations, where the way to the end of an interval begins
@@ -25,7 +25,7 @@ _FAR_BEYOND, _HALVINGS = (
     3,
 )  # times the limit, from where its root is no line any more and the end is sought between
 _PRECISION, _COARSE_PRECISION = 1e-3, 0.1  # of a likelihood ratio
-_EVALUATIONS = 8
+_EVALUATIONS, _LARGEST_TOLERANCE = 8, 1e-2
 _LIMIT = math.sqrt(CHI_SQUARED_95)
 
 
@@ -99,7 +99,7 @@ def _usual_scale(fit: LeastSquaresFit, uncertainty: Uncertainty) -> float:
     starts_first = np.column_stack([fit.jacobian[:, p:], fit.jacobian[:, :p]])
     triangle: Array = np.asarray(np.linalg.qr(starts_first, mode="r"))
     known = triangle[-p:, -p:]  # what the start states leave
-    return p / float(np.trace(known @ uncertainty.search_covariance @ known.T))
+    return p / max(float(np.trace(known @ uncertainty.search_covariance @ known.T)), TINY)
 
 
 class _Walk:
@@ -137,9 +137,9 @@ class _Walk:
         held = Problem(_without(self.problem.space, self.fit.point, self.column, coordinate), self.problem.parts)
         line = Linearisation(held, self._full.cost)
         line.weights = self._full.weights
-        solution = at_frozen_weights(
-            line, x, evaluations=_EVALUATIONS, tolerance=precision / (self._scale * self._least)
-        )
+        within = np.clip(x, *line.bounds)  # corrections for noise may have moved a start state a little beyond
+        tolerance = min(precision / max(self._scale * self._least, TINY), _LARGEST_TOLERANCE)
+        solution = at_frozen_weights(line, within, evaluations=_EVALUATIONS, tolerance=tolerance)
         return (2.0 * float(solution.cost) - self._least) * self._scale, np.asarray(solution.x)
 
 
