@@ -79,14 +79,18 @@ class _Found:
         weights, squares = self._weighted
         return advantage(squares, group_squares(problem, rival, weights))
 
-    def end_away_from(self, other: FitResult) -> list[dict[str, float]]:
-        """SI values at the end of the valley of shapes of the field that cost statistically the same, on the side where
-        no other minimum lies: curvature tells little of a flat one, in which a fit ends somewhere."""
-        if _SHAPE not in self.problem.space.names:
+    def valley_of(self, rival: _Found) -> list[dict[str, float]]:
+        """SI values at the end of a rival's valley of shapes of the field that cost statistically what this one does,
+        on the side where this one does not lie: a fit ends somewhere along a flat one."""
+        if _SHAPE not in rival.problem.space.names:
             return []
-        side = 1.0 if self.result.value(_SHAPE) > other.value(_SHAPE) else -1.0
-        end = valley_end(self.problem, self.solution, self.uncertainty, _SHAPE, side)
-        return [self.problem.space.values(end)]
+        side = 1.0 if rival.result.value(_SHAPE) > self.result.value(_SHAPE) else -1.0
+
+        def behind(point: Array, offsets: Array) -> float:
+            return self.lead(rival.problem, replace(rival.solution, point=point, offsets=offsets))
+
+        end = valley_end(rival.problem, rival.solution, rival.uncertainty, _SHAPE, side, behind)
+        return [rival.problem.space.values(end)]
 
 
 def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
@@ -137,7 +141,7 @@ def _beside_rival(
         return best.result
     if lead < -NORMAL_97_5:
         return rival.result
-    return shared(best.result, rival.result, problem.space, rival.end_away_from(best.result))
+    return shared(best.result, rival.result, problem.space, best.valley_of(rival))
 
 
 def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSquaresFit | None:

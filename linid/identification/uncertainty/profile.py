@@ -61,25 +61,31 @@ def profile_likelihood(
     return Profile(name, tuple(values.tolist()), tuple(worse.tolist()), low, high)
 
 
-def valley_end(problem: Problem, fit: LeastSquaresFit, uncertainty: Uncertainty, name: str, side: float) -> Array:
-    """How far one parameter may go to one side (-1 or 1) until its profile reaches the 95 % limit, or its bound: all
-    search coordinates there (p,).
+def valley_end(
+    problem: Problem,
+    fit: LeastSquaresFit,
+    uncertainty: Uncertainty,
+    name: str,
+    side: float,
+    behind: Callable[[Array, Array], float],
+) -> Array:
+    """How far one parameter may go to one side (-1 or 1), all others fitted again, until that costs significantly more,
+    or to its bound: all search coordinates there (p,).
 
-    Along a flat valley the curvature where a fit ended tells little of that, nor need the fit have reached its floor:
-    what counts is how much worse than the best point on the way.
+    behind: how far a fit, its search coordinates (p,) and offsets (k,), lies behind in standard deviations. Along a
+    flat valley the curvature where a fit ended tells little of that, and it may end anywhere.
     """
     walk = _Walk(problem, fit, uncertainty, name, _usual_scale(fit, uncertainty))
-    worse, x = walk.refitted(walk.centre, walk.start, _COARSE_PRECISION)
-    way, reach = [(worse, walk.whole(walk.centre, x))], side * _FIRST_REACH
-    while worse - min(rise for rise, _ in way) < CHI_SQUARED_95 and walk.inside(walk.at(reach)):
-        worse, x = walk.refitted(walk.at(reach), x, _COARSE_PRECISION)
-        way.append((worse, walk.whole(walk.at(reach), x)))
-        reach *= 2.0
-    root = np.sqrt([worse - min(rise for rise, _ in way) for worse, _ in way])
-    if root[-1] < _LIMIT:
-        return way[-1][1]
-    share = (_LIMIT - root[-2]) / (root[-1] - root[-2])
-    return np.asarray(way[-2][1] + share * (way[-1][1] - way[-2][1]))
+    x, reach, p = walk.start, side * _FIRST_REACH, fit.point.size
+    end, before = fit.point, min(behind(fit.point, fit.offsets), _LIMIT)
+    while walk.inside(walk.at(reach)):
+        x = walk.refitted(walk.at(reach), x, _COARSE_PRECISION)[1]
+        there = np.insert(x[: p - 1], walk.column, walk.at(reach))
+        now = behind(there, x[p - 1 :])
+        if not now < _LIMIT:
+            return np.asarray(end + (_LIMIT - before) / max(now - before, TINY) * (there - end))
+        end, before, reach = there, now, 2.0 * reach
+    return end
 
 
 def _own_scale(fit: LeastSquaresFit, uncertainty: Uncertainty, column: int) -> float:
@@ -121,10 +127,6 @@ class _Walk:
     def at(self, deviations: float) -> float:
         """The search coordinate so many standard deviations beside the fitted one."""
         return self.centre + deviations * self._deviation
-
-    def whole(self, coordinate: float, x: Array) -> Array:
-        """All search coordinates (p,): the held one, and all others with the offsets, x (p - 1 + k,)."""
-        return np.insert(x[: self.fit.point.size - 1], self.column, coordinate)
 
     @staticmethod
     def inside(coordinate: float) -> bool:
