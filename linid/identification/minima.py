@@ -79,18 +79,16 @@ class _Found:
         weights, squares = self._weighted
         return advantage(squares, group_squares(problem, rival, weights))
 
-    def valley_of(self, rival: _Found) -> list[dict[str, float]]:
+    def end_of_valley(self, rival: _Found) -> dict[str, float]:
         """SI values at the end of a rival's valley of shapes of the field that cost statistically what this one does,
         on the side where this one does not lie: a fit ends somewhere along a flat one."""
-        if _SHAPE not in rival.problem.space.names:
-            return []
         side = 1.0 if rival.result.value(_SHAPE) > self.result.value(_SHAPE) else -1.0
 
         def behind(point: Array, offsets: Array) -> float:
             return self.lead(rival.problem, replace(rival.solution, point=point, offsets=offsets))
 
         end = valley_end(rival.problem, rival.solution, rival.uncertainty, _SHAPE, side, behind)
-        return [rival.problem.space.values(end)]
+        return rival.problem.space.values(end)
 
 
 def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
@@ -141,7 +139,7 @@ def _beside_rival(
         return best.result
     if lead < -NORMAL_97_5:
         return rival.result
-    return shared(best.result, rival.result, problem.space, best.valley_of(rival))
+    return shared(best.result, rival.result, problem.space, [best.end_of_valley(rival)])
 
 
 def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSquaresFit | None:

@@ -16,7 +16,7 @@ from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise import least_squares
 from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, levenberg_marquardt
 from linid.identification.settings import FitSettings, SearchSettings
-from linid.identification.uncertainty.profile import _own_scale, profile_likelihood, valley_end
+from linid.identification.uncertainty.profile import _scale, profile_likelihood, valley_end
 from linid.statistics import NORMAL_97_5
 
 from .stand import FREE_WHEELS, stand
@@ -49,7 +49,7 @@ def test_the_ends_of_a_valley_are_those_of_the_profile_wherever_a_fit_stopped(mo
 
     line = Linearisation(problem, Cost(problem))
     line.reweight(np.concatenate([solution.point, solution.offsets]))
-    scale = _own_scale(solution, uncertainty, column)
+    scale = _scale(solution, uncertainty, column)
 
     def behind(point: Array, offsets: Array) -> float:
         squares = line.residuals(np.concatenate([point, offsets]))

@@ -65,10 +65,10 @@ def predicted_from_before(
     out = np.empty((params.shape[0], int(windows.count.sum())))
     for c, one in enumerate(params):
         own, start = one[None, :], starts[c : c + 1]
-        prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording]
-        # A hidden state that nothing ever moves is none.
-        places = [k for k in (0, 1, *range(3, start.shape[2])) if k < 3 or np.any(start[0, :, k])]
-        prior = prior[:, [k if k < 3 else k - 1 for k in places]]
+        moves = np.any(start[0], axis=0)  # a hidden state that nothing ever moves is none
+        moves[:3] = True, True, False  # the bristle is told along the motion
+        places = np.flatnonzero(moves)
+        prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording][:, np.delete(moves, 2)]
         plain = simulator.run(own, part, start, guided=guided)[0][0]
         nudged = np.repeat(start, len(places), axis=0)
         for row, place in enumerate(places):

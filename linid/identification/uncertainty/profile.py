@@ -24,8 +24,8 @@ _FAR_BEYOND, _HALVINGS = (
     2.0,
     3,
 )  # times the limit, from where its root is no line any more and the end is sought between
-_PRECISION, _COARSE_PRECISION = 1e-3, 0.1  # of a likelihood ratio
-_EVALUATIONS, _LARGEST_TOLERANCE = 8, 1e-2
+_EVALUATIONS = 8
+_TOLERANCE, _COARSE_TOLERANCE = 1e-8, 1e-5  # of the sum of squares and of coordinates
 _LIMIT = math.sqrt(CHI_SQUARED_95)
 
 
@@ -42,7 +42,8 @@ def profile_likelihood(
     The rise of the weighted sum of squares is scaled by the ratio of naive to robust variance, so that residuals
     correlated in time do not make the profile too narrow. watch(done, total) is called after each point.
     """
-    walk = _Walk(problem, fit, uncertainty, name, _own_scale(fit, uncertainty, problem.space.names.index(name)))
+    walk = _Walk(problem, fit, uncertainty, name)
+    least, scale = float(fit.residuals @ fit.residuals), _scale(fit, uncertainty, walk.column)
     points = {walk.centre: 0.0}
     total = 2 * len(_STANDARD_DEVIATIONS)
     for side in (-1.0, 1.0):
@@ -50,8 +51,8 @@ def profile_likelihood(
         for reach in _STANDARD_DEVIATIONS:
             coordinate = walk.at(side * reach)
             if walk.inside(coordinate):
-                statistic, x = walk.refitted(coordinate, x, _PRECISION)
-                points[coordinate] = max(0.0, statistic)
+                squares, x = walk.refitted(coordinate, x, _TOLERANCE)
+                points[coordinate] = max(0.0, (squares - least) * scale)
             if watch is not None:
                 watch(len(points) - 1, total)
     point = np.array(sorted(points))
@@ -75,11 +76,11 @@ def valley_end(
     behind: how far a fit, its search coordinates (p,) and offsets (k,), lies behind in standard deviations. Along a
     flat valley the curvature where a fit ended tells little of that, and it may end anywhere.
     """
-    walk = _Walk(problem, fit, uncertainty, name, _usual_scale(fit, uncertainty))
+    walk = _Walk(problem, fit, uncertainty, name)
     x, reach, p = walk.start, side * _FIRST_REACH, fit.point.size
     end, before = fit.point, min(behind(fit.point, fit.offsets), _LIMIT)
     while walk.inside(walk.at(reach)):
-        x = walk.refitted(walk.at(reach), x, _COARSE_PRECISION)[1]
+        _, x = walk.refitted(walk.at(reach), x, _COARSE_TOLERANCE)
         there = np.insert(x[: p - 1], walk.column, walk.at(reach))
         now = behind(there, x[p - 1 :])
         if not now < _LIMIT:
@@ -88,7 +89,7 @@ def valley_end(
     return end
 
 
-def _own_scale(fit: LeastSquaresFit, uncertainty: Uncertainty, column: int) -> float:
+def _scale(fit: LeastSquaresFit, uncertainty: Uncertainty, column: int) -> float:
     """Naive over robust variance of one parameter, by which a sum of squares becomes a likelihood ratio."""
     # 1/naive variance is what the column keeps when all others are regressed out.
     others = np.delete(fit.jacobian, column, axis=1)
@@ -98,28 +99,13 @@ def _own_scale(fit: LeastSquaresFit, uncertainty: Uncertainty, column: int) -> f
     return 1.0 / (float(left @ left) * float(uncertainty.search_covariance[column, column]))
 
 
-def _usual_scale(fit: LeastSquaresFit, uncertainty: Uncertainty) -> float:
-    """The same, as all parameters have it together: along a valley the data tell nothing of one, and its own variance
-    is what the search box makes of that."""
-    p = fit.point.size
-    starts_first = np.column_stack([fit.jacobian[:, p:], fit.jacobian[:, :p]])
-    triangle: Array = np.asarray(np.linalg.qr(starts_first, mode="r"))
-    known = triangle[-p:, -p:]  # what the start states leave
-    return p / max(float(np.trace(known @ uncertainty.search_covariance @ known.T)), TINY)
-
-
 class _Walk:
-    """One parameter held at values beside the one that was fitted, with the weights of the fit. scale: what makes a
-    likelihood ratio of a rise of the sum of squares."""
+    """One parameter held at values beside the one that was fitted, with the weights of the fit."""
 
-    def __init__(
-        self, problem: Problem, fit: LeastSquaresFit, uncertainty: Uncertainty, name: str, scale: float
-    ) -> None:
+    def __init__(self, problem: Problem, fit: LeastSquaresFit, uncertainty: Uncertainty, name: str) -> None:
         self.problem, self.fit, self.column = problem, fit, problem.space.names.index(name)
-        self._scale = scale
         self._full = Linearisation(problem, Cost(problem))
         self._full.reweight(np.concatenate([fit.point, fit.offsets]))
-        self._least = float(fit.residuals @ fit.residuals)
         self._deviation = float(np.sqrt(uncertainty.search_covariance[self.column, self.column]))
         self.centre = float(fit.point[self.column])
         self.start = np.concatenate([np.delete(fit.point, self.column), fit.offsets])
@@ -133,16 +119,15 @@ class _Walk:
         """Whether a search coordinate is clear of the bounds."""
         return 1e-6 < coordinate < 1.0 - 1e-6
 
-    def refitted(self, coordinate: float, x: Array, precision: float) -> tuple[float, Array]:
-        """How much worse the fit is with the parameter held at a search coordinate, as a likelihood ratio, to a
-        precision, and all others there, fitted from x (p - 1 + k,)."""
+    def refitted(self, coordinate: float, x: Array, tolerance: float) -> tuple[float, Array]:
+        """The sum of squares with the parameter held at a search coordinate, and all others there, fitted from x
+        (p - 1 + k,); tolerance: relative change that ends it."""
         held = Problem(_without(self.problem.space, self.fit.point, self.column, coordinate), self.problem.parts)
         line = Linearisation(held, self._full.cost)
         line.weights = self._full.weights
         within = np.clip(x, *line.bounds)  # corrections for noise may have moved a start state a little beyond
-        tolerance = min(precision / max(self._scale * self._least, TINY), _LARGEST_TOLERANCE)
         solution = at_frozen_weights(line, within, evaluations=_EVALUATIONS, tolerance=tolerance)
-        return (2.0 * float(solution.cost) - self._least) * self._scale, np.asarray(solution.x)
+        return 2.0 * float(solution.cost), np.asarray(solution.x)
 
 
 def check_profile(space: SearchSpace, name: str) -> None:

@@ -14,10 +14,9 @@ from linid.physics.term import term
 _OWN = Parameter(
     "breakaway_share", "z_ba", "1", 0.05, 0.95, 0.7, meaning="elastic part of the deflection at the Coulomb force"
 )
-_STEP = 0.1  # of the steady deflection, per step along the travel
-_NARROW = 0.2  # of the deflection between breakaway and steady, at most
-_EXACT = 1e-9  # of it: what the closed form near the end may leave out
-_FAR = 30.0  # steady deflections of travel, after which the bristle is surely steady
+_STEP, _NARROW = 0.1, 0.2  # a step along the travel: of the steady deflection, of what lies between it and breakaway
+_EXACT = 1e-9  # of the steady deflection: what the closed form near the end may leave out
+_FAR = 30.0  # steady deflections of travel, after which the bristle surely has its own
 
 
 @term
