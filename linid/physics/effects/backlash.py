@@ -10,26 +10,26 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def sensor(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
+def sensor(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, backlash_gap):
     """The reading lags behind by the share s_1 of half the gap, m."""
     return -0.5 * backlash_gap * s_1
 
 
 @term
-def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
-    """States at the start (s_1 dimensionless, -1 to 1): a moving axis has taken up the play, a resting one stands in
+def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, backlash_gap):
+    """The state at the start (dimensionless, -1 to 1): a moving axis has taken up the play, a resting one stands in
     its middle.
     """
     if v == 0.0:
-        return 0.0, 0.0
-    return (1.0 if v > 0.0 else -1.0), 0.0
+        return (0.0,)
+    return (1.0 if v > 0.0 else -1.0,)
 
 
 @term
-def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, backlash_gap):
+def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, backlash_gap):
     """The play operator: s_1 (dimensionless) follows the travel from -1 to 1, exact for any path without reversal."""
     travel = 2.0 * v * h / max(backlash_gap, 1e-12)
-    return min(max(s_1 + travel, -1.0), 1.0), s_2
+    return (min(max(s_1 + travel, -1.0), 1.0),)
 
 
 EFFECT = Effect(

@@ -12,25 +12,25 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, preload, stiffness, hysteresis, length, middle):
+def force(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, preload, stiffness, hysteresis, length, middle):
     """Preload, spring and hysteresis, N."""
     return preload - stiffness * (y - middle) - hysteresis * s_1
 
 
 @term
-def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, preload, stiffness, hysteresis, length, middle):
-    """States at the start (s_1 dimensionless, -1 to 1): a moving chain has been moving for a while, a resting one is
+def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, preload, stiffness, hysteresis, length, middle):
+    """The state at the start (dimensionless, -1 to 1): a moving chain has been moving for a while, a resting one is
     relaxed.
     """
-    return (0.0 if v == 0.0 else math.copysign(1.0, v)), 0.0
+    return (0.0 if v == 0.0 else math.copysign(1.0, v)),
 
 
 @term
-def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, preload, stiffness, hysteresis, length, middle):
+def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, preload, stiffness, hysteresis, length, middle):
     """Hysteresis s_1' = (v - |v| s_1) / L, s_1 dimensionless; exact in the travel."""
     travel = v * h
     end = math.copysign(1.0, travel)
-    return end + (s_1 - end) * math.exp(-abs(travel) / length), s_2
+    return (end + (s_1 - end) * math.exp(-abs(travel) / length),)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:

@@ -13,26 +13,26 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def level(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, dwell_growth, dwell_length, dwell_time):
+def level(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, dwell_growth, dwell_length, dwell_time):
     """Factor on sliding and breakaway friction."""
     return bounded(1.0 + dwell_growth * math.log(1.0 + max(s_1, 0.0) / dwell_time))
 
 
 @term
-def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, dwell_growth, dwell_length, dwell_time):
+def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, dwell_growth, dwell_length, dwell_time):
     """Age in s at the start: a sliding contact has the age L/|v|, at most 1 s; a resting one is taken to have rested
     for a second.
     """
-    return min(dwell_length / max(abs(v), 1e-12), 1.0), 0.0
+    return (min(dwell_length / max(abs(v), 1e-12), 1.0),)
 
 
 @term
-def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, dwell_growth, dwell_length, dwell_time):
+def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, dwell_growth, dwell_length, dwell_time):
     """Age of the contact in s (aging law): s_1' = 1 - |v| s_1 / L, exact while the speed stays."""
     worn = abs(v) * h / dwell_length
     if worn < 1e-9:
-        return s_1 + h, s_2
-    return s_1 * math.exp(-worn) - h * math.expm1(-worn) / worn, s_2
+        return (s_1 + h,)
+    return (s_1 * math.exp(-worn) - h * math.expm1(-worn) / worn,)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:

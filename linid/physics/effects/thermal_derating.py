@@ -13,17 +13,17 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, s_2, derating, thermal_time):
+def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, derating, thermal_time):
     """The currents that a cold motor would need for the same force, A."""
     factor = 1.0 / bounded(1.0 + derating * s_1)
     return i_1 * factor, i_2 * factor, i_3 * factor
 
 
 @term
-def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, s_2, derating, thermal_time):
+def advance(h, t, y, v, a, i_1, i_2, i_3, record, elapsed, s_1, derating, thermal_time):
     """Heat s_1 in A^2: s_1' = (I_1^2 + I_2^2 + I_3^2 - s_1) / tau, exact for constant currents."""
     losses = i_1 * i_1 + i_2 * i_2 + i_3 * i_3
-    return losses + (s_1 - losses) * math.exp(-h / thermal_time), s_2
+    return (losses + (s_1 - losses) * math.exp(-h / thermal_time),)
 
 
 def grid(outlook: Outlook) -> tuple[Values, ...]:
