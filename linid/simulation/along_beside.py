@@ -26,7 +26,7 @@ from linid.simulation.forces import (
     motor_forces,
     reading_error,
 )
-from linid.simulation.slope_effects import FORCE_STEP, Acting, Instant, along_directions, beside, force_at, table_of
+from linid.simulation.slope_effects import FORCE_STEP, Instant, along_directions, beside, force_at, table_of
 from linid.simulation.splines_at import late_inputs
 
 # Rows of what is carried along, each of one number per direction: the bristle's deflection, its mean over an interval
@@ -120,10 +120,10 @@ def room_beside(terms, axis, directions, candidates, recording):
     pushed = touched & (acts.push | acts.delay) != 0
     if axis.on & (acts.thrust | acts.pushed):  # no longer the motor's force alone
         pushed |= row > 0
-    acting = Acting(row, np.zeros((count, WORK_SIZE)), np.empty(0))
-    along_directions(candidates, acting, inputs, r)
+    params = np.zeros((count, WORK_SIZE))
+    along_directions(candidates, params, inputs, r)
     return Beside(
-        acting.params,
+        params,
         np.zeros(count),
         np.zeros((rows, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])),
         row,
@@ -133,7 +133,7 @@ def room_beside(terms, axis, directions, candidates, recording):
         touched & acts.advance != 0,
         touched & acts.sensor != 0,
         width,
-        table_of(terms, axis, acting, inputs.added_mass[r], directions.table).flatten(),
+        table_of(terms, axis, params, inputs.added_mass[r], directions.table).flatten(),
         np.zeros(ROWS * width),
     )
 
@@ -190,7 +190,7 @@ def forces_beside(terms, axis, course, motion, here, room):
             carried[of_force + c] = (motor - room.motor[0, k]) / FORCE_STEP
         if not (room.pushed[c] or room.held[c]):
             continue
-        other = beside(axis, room, c)
+        other = beside(axis, room.params, c)
         given = currents_beside(terms, axis, course, motion, (k, currents), c, room)
         if room.pushed[c]:
             carried[of_force + c] = (force_at(terms, other, Instant(t, y, v, given, motor)) - force) / FORCE_STEP
@@ -207,7 +207,7 @@ def level_beside(terms, axis, course, motion, where, room):
     for c in range(room.lag.size):
         if room.level[c]:
             given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
-            other = level_factor(terms, beside(axis, room, c), t, y, v, given)
+            other = level_factor(terms, beside(axis, room.params, c), t, y, v, given)
             room.carried[LEVEL * room.width + c] = (other - level) / FORCE_STEP
     return level
 
@@ -221,7 +221,7 @@ def states_beside(terms, axis, course, motion, where, room):
         p = room.params[c]
         if room.moving[c]:
             given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
-            advance_on(terms, beside(axis, room, c), course, motion, (place, t, y, v, given))
+            advance_on(terms, beside(axis, room.params, c), course, motion, (place, t, y, v, given))
         else:
             for k in range(STATE_START, STATE_START + STATE_SIZE):
                 p[k] = axis.p[k]

@@ -15,7 +15,8 @@ from linid.arrays import Array, Integers
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
-from linid.physics.model import EFFECT_SLOTS, Model
+from linid.physics.model import MOTOR_START, STATE_PLACES, Model
+from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
 from linid.simulation.along_motion import MeasuredMotion
@@ -31,6 +32,7 @@ from linid.simulation.threads import summed
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
+_NO_STATES = ("drive", "field", "friction")  # terms whose hidden states no derivative is carried for
 _ROUNDS = 4  # of lanes, which a thread takes at a time: fewer would leave lanes free too often
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
@@ -125,6 +127,25 @@ class Simulator:
     def _kept(self) -> Integers:
         return np.array(self.model.states, dtype=np.int64)
 
+    @cached_property
+    def _owners(self) -> Integers:
+        """The bits of the effects that have the hidden states `_kept`."""
+        model = self.model
+        names = [name for name in STATE_PLACES if name in self.model.effects]
+        return np.array([active_mask((name,)) for name in names for _ in range(find_effect(name).states)], np.int64)
+
+    def _touched(self, tangents: Array) -> Integers:
+        """The bits of the effects and own terms whose parameters directions (K, VECTOR_SIZE) change."""
+        model = self.model
+        touched = np.zeros(len(tangents), dtype=np.int64)
+        for name in model.effects:
+            places = [model.slot(parameter.name) for parameter in find_effect(name).parameters]
+            bits = active_mask((name,))
+            if bits & (ACCELERATION_BIT | STRIBECK_BIT):  # an own term that hangs on friction and mass too
+                places += range(MOTOR_START)
+            touched[np.any(tangents[:, places] != 0.0, axis=1)] |= bits
+        return touched
+
     @property
     def _reads(self) -> bool:
         """Whether an effect has a reading error."""
@@ -161,10 +182,12 @@ class Simulator:
         return y_out, v_out, steps
 
     def has_slopes(self, guided: bool) -> bool:
-        """Whether `slopes` knows this model: LuGre, its motor's force by measured position alone, its effects without
-        hidden states."""
+        """Whether `slopes` knows this model: LuGre, its motor's force by measured position alone, no factor on the
+        bristle by hidden states, nor own terms with a memory, which jumps."""
         model = self.model
-        plain = not model.winding and find_law(model.law).steps == LUGRE and not model.states
+        plain = not (model.winding or model.mask & MEMORY_BIT) and find_law(model.law).steps == LUGRE
+        for effect in map(find_effect, model.effects):
+            plain = plain and not any(effect.states_of(term) for term in _NO_STATES if term in effect.terms)
         return plain and (guided or not np.any(self.inputs.powered)) and self.steering.y.size == 0
 
     def slopes(
@@ -179,18 +202,19 @@ class Simulator:
     ) -> tuple[Array, Array]:
         """Positions (samples,) in m over all segments and their derivatives (samples, K) in K directions.
 
-        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts, guided: as in `run`, (S, 3);
-        start_slopes: (S, 3, K), of w only where it is given. The steps are differentiated as they are taken, their
-        lengths held: what the simulation does in closed form, exactly; forces of the motor and what effects do by
-        differences, to some 1e-7.
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts, guided: as in `run`, (S, 3 or more);
+        start_slopes: (S, as many, K), of w and hidden states only where these are given. The steps are differentiated
+        as they are taken, their lengths held: what the simulation does in closed form, exactly; forces of the motor,
+        what effects do and how their hidden states go on by differences, to some 1e-7.
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])
         offsets = segments.out_offsets
         out = offsets, np.empty(int(offsets[-1])), np.empty((int(offsets[-1]), width))
-        table, moved = np.zeros((8, width)), np.zeros((segments.count.size, 3, width))
+        table, moved = np.zeros((8, width)), np.zeros((*starts.shape, width))
         table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes
-        along = Tangents(count, table, np.ascontiguousarray(starts), moved, self._kept)
+        touched, begins = self._touched(tangents), np.ascontiguousarray(starts)
+        along = Tangents(count, table, touched, begins, moved, self._kept, self._owners)
         guide = self._guide if np.any(self.inputs.powered) else np.empty((4, 1))
         scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
@@ -296,18 +320,15 @@ class Simulator:
         closed form, all else by differences, to some 1e-7.
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])
-        touched, table, reads = np.zeros(count, dtype=np.int64), np.zeros((8, width)), self._reads
+        table, reads = np.zeros((8, width)), self._reads
         table[:, :count] = tangents[:, :8].T
-        for name in self.model.effects:
-            slots = [EFFECT_SLOTS[parameter.name] for parameter in find_effect(name).parameters]
-            touched[np.any(tangents[:, slots] != 0.0, axis=1)] |= active_mask((name,))
         found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
         kernel = load_along_slopes()
 
         def work(piece: tuple[int, int]) -> int:
-            kernel(candidates, self.inputs, motion, Directions(touched, table), *piece, found)
+            kernel(candidates, self.inputs, motion, Directions(self._touched(tangents), table), *piece, found)
             return 0
 
         self._spread(work, self.inputs.counts.size)

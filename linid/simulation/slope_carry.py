@@ -1,4 +1,4 @@
-"""Derivatives taken along a step of a simulation, and those that it starts with."""
+"""Derivatives taken along a step of a simulation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,24 @@ from linid.simulation.slope_effects import (
     answer_of_force,
     answer_of_friction,
     force_at,
+    places_of,
     with_answer,
+)
+from linid.simulation.slope_states import (
+    AT_END,
+    AT_MIDDLE,
+    AT_START,
+    SETTLED,
+    TO_END,
+    TO_MIDDLE,
+    answers_of_states,
+    carry_settled,
+    carry_to_end,
+    step_begins,
+    step_ends,
+    way_as_settled,
+    way_to_end,
+    way_to_middle,
 )
 from linid.simulation.slope_steps import (
     Motions,
@@ -61,7 +78,8 @@ class Carried(NamedTuple):
 
 class Along(NamedTuple):
     """A simulation and its directions: axis, bristles, course; table: (8, width) directions of friction and mass;
-    carried; acting: what effects need (slope_effects.py); motor: its force in N at the recording's points, or empty."""
+    carried; acting: what effects need (slope_effects.py); motor: its force in N at the recording's points, or empty;
+    hidden: states of effects (slope_states.py)."""
 
     axis: Any
     bristles: Any
@@ -70,6 +88,7 @@ class Along(NamedTuple):
     carried: Any
     acting: Any
     motor: Any
+    hidden: Any
 
 
 @inlined
@@ -88,22 +107,36 @@ def put_motions(carried, width, block, motions):
 
 
 @inlined
-def answered(along, answer, block, push, speed, place):
-    """Slopes of what answers the motor's force, the speed and the place, given those of these."""
+def answered(along, answer, block, push, speed, place, when):
+    """Slopes of what answers the motor's force, the speed and the place, given those of these, and hidden states as
+    they are then."""
     known = answer.by_motor * push + answer.by_speed * speed + answer.by_place * place
-    return known + lanes_at(along.acting.own, answer.own + block)
+    return known + by_states(along, answer, block, when)
 
 
 @inlined
-def no_answer(width):
+def by_states(along, answer, block, when):
+    """Slopes of what answers hidden states, and the columns' own."""
+    acting, hidden, width = along.acting, along.hidden, along.table.shape[1]
+    n = acting.kept.size
+    total = lanes_at(acting.own, answer.own + block)
+    for k in range(n):
+        slopes = lanes_at(hidden.slopes, (when * n + k) * width + block)
+        total = total + acting.by_state[answer.state + k] * slopes
+    return total
+
+
+@inlined
+def no_answer(width, acting):
     """Of what nothing changes."""
-    return Answer(0.0, 0.0, 0.0, np.int64(NONE * width))
+    return Answer(0.0, 0.0, 0.0, np.int64(NONE * width), NONE * acting.kept.size)
 
 
 @inlined
-def unanswered(width):
+def unanswered(width, acting):
     """What `answers_of_step` gives where nothing changes."""
-    push, friction = no_answer(width), FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
+    push = no_answer(width, acting)
+    friction = FrictionAnswer(1.0, 0.0, push, push)
     return push, push, friction, friction, (1.0, push)
 
 
@@ -129,8 +162,8 @@ def answers_of_slide(terms, along, motion, v_mid, moment, points):
     moves = not course.guided
     return (
         force_at(terms, axis, middle),
-        answer_of_force(terms, axis, along.acting, middle, moves, MIDDLE * width),
-        answer_of_force(terms, axis, along.acting, end, moves, END * width),
+        answer_of_force(terms, axis, along.acting, middle, moves, places_of(MIDDLE, width, along.acting)),
+        answer_of_force(terms, axis, along.acting, end, moves, places_of(END, width, along.acting)),
     )
 
 
@@ -143,7 +176,7 @@ def carry_sliding(terms, along, motion, slid, weights, moment, points):
     turn = math.copysign(1.0, v)
     per_mass = 0.5 * h / bristles.mass
     v_mid = v + per_mass * (motion.force - turn * bristles.coulomb - bristles.sigma_2 * v)
-    at_middle = at_end = no_answer(width)
+    at_middle = at_end = no_answer(width, along.acting)
     if axis.on & terms.acts.push:
         force, at_middle, at_end = answers_of_slide(terms, along, motion, v_mid, moment, points)
     mean, rise = impulse(motion.force, force, slid.force)
@@ -157,8 +190,8 @@ def carry_sliding(terms, along, motion, slid, weights, moment, points):
             by_mass = (v_mid - v) / bristles.mass
             faster = motions.v + per_mass * pull - by_mass * columns.mass
             place, place_end = motions.y + 0.25 * h * (motions.v + faster), motions.y + h * faster
-            middle = answered(along, at_middle, block, middle, faster, place)
-            end = answered(along, at_end, block, end, 2.0 * faster - motions.v, place_end)
+            middle = answered(along, at_middle, block, middle, faster, place, AT_START)  # no states move here
+            end = answered(along, at_end, block, end, 2.0 * faster - motions.v, place_end, AT_START)
         both = Pushes(start, middle, end), columns
         put_motions(carried, width, block, slid_lanes(weights, bristles, v, mean, rise, h, motions, both))
         put_lanes(carried.force, block, end)
@@ -190,39 +223,58 @@ def motor_between(along, at, share):
 
 
 @compiled
-def answers_of_step(terms, along, motion, middle, reach, currents, at):
-    """How forces in the middle of a followed step and at its end answer, friction at its start and in its middle, and
-    the factor on the bristle there. currents: inputs in the middle; at: first point of its base step, and shares of
-    that at start, middle and end."""
+def answers_of_step(terms, along, motion, followed, reach, currents, at):
+    """Force in N in the middle of a followed step; how that and the one at its end answer, friction at its start and in
+    its middle, and the factor on the bristle there; how hidden states do. followed: the motion after it and its middle; currents:
+    inputs in the middle; at: first point of its base step, and shares of that at start, middle and end."""
     axis, course, bristles, width = along.axis, along.course, along.bristles, along.table.shape[1]
-    point, shares = at
+    acting, acts = along.acting, terms.acts
+    (point, shares), (reached, middle), bent = at, followed, along.carried.bent
     moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
     here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]))
-    push_mid, push_end, first, second, factor = unanswered(width)
-    if axis.on & terms.acts.push:
-        then = currents
-        if axis.powered:
-            then = inputs_then(terms, axis, course, reach.n, reach.x, 0.0)
-        push = motor_between(along, point, shares[2])
-        end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, then, push)
-        push_mid = answer_of_force(terms, axis, along.acting, here, moves, MIDDLE * width)
-        push_end = answer_of_force(terms, axis, along.acting, end, moves, END * width)
-    if axis.on & terms.acts.friction:
-        factor = answer_of_factor(terms, axis, along.acting, here, moves, FACTOR * width)
-    if axis.on & terms.acts.load or axis.on & terms.acts.level:
-        bent = along.carried.bent
+    push_mid, push_end, first, second, factor = unanswered(width, acting)
+    by_level, by_states = axis.on & acts.load or axis.on & acts.level, axis.on & acts.advance
+    if by_states:
+        step_begins(along)
+    if by_level:
         push = motor_between(along, point, shares[0])
         start = Instant(reach.t_mid - half, motion.y, motion.v, motion.currents, push)
         curve = curve_at(bristles, motion.v, bent)
-        places = START_LEVEL * width, MIDDLE_FALL * width  # of which the latter is written anew
-        first = answer_of_friction(terms, axis, along.acting, start, (curve.level, curve.fall), True, places)
-        if axis.on & terms.acts.load == 0:  # as predicted
+        places = places_of(START_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)  # which is written anew
+        first = answer_of_friction(terms, axis, acting, start, (curve.level, curve.fall), True, places)
+    if by_states:
+        way = way_to_middle(reach, motion, v_mid)
+        answers_of_states(terms, axis, acting, along.hidden, way, TO_MIDDLE)
+    force = 0.0
+    if axis.powered or axis.on & acts.push:
+        force = force_once(terms, axis, reach.t_mid, reach.y_mid, v_mid, currents)
+    if axis.on & acts.push:
+        push_mid = answer_of_force(terms, axis, acting, here, moves, places_of(MIDDLE, width, acting))
+    if axis.on & acts.friction:
+        factor = answer_of_factor(terms, axis, acting, here, moves, places_of(FACTOR, width, acting))
+    if by_level:
+        then, by_place = here, moves
+        if not (axis.on & acts.load or by_states):  # as predicted
             place = motion.y + 0.5 * half * (motion.v + v_mid)
-            here, moves = Instant(reach.t_mid, place, v_mid, motion.currents, here.motor), True
+            then, by_place = Instant(reach.t_mid, place, v_mid, motion.currents, here.motor), True
         curve = curve_at(bristles, v_mid, bent)
-        places = MIDDLE_LEVEL * width, MIDDLE_FALL * width
-        second = answer_of_friction(terms, axis, along.acting, here, (curve.level, curve.fall), moves, places)
-    return push_mid, push_end, first, second, factor
+        places = places_of(MIDDLE_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)
+        second = answer_of_friction(terms, axis, acting, then, (curve.level, curve.fall), by_place, places)
+    if by_states:
+        way = way_to_end(reach, motion, v_mid, currents)
+        answers_of_states(terms, axis, acting, along.hidden, way, TO_END)
+    if axis.on & acts.push:
+        given = currents
+        if axis.powered:
+            given = inputs_then(terms, axis, course, reach.n, reach.x, 0.0)
+        push = motor_between(along, point, shares[2])
+        end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, given, push)
+        push_end = answer_of_force(terms, axis, acting, end, moves, places_of(END, width, acting))
+    if by_states:
+        way = way_as_settled(reach, motion, reached, currents)
+        answers_of_states(terms, axis, acting, along.hidden, way, SETTLED)
+        step_ends(along)
+    return force, (push_mid, push_end, first, second, factor)
 
 
 @inlined
@@ -247,14 +299,14 @@ def carry_followed(terms, along, place, motion, followed):
     h, force, currents = reach.h, 0.0, motion.currents
     if known:
         force = course.forces[at + 1]
-    elif axis.powered or axis.on & terms.acts.push:
-        if axis.powered:
-            currents = inputs_then(terms, axis, course, place.n, reach.x, 0.5 * h)
-        force = force_once(terms, axis, reach.t_mid, reach.y_mid, middle.v, currents)
+    elif axis.powered:
+        currents = inputs_then(terms, axis, course, place.n, reach.x, 0.5 * h)
     level, level_mid = curve_at(bristles, motion.v, carried.bent), curve_at(bristles, middle.v, carried.bent)
-    answers = unanswered(width)
+    answers = unanswered(width, along.acting)
     if axis.on & terms.acts.any:
-        answers = answers_of_step(terms, along, motion, middle, reach, currents, (at, shares))
+        force, answers = answers_of_step(terms, along, motion, followed, reach, currents, (at, shares))
+    elif axis.powered and not known:
+        force = force_once(terms, axis, reach.t_mid, reach.y_mid, middle.v, currents)
     push_mid, push_end, first, second, (factor, stronger) = answers
     if axis.on & terms.acts.any:
         level, level_mid = with_answer(level, first), with_answer(level_mid, second)
@@ -276,84 +328,35 @@ def carry_followed(terms, along, place, motion, followed):
             end = push_between(carried, at, shares[2], width, block)
         steady = level_lanes(level.level_by, motions.v, columns)
         if axis.on & terms.acts.any:
-            steady = steady + beyond(along, first.level, block, motor, motions.y)
+            steady = steady + beyond(along, first.level, block, motor, motions.y, AT_START)
         spring = scaled_columns(bristles, columns, last, lanes_at(carried.factor, block))
         v_mid, w_mid = predicted_lanes(predictor, motions, start, steady, columns, spring)
         high, fall = level_lanes(level_mid.level_by, v_mid, columns), level_lanes(level_mid.fall_by, v_mid, columns)
         if axis.on & terms.acts.any:
             y_mid = motions.y + 0.25 * h * (motions.v + v_mid)
-            high = high + beyond(along, second.level, block, half, y_mid)
-            fall = fall + beyond(along, second.fall, block, half, y_mid)
+            if axis.on & terms.acts.advance:
+                carry_to_end(along, block, h, motions, v_mid)
+            high = high + beyond(along, second.level, block, half, y_mid, AT_MIDDLE)
+            fall = fall + beyond(along, second.fall, block, half, y_mid, AT_MIDDLE)
             if axis.on & terms.acts.friction:
-                by = answered(along, stronger, block, half, v_mid, y_mid)
+                by = answered(along, stronger, block, half, v_mid, y_mid, AT_MIDDLE)
                 put_lanes(carried.factor, block, by)
                 columns = scaled_columns(bristles, columns, factor, by)
                 high, fall = factor * high + level_mid.level * by, factor * fall + level_mid.fall * by
             if axis.on & terms.acts.push:
-                half = answered(along, push_mid, block, half, v_mid, y_mid)
-                end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid)
+                half = answered(along, push_mid, block, half, v_mid, y_mid, AT_MIDDLE)
+                end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid, AT_END)
         rate, slope = bristle_lanes(linear, strong, middle, (v_mid, w_mid, high, fall), columns)
         rates, pushes = (rate, slope, v_mid), Pushes(start, half, end)
-        put_motions(carried, width, block, linear_lanes(linear, strong, base, h, rates, motions, pushes, columns))
+        new = linear_lanes(linear, strong, base, h, rates, motions, pushes, columns)
+        if axis.on & terms.acts.advance:
+            carry_settled(along, block, h, motions, new)
+        put_motions(carried, width, block, new)
         put_lanes(carried.force, block, end)
 
 
 @inlined
-def beyond(along, answer, block, push, place):
+def beyond(along, answer, block, push, place, when):
     """Slopes of friction's level or fall beyond those by speed and by its own parameters."""
     known = answer.by_motor * push + answer.by_place * place
-    return known + lanes_at(along.acting.own, answer.own + block)
-
-
-@compiled
-def start_forces(terms, along, at):
-    """Put in the slopes of the outer force at the start, where effects change it."""
-    carried, width = along.carried, along.table.shape[1]
-    answer = answer_of_force(terms, along.axis, along.acting, at, not along.course.guided, MIDDLE * width)
-    for block in range(0, width, LANES):
-        motions, push = motions_at(carried, width, block), lanes_at(carried.force, block)
-        put_lanes(carried.force, block, answered(along, answer, block, push, motions.v, motions.y))
-
-
-@compiled
-def start_factor(terms, along, at):
-    """Put in the slopes of the factor on the bristle at the start; returns it."""
-    carried, width = along.carried, along.table.shape[1]
-    factor, answer = answer_of_factor(terms, along.axis, along.acting, at, True, FACTOR * width)
-    for block in range(0, width, LANES):
-        motions = motions_at(carried, width, block)
-        by = answered(along, answer, block, lanes_at(carried.force, block), motions.v, motions.y)
-        put_lanes(carried.factor, block, by)
-    return factor
-
-
-@compiled
-def start_bristles(terms, along, at, motion, motor, factor):
-    """Put in the slopes of a bristle that follows from the model at the start (`started`). at: `Instant`; motor: slopes
-    (width) of the motor's force then; factor: on the bristle."""
-    axis, bristles, table, carried = along.axis, along.bristles, along.table, along.carried
-    width, sigma_0 = table.shape[1], bristles.sigma_0
-    slides = abs(motion.v) > 0.0
-    level = curve_at(bristles, motion.v, carried.bent)
-    answer = FrictionAnswer(1.0, 0.0, no_answer(width), no_answer(width))
-    if axis.on & terms.acts.load or axis.on & terms.acts.level:
-        curve = (level.level, level.fall) if slides else (bristles.static, 0.0)
-        places = START_LEVEL * width, MIDDLE_FALL * width
-        answer = answer_of_friction(terms, axis, along.acting, at, curve, True, places)
-        level = with_answer(level, answer)
-    turn = math.copysign(1.0, motion.w)
-    breakaway = answer.factor * (bristles.static + answer.load)
-    asked = motion.force / factor
-    breaks = 1.0 if not slides and abs(asked) >= breakaway else 0.0
-    for block in range(0, width, LANES):
-        columns, motions = columns_at(table, width, block), motions_at(carried, width, block)
-        most = answer.factor * columns.static
-        if slides:
-            most = level_lanes(level.level_by, motions.v, columns)
-        if axis.on & terms.acts.any:
-            most = most + beyond(along, answer.level, block, lanes_at(motor, block), motions.y)
-        held = turn * most
-        if not slides:
-            free = (1.0 / factor) * (lanes_at(carried.force, block) - asked * lanes_at(carried.factor, block))
-            held = (turn * breaks) * most + (1.0 - breaks) * free
-        put_lanes(carried.motion, block + 2 * width, (1.0 / sigma_0) * (held - motion.w * columns.sigma_0))
+    return known + by_states(along, answer, block, when)

@@ -1,7 +1,7 @@
 """How forces and friction with effects answer motion and parameters: what a step's derivatives need of them.
 
-By differences of the terms themselves, some evaluations per instant: most columns share them. Effects with hidden
-states have none here.
+By differences of the terms themselves, some evaluations per instant: most columns share them. How hidden states go on
+is told in slope_states.py.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.physics.model import EFFECT_START, MOTOR_START
-from linid.physics.own_terms.layout import ACCELERATION_BIT, STRIBECK_BIT
+from linid.physics.model import STATE_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import (
     Axis,
@@ -28,21 +27,27 @@ from linid.simulation.friction_slopes import LevelSlopes
 from linid.simulation.splines_at import late_inputs
 
 # Steps of differences: of a search coordinate, whose forces are smooth to the last bits, of which it leaves half; of a
-# speed with so many m/s, of a place in m, of a force with so many N.
-FORCE_STEP = 2e-8
-_SPEED_STEP, _SLOW, _PLACE_STEP, _PUSH_STEP, _WEAK = 1e-6, 1e-2, 1e-8, 1e-6, 1.0
+# speed with so many m/s, of a place in m, of a force with so many N, of a hidden state with so much in its own unit.
+FORCE_STEP, PLACE_STEP = 2e-8, 1e-8
+_SPEED_STEP, _SLOW, _PUSH_STEP, _WEAK, _STATE_STEP, _FAINT = 1e-6, 1e-2, 1e-6, 1.0, 1e-7, 1e-2
 # Where the columns' own slopes stand, in widths: of the force in the middle of a step and at its end, of friction's
 # level at its start and in its middle with its fall, of the reading, of the factor on the bristle; of what has none.
 MIDDLE, END, START_LEVEL, MIDDLE_LEVEL, MIDDLE_FALL, READING, FACTOR, NONE, OWN = range(9)
 
 
 class Acting(NamedTuple):
-    """Directions beside a model with effects. moved: (E,) which of them change what effects do; params: (K, WORK_SIZE)
-    a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the unit of what is told."""
+    """Directions beside a model with effects. moved: (E,) which of them change what effects do; touched: (E,) bits of
+    these effects; params: (K, WORK_SIZE) a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the
+    unit of what is told; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
+    effects; by_state: (OWN * n) how what is told answers them."""
 
     moved: Any
+    touched: Any
     params: Any
     own: Any
+    kept: Any
+    owners: Any
+    by_state: Any
 
 
 class Instant(NamedTuple):
@@ -56,13 +61,14 @@ class Instant(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """How something answers the motor's force, the speed and the place; own: where in `Acting.own` the columns' own
-    slopes begin."""
+    """How something answers the motor's force, the speed and the place; own, state: where in `Acting.own` the columns'
+    own slopes begin, and in `Acting.by_state` the answers to hidden states."""
 
     by_motor: Any
     by_speed: Any
     by_place: Any
     own: Any
+    state: Any
 
 
 class FrictionAnswer(NamedTuple):
@@ -75,26 +81,22 @@ class FrictionAnswer(NamedTuple):
 
 
 @allocating
-def acting_on(terms, candidates, count, width):
+def acting_on(terms, candidates, tangents):
     """Room for the answers of a model with effects; nothing of it where there are none."""
     on = candidates.on & terms.chosen | terms.always
+    nothing, kept = np.empty(0, dtype=np.int64), tangents.kept
     if on & terms.acts.any == 0:
-        return Acting(np.empty(0, dtype=np.int64), np.empty((0, 0)), np.empty(0))
-    moved = np.empty(count, dtype=np.int64)
+        return Acting(nothing, nothing, np.empty((0, 0)), np.empty(0), nothing, nothing, np.empty(0))
+    count, width = tangents.count, tangents.table.shape[1]
+    moved, touched = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     found = 0
     for c in range(count):
-        acts = False
-        for k in range(candidates.params.shape[1]):
-            # Some own terms hang on friction and mass too.
-            of_friction = k < MOTOR_START and on & (ACCELERATION_BIT | STRIBECK_BIT) != 0
-            of_effects = k >= EFFECT_START
-            if of_friction or of_effects:
-                acts = acts or candidates.params[1 + c, k] != candidates.params[0, k]
-        if acts:
-            moved[found] = c
+        if tangents.touched[c] & on:
+            moved[found], touched[found] = c, tangents.touched[c] & on
             found += 1
     work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
-    return Acting(moved[:found], np.zeros((count, work.size)), np.zeros(OWN * width))
+    params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * kept.size)
+    return Acting(moved[:found], touched[:found], params, own, kept, tangents.owners, by_state)
 
 
 @allocating
@@ -104,37 +106,37 @@ def of_recording(p, inputs, r):
 
 
 @allocating
-def along_directions(candidates, acting, inputs, r):
+def along_directions(candidates, params, inputs, r):
     """Put the parameters of all directions in, for recording r."""
-    for c in range(acting.params.shape[0]):
+    for c in range(params.shape[0]):
         found = of_recording(candidates.params[1 + c], inputs, r)
         for k in range(found.size):  # an array set as a whole is compiled for seconds
-            acting.params[c, k] = found[k]
+            params[c, k] = found[k]
 
 
 @inlined
-def beside(axis, acting, c):
-    """The axis a FORCE_STEP along direction c, but for its motor."""
+def beside(axis, params, c):
+    """The axis a FORCE_STEP along direction c, but for its motor; params: of all directions."""
     return Axis(
-        axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, acting.params[c], axis.table
+        axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, params[c], axis.table
     )
 
 
 @compiled
-def bristles_beside(terms, axis, acting, c, added_mass):
+def bristles_beside(terms, axis, params, c, added_mass):
     """Friction and mass a FORCE_STEP along direction c."""
-    return bristles_of(terms, beside(axis, acting, c), added_mass)
+    return bristles_of(terms, beside(axis, params, c), added_mass)
 
 
 @allocating
-def table_of(terms, axis, acting, added_mass, table):
+def table_of(terms, axis, params, added_mass, table):
     """Directions of friction's parameters (8, width) with what effects make of static force and mass."""
     out = table.copy()
     if axis.on & (terms.acts.mass | terms.acts.static) == 0:
         return out
     base = bristles_of(terms, axis, added_mass)
-    for c in range(acting.params.shape[0]):
-        other = bristles_beside(terms, axis, acting, c, added_mass)
+    for c in range(params.shape[0]):
+        other = bristles_beside(terms, axis, params, c, added_mass)
         out[1, c] = (other.static - base.static) / FORCE_STEP
         out[7, c] = (other.mass - base.mass) / FORCE_STEP
     return out
@@ -168,16 +170,28 @@ def force_at(terms, axis, at):
 
 
 @inlined
+def faster_by(v):
+    """A little more speed, m/s."""
+    return _SPEED_STEP * (abs(v) + _SLOW)
+
+
+@inlined
+def more_of_state(value):
+    """A little more of a hidden state, in its own unit."""
+    return _STATE_STEP * (abs(value) + _FAINT)
+
+
+@inlined
 def faster(at):
     """The instant with a little more speed, and how much more."""
-    step = _SPEED_STEP * (abs(at.v) + _SLOW)
+    step = faster_by(at.v)
     return Instant(at.t, at.y, at.v + step, at.currents, at.motor), step
 
 
 @inlined
 def farther(at):
     """The instant a little farther on."""
-    return Instant(at.t, at.y + _PLACE_STEP, at.v, at.currents, at.motor)
+    return Instant(at.t, at.y + PLACE_STEP, at.v, at.currents, at.motor)
 
 
 @inlined
@@ -187,21 +201,38 @@ def harder(at):
     return Instant(at.t, at.y, at.v, at.currents, at.motor + step), step
 
 
+@inlined
+def places_of(kind, width, acting):
+    """Where answers of a kind stand: the columns' own, and those to hidden states."""
+    return kind * width, kind * acting.kept.size
+
+
 @compiled
-def answer_of_force(terms, axis, acting, at, moves, own):
-    """How the forces of `force_at` answer; moves: whether their place is the simulated one."""
+def answer_of_force(terms, axis, acting, at, moves, places):
+    """How the forces of `force_at` answer; moves: whether their place is the simulated one; places: `places_of`."""
+    own, state = places
     force = force_at(terms, axis, at)
     quick, speed = faster(at)
     by_speed = (force_at(terms, axis, quick) - force) / speed
     by_place = by_motor = 0.0
     if moves:
-        by_place = (force_at(terms, axis, farther(at)) - force) / _PLACE_STEP
+        by_place = (force_at(terms, axis, farther(at)) - force) / PLACE_STEP
     if axis.powered:
         hard, push = harder(at)
         by_motor = (force_at(terms, axis, hard) - force) / push
-    for c in acting.moved:
-        acting.own[own + c] = (force_at(terms, beside(axis, acting, c), at) - force) / FORCE_STEP
-    return Answer(by_motor, by_speed, by_place, own)
+    for i in range(acting.moved.size):
+        if acting.touched[i] & terms.acts.push:
+            c = acting.moved[i]
+            acting.own[own + c] = (force_at(terms, beside(axis, acting.params, c), at) - force) / FORCE_STEP
+    for k in range(acting.kept.size):
+        if acting.owners[k] & terms.acts.push:
+            place = STATE_START + acting.kept[k]
+            value = axis.p[place]
+            step = more_of_state(value)
+            axis.p[place] = value + step
+            acting.by_state[state + k] = (force_at(terms, axis, at) - force) / step
+            axis.p[place] = value
+    return Answer(by_motor, by_speed, by_place, own, state)
 
 
 @compiled
@@ -222,18 +253,21 @@ def friction_by(terms, axis, at):
 
 
 @compiled
-def answer_of_factor(terms, axis, acting, at, moves, own):
-    """The factor on the bristle, and how it answers; moves: whether its place is the simulated one."""
+def answer_of_factor(terms, axis, acting, at, moves, places):
+    """The factor on the bristle, and how it answers, which is not by hidden states; moves, places: as of
+    `answer_of_force`."""
     currents = at.currents
     factor = friction_factor(terms, axis, at.t, at.y, at.v, currents)
     quick, speed = faster(at)
     by_speed, by_place = (friction_factor(terms, axis, at.t, at.y, quick.v, currents) - factor) / speed, 0.0
     if moves:
-        by_place = (friction_factor(terms, axis, at.t, at.y + _PLACE_STEP, at.v, currents) - factor) / _PLACE_STEP
-    for c in acting.moved:
-        other = friction_factor(terms, beside(axis, acting, c), at.t, at.y, at.v, currents)
-        acting.own[own + c] = (other - factor) / FORCE_STEP
-    return factor, Answer(0.0, by_speed, by_place, own)
+        by_place = (friction_factor(terms, axis, at.t, at.y + PLACE_STEP, at.v, currents) - factor) / PLACE_STEP
+    for i in range(acting.moved.size):
+        if acting.touched[i] & terms.acts.friction:
+            c = acting.moved[i]
+            other = friction_factor(terms, beside(axis, acting.params, c), at.t, at.y, at.v, currents)
+            acting.own[places[0] + c] = (other - factor) / FORCE_STEP
+    return factor, Answer(0.0, by_speed, by_place, *places)
 
 
 @inlined
@@ -246,24 +280,37 @@ def changes(found, other, curve, step):
 @compiled
 def answer_of_friction(terms, axis, acting, at, curve, moves, places):
     """How friction answers. curve: level and fall in N without effects; moves: whether its place is the simulated one;
-    places: of the columns' own slopes of level and of fall."""
+    places: `places_of` level and fall."""
+    of_level, of_fall = places
+    acts = terms.acts
     found = friction_by(terms, axis, at)
     quick, speed = faster(at)
     level_speed, fall_speed = changes(found, friction_by(terms, axis, quick), curve, speed)
     level_place = fall_place = level_motor = fall_motor = 0.0
     if moves:
-        level_place, fall_place = changes(found, friction_by(terms, axis, farther(at)), curve, _PLACE_STEP)
+        level_place, fall_place = changes(found, friction_by(terms, axis, farther(at)), curve, PLACE_STEP)
     if axis.powered and axis.on & terms.acts.pressed:
         hard, push = harder(at)
         level_motor, fall_motor = changes(found, friction_by(terms, axis, hard), curve, push)
-    for c in acting.moved:
-        level, fall = changes(found, friction_by(terms, beside(axis, acting, c), at), curve, FORCE_STEP)
-        acting.own[places[0] + c], acting.own[places[1] + c] = level, fall
+    for i in range(acting.moved.size):
+        if acting.touched[i] & (acts.load | acts.level | acts.drive | acts.thrust):
+            c = acting.moved[i]
+            level, fall = changes(found, friction_by(terms, beside(axis, acting.params, c), at), curve, FORCE_STEP)
+            acting.own[of_level[0] + c], acting.own[of_fall[0] + c] = level, fall
+    for k in range(acting.kept.size):
+        if acting.owners[k] & (acts.load | acts.level | acts.thrust):
+            place = STATE_START + acting.kept[k]
+            value = axis.p[place]
+            step = more_of_state(value)
+            axis.p[place] = value + step
+            level, fall = changes(found, friction_by(terms, axis, at), curve, step)
+            acting.by_state[of_level[1] + k], acting.by_state[of_fall[1] + k] = level, fall
+            axis.p[place] = value
     return FrictionAnswer(
         found[0],
         found[1],
-        Answer(level_motor, level_speed, level_place, places[0]),
-        Answer(fall_motor, fall_speed, fall_place, places[1]),
+        Answer(level_motor, level_speed, level_place, *of_level),
+        Answer(fall_motor, fall_speed, fall_place, *of_fall),
     )
 
 
@@ -280,14 +327,25 @@ def with_answer(plain, answer):
 
 
 @compiled
-def answer_of_reading(terms, axis, acting, at, own):
-    """How the reading error in m answers speed and place."""
+def answer_of_reading(terms, axis, acting, at, places):
+    """How the reading error in m answers speed and place; places: `places_of`."""
+    own, state = places
     on, p = axis.on, axis.p
     error = reading_error(terms, on, at.t, at.y, at.v, at.currents, p)
     quick, speed = faster(at)
     by_speed = (reading_error(terms, on, at.t, at.y, quick.v, at.currents, p) - error) / speed
-    by_place = (reading_error(terms, on, at.t, at.y + _PLACE_STEP, at.v, at.currents, p) - error) / _PLACE_STEP
-    for c in acting.moved:
-        other = reading_error(terms, on, at.t, at.y, at.v, at.currents, acting.params[c])
-        acting.own[own + c] = (other - error) / FORCE_STEP
-    return Answer(0.0, by_speed, by_place, own)
+    by_place = (reading_error(terms, on, at.t, at.y + PLACE_STEP, at.v, at.currents, p) - error) / PLACE_STEP
+    for i in range(acting.moved.size):
+        if acting.touched[i] & terms.acts.sensor:
+            c = acting.moved[i]
+            other = reading_error(terms, on, at.t, at.y, at.v, at.currents, acting.params[c])
+            acting.own[own + c] = (other - error) / FORCE_STEP
+    for k in range(acting.kept.size):
+        if acting.owners[k] & terms.acts.sensor:
+            place = STATE_START + acting.kept[k]
+            value = p[place]
+            step = more_of_state(value)
+            p[place] = value + step
+            acting.by_state[state + k] = (reading_error(terms, on, at.t, at.y, at.v, at.currents, p) - error) / step
+            p[place] = value
+    return Answer(0.0, by_speed, by_place, own, state)

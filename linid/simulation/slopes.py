@@ -1,7 +1,7 @@
 """The compiled simulation with its derivatives: positions of one candidate, and how they change by many columns.
 
 For LuGre friction, where measured positions and inputs alone decide the motor's force or there is no motor, and with
-those effects that slope_effects.py knows. The positions are those of `simulate_tasks` to the bit.
+those effects that slope_effects.py and slope_states.py know. The positions are those of `simulate_tasks` to the bit.
 """
 
 from __future__ import annotations
@@ -17,15 +17,7 @@ from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
-from linid.simulation.slope_carry import (
-    Along,
-    Carried,
-    carry_followed,
-    carry_sliding,
-    start_bristles,
-    start_factor,
-    start_forces,
-)
+from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding
 from linid.simulation.slope_effects import (
     FORCE_STEP,
     READING,
@@ -34,9 +26,12 @@ from linid.simulation.slope_effects import (
     along_directions,
     answer_of_reading,
     of_recording,
+    places_of,
     seen_by_motor,
     table_of,
 )
+from linid.simulation.slope_start import start_bristles, start_factor, start_forces, start_hidden
+from linid.simulation.slope_states import hidden_of
 from linid.simulation.slope_steps import slid_weights
 from linid.simulation.splines_at import spline_at
 from linid.simulation.steps import (
@@ -53,15 +48,18 @@ from linid.simulation.steps import (
 
 
 class Tangents(NamedTuple):
-    """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; begins:
-    (S, 3) y in m, v in m/s and w in m at the start; starts: (S, 3, width) directions of these; kept: places of hidden
-    states, of which there are none."""
+    """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; touched:
+    (count,) bits of the effects and own terms that they change; begins: (S, 3 or more) y in m, v in m/s, w in m and
+    hidden states at the start; starts: (S, as many, width) directions of these; kept: (n,) places of hidden states,
+    counted from STATE_START; owners: (n,) bits of their effects."""
 
     count: Any
     table: Any
+    touched: Any
     begins: Any
     starts: Any
     kept: Any
+    owners: Any
 
 
 class Under(NamedTuple):
@@ -181,6 +179,8 @@ def begun_at(terms, along, first, start, motion):
     t = course.t_start + first * course.dt
     at = Instant(t, motion.y, motion.v, motion.currents, motor_now(along, first))
     motor = carried.force.copy()
+    if axis.on & terms.acts.advance:
+        start_hidden(terms, along, at, start)
     if axis.on & terms.acts.push:
         start_forces(terms, along, at)
     factor = 1.0
@@ -216,10 +216,13 @@ def write_slopes(terms, along, k, t, motion, out):
     if axis.on & terms.acts.sensor:
         y_out[k] += reading_error(terms, axis.on, t, motion.y, motion.v, motion.currents, axis.p)
         at = Instant(t, motion.y, motion.v, motion.currents, 0.0)
-        answer = answer_of_reading(terms, axis, along.acting, at, READING * width)
+        acting, hidden = along.acting, along.hidden
+        answer = answer_of_reading(terms, axis, acting, at, places_of(READING, width, acting))
         for c in range(width):
             slopes[k, c] += answer.by_place * carried.motion[c] + answer.by_speed * carried.motion[width + c]
-            slopes[k, c] += along.acting.own[answer.own + c]
+            slopes[k, c] += acting.own[answer.own + c]
+            for j in range(acting.kept.size):
+                slopes[k, c] += acting.by_state[answer.state + j] * hidden.slopes[j * width + c]
 
 
 @allocating
@@ -236,9 +239,13 @@ def carry_one(terms, stretches, tangents, s, scheme, known, acting, out):
     t = stretch.t_start + first * stretch.dt
     currents = first_inputs(terms, axis, course, stretch)
     motion = started(terms, axis, bristles, t, start, tangents.kept, currents)
-    table = table_of(terms, axis, acting, stretch.added_mass, tangents.table)
+    table = table_of(terms, axis, acting.params, stretch.added_mass, tangents.table)
     carried = carried_from(axis, course, first, known[1], tangents, s)
-    along = Along(axis, bristles, course, table, carried, acting, known[0])
+    hidden = hidden_of(acting.kept.size, table.shape[1])
+    for k in range(acting.kept.size):
+        for c in range(tangents.count if start.size > 3 else 0):
+            hidden.slopes[k * table.shape[1] + c] = tangents.starts[s, 3 + k, c]
+    along = Along(axis, bristles, course, table, carried, acting, known[0], hidden)
     begun_at(terms, along, first, start, motion)
     # A literal 0 would have a type of its own, and compile all twice.
     weights = slid_weights(bristles, 0.0)
@@ -270,11 +277,11 @@ def slope_tasks_with(terms: Bundle) -> Any:
         offsets, y_out, slopes = out
         owner = -1
         known = np.empty(0), np.zeros((1, 1))
-        acting = acting_on(terms, candidates, tangents.count, tangents.table.shape[1])
+        acting = acting_on(terms, candidates, tangents)
         for s in range(begin, end):
             r, first, count = segments.recording[s], segments.first[s], segments.count[s]
             if r != owner:
-                along_directions(candidates, acting, inputs, r)
+                along_directions(candidates, acting.params, inputs, r)
                 known = forces_of(candidates, terms, inputs, r, scheme, tangents, acting)
                 owner = r
             a, b = offsets[s], offsets[s + 1]

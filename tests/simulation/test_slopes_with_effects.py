@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dis
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -44,8 +43,18 @@ KNOWN = [
     "commutation_change",
     "input_delay",
     "position_dependent_friction",
+    "cable_force",
+    "flexible_load",
+    "backlash",
+    "drive_train_backlash",
+    "dwell_stiction",
 ]
 COASTING = [
+    "cable_force",
+    "flexible_load",
+    "backlash",
+    "drive_train_backlash",
+    "dwell_stiction",
     "cogging",
     "asymmetric_friction",
     "quadratic_drag",
@@ -140,10 +149,10 @@ def test_many_effects_at_once(others: tuple[str, ...]) -> None:
     check(*both(effects, known, *driven(effects)), 1e-2)
 
 
-@pytest.mark.parametrize("effect", ["thermal_derating", "backlash", "cable_force"])
-def test_other_effects_are_differenced(effect: str) -> None:
-    simulator = Simulator(Model("sine", (effect,)), pack_inputs([synchronous_run(0.1)]), 2)
-    assert not simulator.has_slopes(True) and math.isfinite(simulator.model.size)
+def test_derating_is_differenced() -> None:
+    """It decides by a hidden state what the motor gets."""
+    simulator = Simulator(Model("sine", ("thermal_derating",)), pack_inputs([synchronous_run(0.1)]), 2)
+    assert not simulator.has_slopes(True)
 
 
 def test_what_the_motor_gets_hangs_on_no_speed() -> None:

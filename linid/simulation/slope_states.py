@@ -1,0 +1,180 @@
+"""Derivatives of hidden states along a step: how they answer motion, their own start and the parameters of effects.
+
+By differences of the effects' own `advance`, some per step: all columns share them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.physics.model import STATE_SIZE, STATE_START
+from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.forces import advance_states
+from linid.simulation.lanes import lanes_at, put_lanes
+from linid.simulation.slope_effects import FORCE_STEP, PLACE_STEP, beside, faster_by, more_of_state
+
+ACCELERATION_STEP, CALM = 1e-6, 1.0  # of an acceleration with so many m/s^2
+# The parts of a step along which a state goes, and where its slopes stand: at the start of the step, after each part.
+TO_MIDDLE, TO_END, SETTLED, PARTS = range(4)
+AT_START, AT_MIDDLE, AT_END = 0, 1 + TO_MIDDLE, 1 + TO_END
+
+
+class Hidden(NamedTuple):
+    """n hidden states. now, after: (n,) of the model, at the start of a step and as the simulation leaves them; then:
+    (n,) after a part of it; slopes: ((1 + PARTS) * n * width) by the columns, at the start and after the parts; by:
+    (PARTS * n * (n + 3)) how each after a part answers those at the start, the place, the speed and the acceleration;
+    own: (PARTS * n * width) the columns' own slopes."""
+
+    now: Any
+    after: Any
+    then: Any
+    slopes: Any
+    by: Any
+    own: Any
+
+
+class Way(NamedTuple):
+    """How the axis moves while states advance: h in s; t in s, y in m, v in m/s in its middle; a in m/s^2; currents:
+    inputs."""
+
+    h: Any
+    t: Any
+    y: Any
+    v: Any
+    a: Any
+    currents: Any
+
+
+@allocating
+def hidden_of(n, width):
+    """Room for n hidden states and this many columns."""
+    slopes, by, own = np.zeros((1 + PARTS) * n * width), np.zeros(PARTS * n * (n + 3)), np.zeros(PARTS * n * width)
+    return Hidden(np.zeros(n), np.zeros(n), np.zeros(n), slopes, by, own)
+
+
+@compiled
+def advanced(terms, axis, way):
+    """Bring the hidden states of an axis from the start of the step to the end of a way."""
+    advance_states(terms, axis, way.h, way.t, way.y, way.v, way.a, way.currents)
+
+
+@inlined
+def way_to_middle(reach, motion, v_mid):
+    """That of `to_the_middle`."""
+    half = 0.5 * reach.h
+    place, speed = motion.y + 0.25 * half * (motion.v + v_mid), 0.5 * (motion.v + v_mid)
+    return Way(half, reach.t_mid - 0.5 * half, place, speed, (v_mid - motion.v) / half, motion.currents)
+
+
+@inlined
+def way_to_end(reach, motion, v_mid, currents):
+    """That of `to_the_end`."""
+    return Way(reach.h, reach.t_mid, reach.y_mid, v_mid, (v_mid - motion.v) / (0.5 * reach.h), currents)
+
+
+@inlined
+def way_as_settled(reach, motion, reached, currents):
+    """That of `settled`."""
+    h, displacement = reach.h, reached.y - motion.y
+    place, faster = motion.y + 0.5 * displacement, reached.v - motion.v
+    return Way(h, reach.t_mid, place, displacement / h, faster / h, currents)
+
+
+@compiled
+def step_begins(along):
+    """Take the hidden states of model and directions back to where the step began."""
+    axis, acting, hidden = along.axis, along.acting, along.hidden
+    for k in range(acting.kept.size):
+        place = STATE_START + acting.kept[k]
+        hidden.after[k] = axis.p[place]
+        axis.p[place] = axis.p[place + STATE_SIZE] = hidden.now[k]
+        for c in acting.moved:
+            acting.params[c, place] = acting.params[c, place + STATE_SIZE] = hidden.now[k]
+
+
+@compiled
+def step_ends(along):
+    """Put the hidden states of the model back to where the simulation has brought them."""
+    axis, acting, hidden = along.axis, along.acting, along.hidden
+    for k in range(acting.kept.size):
+        place = STATE_START + acting.kept[k]
+        hidden.now[k] = axis.p[place] = axis.p[place + STATE_SIZE] = hidden.after[k]
+
+
+@compiled
+def answers_of_states(terms, axis, acting, hidden, way, part):
+    """Bring the hidden states along a part of the step, and put in how they answer."""
+    p, kept, n = axis.p, acting.kept, acting.kept.size
+    row, own, width = part * n * (n + 3), part * n, hidden.own.size // (PARTS * n)
+    advanced(terms, axis, way)
+    then = hidden.then
+    for k in range(n):
+        then[k] = p[STATE_START + kept[k]]
+    for j in range(n + 3):
+        changed, place, before = way, 0, 0.0
+        if j < n:
+            place = STATE_START + STATE_SIZE + kept[j]
+            before = p[place]
+            step = more_of_state(before)
+            p[place] = before + step
+        elif j == n:
+            step = PLACE_STEP
+            changed = Way(way.h, way.t, way.y + step, way.v, way.a, way.currents)
+        elif j == n + 1:
+            step = faster_by(way.v)
+            changed = Way(way.h, way.t, way.y, way.v + step, way.a, way.currents)
+        else:
+            step = ACCELERATION_STEP * (abs(way.a) + CALM)
+            changed = Way(way.h, way.t, way.y, way.v, way.a + step, way.currents)
+        advanced(terms, axis, changed)
+        if j < n:
+            p[place] = before
+        for k in range(n):
+            hidden.by[row + k * (n + 3) + j] = (p[STATE_START + kept[k]] - then[k]) / step
+    for i in range(acting.moved.size):
+        c = acting.moved[i]
+        if acting.touched[i] & terms.acts.advance:
+            advanced(terms, beside(axis, acting.params, c), way)
+            for k in range(n):
+                hidden.own[(own + k) * width + c] = (acting.params[c, STATE_START + kept[k]] - then[k]) / FORCE_STEP
+        for k in range(n):
+            acting.params[c, STATE_START + kept[k]] = then[k]
+    for k in range(n):
+        p[STATE_START + kept[k]] = then[k]
+
+
+@inlined
+def carry_part(along, block, part, motion):
+    """Slopes of the hidden states after a part of the step, by those of (place, speed, acceleration) along it."""
+    hidden, n, width = along.hidden, along.acting.kept.size, along.table.shape[1]
+    place, speed, faster = motion
+    by = hidden.by
+    for k in range(n):
+        row = (part * n + k) * (n + 3)
+        slopes = by[row + n] * place + by[row + n + 1] * speed + by[row + n + 2] * faster
+        slopes = slopes + lanes_at(hidden.own, (part * n + k) * width + block)
+        for j in range(n):
+            slopes = slopes + by[row + j] * lanes_at(hidden.slopes, j * width + block)
+        put_lanes(hidden.slopes, ((1 + part) * n + k) * width + block, slopes)
+
+
+@inlined
+def carry_to_end(along, block, h, motions, v_mid):
+    """Slopes of the hidden states in the middle of a step and, as predicted, at its end; v_mid: those of the speed."""
+    half, rise = 0.5 * h, (2.0 / h) * (v_mid - motions.v)
+    mean = 0.5 * (motions.v + v_mid)
+    carry_part(along, block, TO_MIDDLE, (motions.y + (0.5 * half) * mean, mean, rise))
+    moves = 0.0 if along.course.guided else 1.0
+    carry_part(along, block, TO_END, (moves * (motions.y + half * mean), v_mid, rise))
+
+
+@inlined
+def carry_settled(along, block, h, motions, new):
+    """Slopes of the hidden states after a step from those of the motion before it to the new ones."""
+    hidden, n, width = along.hidden, along.acting.kept.size, along.table.shape[1]
+    place = 0.5 * (motions.y + new.y)
+    carry_part(along, block, SETTLED, (place, (1.0 / h) * (new.y - motions.y), (1.0 / h) * (new.v - motions.v)))
+    for k in range(n):
+        put_lanes(hidden.slopes, k * width + block, lanes_at(hidden.slopes, ((1 + SETTLED) * n + k) * width + block))
