@@ -130,7 +130,6 @@ class Simulator:
     @cached_property
     def _owners(self) -> Integers:
         """The bits of the effects that have the hidden states `_kept`."""
-        model = self.model
         names = [name for name in STATE_PLACES if name in self.model.effects]
         return np.array([active_mask((name,)) for name in names for _ in range(find_effect(name).states)], np.int64)
 

@@ -225,8 +225,8 @@ def motor_between(along, at, share):
 @compiled
 def answers_of_step(terms, along, motion, followed, reach, currents, at):
     """Force in N in the middle of a followed step; how that and the one at its end answer, friction at its start and in
-    its middle, and the factor on the bristle there; how hidden states do. followed: the motion after it and its middle; currents:
-    inputs in the middle; at: first point of its base step, and shares of that at start, middle and end."""
+    its middle, and the factor on the bristle there; how hidden states do. followed: the motion after it and its middle;
+    currents: inputs in the middle; at: first point of its base step, and shares of that at start, middle and end."""
     axis, course, bristles, width = along.axis, along.course, along.bristles, along.table.shape[1]
     acting, acts = along.acting, terms.acts
     (point, shares), (reached, middle), bent = at, followed, along.carried.bent

@@ -117,9 +117,7 @@ def along_directions(candidates, params, inputs, r):
 @inlined
 def beside(axis, params, c):
     """The axis a FORCE_STEP along direction c, but for its motor; params: of all directions."""
-    return Axis(
-        axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, params[c], axis.table
-    )
+    return Axis(axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, params[c], axis.table)
 
 
 @compiled
@@ -208,29 +206,52 @@ def places_of(kind, width, acting):
 
 
 @compiled
+def added_by(terms, axis, bits, at, given):
+    """What effects and own terms with these bits add to the forces on the mass, N; given: the motor's force with its
+    factor in N, and its inputs."""
+    push, currents = given
+    force = terms.force(0.0, bits, at.t, at.y, at.v, currents, axis.p)
+    if bits & terms.acts.pushed:
+        force = terms.pushed(force, bits, push, at.t, at.y, at.v, currents, axis.p)
+    return force
+
+
+@compiled
 def answer_of_force(terms, axis, acting, at, moves, places):
     """How the forces of `force_at` answer; moves: whether their place is the simulated one; places: `places_of`."""
     own, state = places
+    acts, of_motor = terms.acts, terms.acts.drive | terms.acts.field | terms.acts.thrust
     force = force_at(terms, axis, at)
     quick, speed = faster(at)
     by_speed = (force_at(terms, axis, quick) - force) / speed
-    by_place = by_motor = 0.0
+    by_place, by_motor, push = 0.0, 1.0, at.motor
     if moves:
         by_place = (force_at(terms, axis, farther(at)) - force) / PLACE_STEP
-    if axis.powered:
-        hard, push = harder(at)
-        by_motor = (force_at(terms, axis, hard) - force) / push
+    if axis.powered and axis.on & (acts.thrust | acts.pushed):
+        hard, harder_by = harder(at)
+        by_motor = (force_at(terms, axis, hard) - force) / harder_by
+    currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
+    if axis.powered and axis.on & acts.thrust:
+        push *= thrust_factor(terms, axis, at.t, at.y, at.v, currents)
+    given, last, plain = (push, currents), 0, 0.0  # of what adds to the motor's force, only the part that changes
     for i in range(acting.moved.size):
-        if acting.touched[i] & terms.acts.push:
-            c = acting.moved[i]
+        bits, c = acting.touched[i] & acts.push, acting.moved[i]
+        if bits & of_motor:
             acting.own[own + c] = (force_at(terms, beside(axis, acting.params, c), at) - force) / FORCE_STEP
+        elif bits:
+            if bits != last:
+                last, plain = bits, added_by(terms, axis, bits, at, given)
+            other = added_by(terms, beside(axis, acting.params, c), bits, at, given)
+            acting.own[own + c] = (other - plain) / FORCE_STEP
     for k in range(acting.kept.size):
-        if acting.owners[k] & terms.acts.push:
-            place = STATE_START + acting.kept[k]
+        bits, place = acting.owners[k] & acts.push, STATE_START + acting.kept[k]
+        if bits:
             value = axis.p[place]
             step = more_of_state(value)
+            before = force if bits & of_motor else added_by(terms, axis, bits, at, given)
             axis.p[place] = value + step
-            acting.by_state[state + k] = (force_at(terms, axis, at) - force) / step
+            after = force_at(terms, axis, at) if bits & of_motor else added_by(terms, axis, bits, at, given)
+            acting.by_state[state + k] = (after - before) / step
             axis.p[place] = value
     return Answer(by_motor, by_speed, by_place, own, state)
 

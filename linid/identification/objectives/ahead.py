@@ -9,7 +9,7 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
-from linid.identification.objectives.start_states import predicted_from_before
+from linid.identification.objectives.start_states import predicted_from_before, slopes_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import EFFECT_START, MASS, Model
@@ -118,14 +118,7 @@ class Ahead:
         """Residuals (N,) in m at params (VECTOR_SIZE,), and their derivatives (N, K) in K directions; offsets: (0,),
         there are none.
         """
-        tangents = directions.params
-        # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
-        acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
-        acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
-        starts = self._starts(np.vstack([params, params + _START_STEP * tangents[acting]]))
-        moved = np.zeros((starts.shape[1], 3, len(tangents)))
-        moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / _START_STEP
-        y, slopes = self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
+        y, slopes = self._predicted(params, directions.params)
         if self.project:
             edges = np.concatenate([[0], np.flatnonzero(np.diff(self.segments.count)) + 1, [self.segments.count.size]])
             for a, b in pairwise(edges):  # windows of one length after another
@@ -133,6 +126,18 @@ class Ahead:
                 block = slopes[rows[0] : rows[1]].reshape(b - a, len(basis), -1)
                 block -= basis @ (basis.T @ block)
         return self._projected((y - self.measured)[None])[0], slopes
+
+    def _predicted(self, params: Array, tangents: Array) -> tuple[Array, Array]:
+        """Predicted positions (N,) in m of one candidate, and their derivatives (N, K)."""
+        if self.model.effect_states:
+            return slopes_from_before(self.simulator, params, tangents, self.motion, self.segments, guided=True)
+        # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
+        acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
+        acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
+        starts = self._starts(np.vstack([params, params + _START_STEP * tangents[acting]]))
+        moved = np.zeros((starts.shape[1], 3, len(tangents)))
+        moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / _START_STEP
+        return self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) prediction errors in m, each window without its straight line. params: (C, VECTOR_SIZE);

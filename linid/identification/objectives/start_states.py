@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linid.arrays import Array, Integers
 from linid.identification.signals.motion import Motion
@@ -16,19 +17,21 @@ from linid.simulation.run import AlongMotion, Segments, Simulator
 # the axis within them: a measured axis with a load that swings at 53 Hz was predicted worse from 50 ms and more.
 _STRETCH = 0.025
 _NUDGE = 0.1  # of a state's prior deviation: far above rounding, small against where friction and play bend
+_STEP = 1e-5  # of search coordinates, over which what is along the motion is differentiated
 _LEAST_SHARE = 1e-9  # of the axis' own motion: prior deviation of a hidden state that has not moved at all
 _ROUNDS = 2  # of the weighting: the second one knows what the first leaves
 
 
 class _Stretches(NamedTuple):
     """The samples before S windows. part: these stretches, each up to its window's first sample; whole: with the
-    windows behind them; flat: (S,) first sample among those of all recordings; measured: (N,) raw positions there, m.
-    """
+    windows behind them; flat: (S,) first sample among those of all recordings; measured: raw positions at the samples
+    of `part`, m; seen: where those of the windows stand in `whole`."""
 
     part: Segments
     whole: Segments
     flat: Integers
     measured: Array
+    seen: Integers
 
 
 def _stretches_of(simulator: Simulator, motion: Motion, windows: Segments) -> _Stretches:
@@ -38,7 +41,8 @@ def _stretches_of(simulator: Simulator, motion: Motion, windows: Segments) -> _S
     part = Segments(windows.recording, windows.first - before, before + 1)
     whole = Segments(windows.recording, part.first, before + windows.count)
     flat = inputs.sample_offsets[part.recording] + part.first
-    return _Stretches(part, whole, flat, motion.measured[_rows(flat, part.count)])
+    seen = _rows(whole.out_offsets[:-1] + before, windows.count)
+    return _Stretches(part, whole, flat, motion.measured[_rows(flat, part.count)], seen)
 
 
 def predicted_from_before(
@@ -60,15 +64,12 @@ def predicted_from_before(
     before = _stretches_of(simulator, motion, windows)
     part, whole = before.part, before.whole
     along, starts = _along(simulator, params, motion, before)
-    noise = np.maximum(motion.position_noise, 1e-15)[part.recording]
-    at_part = _rows(whole.out_offsets[:-1], part.count)
+    noise, at_part = _noise_of(before, motion), _rows(whole.out_offsets[:-1], part.count)
     out = np.empty((params.shape[0], int(windows.count.sum())))
     for c, one in enumerate(params):
         own, start = one[None, :], starts[c : c + 1]
-        moves = np.any(start[0], axis=0)  # a hidden state that nothing ever moves is none
-        moves[:3] = True, True, False  # the bristle is told along the motion
-        places = np.flatnonzero(moves)
-        prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording][:, np.delete(moves, 2)]
+        places = _moving(start[0])
+        prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording][:, _of_prior(places)]
         plain = simulator.run(own, part, start, guided=guided)[0][0]
         nudged = np.repeat(start, len(places), axis=0)
         for row, place in enumerate(places):
@@ -78,15 +79,81 @@ def predicted_from_before(
         better = start.copy()
         better[0][:, places] += _steps(slopes, before.measured - plain, noise, part) * prior
         moved = simulator.run(own, whole, better, guided=guided)[0][0]
-        # Where play or friction bend too much for one step, what is along the motion is the better guess.
-        misses = [np.add.reduceat((y - before.measured) ** 2, part.out_offsets[:-1]) for y in (moved[at_part], plain)]
-        worse = ~(misses[0] <= misses[1])
+        worse = _worse(moved[at_part], plain, before)
         if np.any(worse):
             chosen = Segments(whole.recording[worse], whole.first[worse], whole.count[worse])
             anew = simulator.run(own, chosen, start[:, worse], guided=guided)[0][0]
             moved[np.repeat(worse, whole.count)] = anew
-        out[c] = moved[_rows(whole.out_offsets[:-1] + part.count - 1, windows.count)]
+        out[c] = moved[before.seen]
     return out
+
+
+def slopes_from_before(
+    simulator: Simulator, params: Array, tangents: Array, motion: Motion, windows: Segments, *, guided: bool
+) -> tuple[Array, Array]:
+    """The positions (N,) of `predicted_from_before` for one candidate, and their derivatives (N, K) in K directions.
+
+    params: (VECTOR_SIZE,); tangents: (K, VECTOR_SIZE). The runs' derivatives are those that a simulation carries along,
+    the states along the motion and the step of Gauss and Newton are differenced; which stretches it makes worse is
+    held.
+    """
+    before = _stretches_of(simulator, motion, windows)
+    part, whole = before.part, before.whole
+    along, starts = _along(simulator, np.vstack([params, params + _STEP * tangents]), motion, before)
+    start, places, offsets = starts[0], _moving(starts[0]), simulator.inputs.sample_offsets
+    noise = _noise_of(before, motion)
+    priors = np.array([_prior(along, c, motion, offsets)[:, _of_prior(places)] for c in range(len(starts))])
+    prior, prior_by = priors[0][part.recording], ((priors[1:] - priors[0]) / _STEP)[:, part.recording]
+    start_by = ((starts[1:] - start) / _STEP).transpose(1, 2, 0)
+
+    def ahead(segments: Segments, begins: Array, begins_by: Array) -> tuple[Array, Array]:
+        return simulator.slopes(params, tangents, segments, begins, begins_by, guided=guided)
+
+    plain, plain_by = ahead(part, start, start_by)
+    slopes, slopes_by = np.empty((len(places), plain.size)), np.empty((len(places), len(tangents), plain.size))
+    for row, place in enumerate(places):
+        nudged, nudged_by = start.copy(), start_by.copy()
+        nudged[:, place] += _NUDGE * prior[:, row]
+        nudged_by[:, place] += _NUDGE * prior_by[:, :, row].T
+        swung, swung_by = ahead(part, nudged, nudged_by)
+        slopes[row], slopes_by[row] = (swung - plain) / _NUDGE, (swung_by - plain_by).T / _NUDGE
+    misses = before.measured - plain
+    steps = _steps(slopes, misses, noise, part)
+    better, better_by = start.copy(), start_by.copy()
+    better[:, places] += steps * prior
+    for k in range(len(tangents)):
+        after = _steps(slopes + _STEP * slopes_by[:, k], misses - _STEP * plain_by[:, k], noise, part)
+        better_by[:, places, k] += (after - steps) / _STEP * prior + steps * prior_by[k]
+    met = simulator.run(params[None], part, better[None], guided=guided)[0][0]
+    worse = _worse(met, plain, before)
+    better[worse], better_by[worse] = start[worse], start_by[worse]
+    moved, moved_by = ahead(whole, better, better_by)
+    return moved[before.seen], moved_by[before.seen]
+
+
+def _noise_of(before: _Stretches, motion: Motion) -> Array:
+    """Noise (S,) of the measured positions, m."""
+    return np.asarray(np.maximum(motion.position_noise, 1e-15)[before.part.recording])
+
+
+def _moving(start: Array) -> Integers:
+    """Which of the start states (S, 3 + states) a stretch may move: a hidden state that nothing ever moves is none, and
+    the bristle is told along the motion."""
+    moves = np.any(start, axis=0)
+    moves[:3] = True, True, False
+    return np.flatnonzero(moves)
+
+
+def _of_prior(places: Integers) -> Integers:
+    """Their columns in `_prior`, which has none of the bristle."""
+    return np.asarray(places - (places > 2))
+
+
+def _worse(met: Array, plain: Array, before: _Stretches) -> NDArray[np.bool_]:
+    """Which stretches (S,) the step makes worse: where play or friction bend too much for one step, what is along the
+    motion is the better guess. met, plain: positions after the step and before it, m."""
+    misses = [np.add.reduceat((y - before.measured) ** 2, before.part.out_offsets[:-1]) for y in (met, plain)]
+    return np.asarray(~(misses[0] <= misses[1]))
 
 
 def _along(simulator: Simulator, params: Array, motion: Motion, before: _Stretches) -> tuple[AlongMotion, Array]:

@@ -22,7 +22,7 @@ def initial(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, preload, stiffness, hy
     """The state at the start (dimensionless, -1 to 1): a moving chain has been moving for a while, a resting one is
     relaxed.
     """
-    return (0.0 if v == 0.0 else math.copysign(1.0, v)),
+    return ((0.0 if v == 0.0 else math.copysign(1.0, v)),)
 
 
 @term
