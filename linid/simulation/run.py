@@ -128,10 +128,17 @@ class Simulator:
         return np.array(self.model.states, dtype=np.int64)
 
     @cached_property
-    def _owners(self) -> Integers:
-        """The bits of the effects that have the hidden states `_kept`."""
-        names = [name for name in STATE_PLACES if name in self.model.effects]
-        return np.array([active_mask((name,)) for name in names for _ in range(find_effect(name).states)], np.int64)
+    def _hidden(self) -> tuple[Integers, Integers, NDArray[np.bool_]]:
+        """Hidden states for `Tangents`: their places, the bits of their effects and what drives them."""
+        effects = [find_effect(name) for name in STATE_PLACES if name in self.model.effects]
+        owners = [active_mask((effect.name,)) for effect in effects for _ in range(effect.states)]
+        driven = [any(effect.states_are_driven_by(name) for effect in effects) for name in ("y", "v", "a")]
+        return self._kept, np.array(owners, dtype=np.int64), np.array(driven)
+
+    @cached_property
+    def _fast(self) -> int:
+        """The bits of the effects and own terms whose forces hang on speed."""
+        return active_mask(tuple(name for name in self.model.effects if find_effect(name).pushes_by_speed))
 
     def _touched(self, tangents: Array) -> Integers:
         """The bits of the effects and own terms whose parameters directions (K, VECTOR_SIZE) change."""
@@ -213,7 +220,7 @@ class Simulator:
         table, moved = np.zeros((8, width)), np.zeros((*starts.shape, width))
         table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes
         touched, begins = self._touched(tangents), np.ascontiguousarray(starts)
-        along = Tangents(count, table, touched, begins, moved, self._kept, self._owners)
+        along = Tangents(count, table, touched, self._fast, begins, moved, *self._hidden)
         guide = self._guide if np.any(self.inputs.powered) else np.empty((4, 1))
         scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))

@@ -222,7 +222,7 @@ def motor_between(along, at, share):
     return first * along.motor[at] + middle * along.motor[at + 1] + last * along.motor[at + 2]
 
 
-@compiled
+@inlined
 def answers_of_step(terms, along, motion, followed, reach, currents, at):
     """Force in N in the middle of a followed step; how that and the one at its end answer, friction at its start and in
     its middle, and the factor on the bristle there; how hidden states do. followed: the motion after it and its middle;
@@ -287,7 +287,7 @@ def within_base_step(course, place, halvings):
     return 2 * (place.n * course.substeps + base_step), (begin, begin + 0.5 * share, begin + share)
 
 
-@compiled
+@inlined
 def carry_followed(terms, along, place, motion, followed):
     """Take the slopes along a followed step from `motion` to what `followed_step` gave."""
     axis, course, table, carried = along.axis, along.course, along.table, along.carried

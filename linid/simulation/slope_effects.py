@@ -38,15 +38,18 @@ MIDDLE, END, START_LEVEL, MIDDLE_LEVEL, MIDDLE_FALL, READING, FACTOR, NONE, OWN 
 class Acting(NamedTuple):
     """Directions beside a model with effects. moved: (E,) which of them change what effects do; touched: (E,) bits of
     these effects; params: (K, WORK_SIZE) a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the
-    unit of what is told; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
-    effects; by_state: (OWN * n) how what is told answers them."""
+    unit of what is told; fast: bits of the effects whose forces hang on speed; kept: (n,) places of hidden states,
+    counted from STATE_START; owners: (n,) bits of their effects; driven: (3,) whether place, speed and acceleration
+    drive them; by_state: (OWN * n) how what is told answers them."""
 
     moved: Any
     touched: Any
     params: Any
     own: Any
+    fast: Any
     kept: Any
     owners: Any
+    driven: Any
     by_state: Any
 
 
@@ -84,10 +87,11 @@ class FrictionAnswer(NamedTuple):
 def acting_on(terms, candidates, tangents):
     """Room for the answers of a model with effects; nothing of it where there are none."""
     on = candidates.on & terms.chosen | terms.always
-    nothing, kept = np.empty(0, dtype=np.int64), tangents.kept
-    if on & terms.acts.any == 0:
-        return Acting(nothing, nothing, np.empty((0, 0)), np.empty(0), nothing, nothing, np.empty(0))
     count, width = tangents.count, tangents.table.shape[1]
+    nothing, hidden = np.empty(0, dtype=np.int64), (tangents.kept, tangents.owners, tangents.driven)
+    if on & terms.acts.any == 0:
+        hidden = nothing, nothing, tangents.driven
+        return Acting(nothing, nothing, np.empty((0, 0)), np.empty(0), 0, *hidden, np.empty(0))
     moved, touched = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     found = 0
     for c in range(count):
@@ -95,8 +99,8 @@ def acting_on(terms, candidates, tangents):
             moved[found], touched[found] = c, tangents.touched[c] & on
             found += 1
     work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
-    params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * kept.size)
-    return Acting(moved[:found], touched[:found], params, own, kept, tangents.owners, by_state)
+    params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * tangents.kept.size)
+    return Acting(moved[:found], touched[:found], params, own, tangents.fast, *hidden, by_state)
 
 
 @allocating
@@ -216,42 +220,71 @@ def added_by(terms, axis, bits, at, given):
     return force
 
 
+@inlined
+def of_motor(terms):
+    """Bits of what changes the motor's force itself."""
+    return terms.acts.drive | terms.acts.field | terms.acts.thrust
+
+
+@compiled
+def part_at(terms, axis, bits, at, given):
+    """A part of the forces of `force_at` that holds all that effects with these bits do; given: as of `added_by`."""
+    return force_at(terms, axis, at) if bits & of_motor(terms) else added_by(terms, axis, bits, at, given)
+
+
+@compiled
+def given_at(terms, axis, at):
+    """The motor's force with its factor in N, and its inputs."""
+    currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
+    push = at.motor
+    if axis.powered and axis.on & terms.acts.thrust:
+        push *= thrust_factor(terms, axis, at.t, at.y, at.v, currents)
+    return push, currents
+
+
+@compiled
+def force_by_motor(terms, axis, at, given):
+    """How the forces of `force_at` answer the motor's."""
+    acts, (hard, step) = terms.acts, harder(at)
+    if axis.on & acts.thrust:
+        return (force_at(terms, axis, hard) - force_at(terms, axis, at)) / step
+    if axis.on & acts.pushed:
+        bits, after = axis.on & acts.pushed, (given[0] + step, given[1])
+        return 1.0 + (added_by(terms, axis, bits, at, after) - added_by(terms, axis, bits, at, given)) / step
+    return 1.0
+
+
 @compiled
 def answer_of_force(terms, axis, acting, at, moves, places):
-    """How the forces of `force_at` answer; moves: whether their place is the simulated one; places: `places_of`."""
-    own, state = places
-    acts, of_motor = terms.acts, terms.acts.drive | terms.acts.field | terms.acts.thrust
-    force = force_at(terms, axis, at)
-    quick, speed = faster(at)
-    by_speed = (force_at(terms, axis, quick) - force) / speed
-    by_place, by_motor, push = 0.0, 1.0, at.motor
+    """How the forces of `force_at` answer, by differences of the part that changes; moves: whether their place is the
+    simulated one; places: `places_of`."""
+    (own, state), acts = places, terms.acts
+    given = given_at(terms, axis, at)
+    by_speed, by_place, by_motor = 0.0, 0.0, 1.0
+    bits = acting.fast & axis.on & acts.push
+    if bits:
+        quick, speed = faster(at)
+        by_speed = (part_at(terms, axis, bits, quick, given) - part_at(terms, axis, bits, at, given)) / speed
     if moves:
-        by_place = (force_at(terms, axis, farther(at)) - force) / PLACE_STEP
-    if axis.powered and axis.on & (acts.thrust | acts.pushed):
-        hard, harder_by = harder(at)
-        by_motor = (force_at(terms, axis, hard) - force) / harder_by
-    currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
-    if axis.powered and axis.on & acts.thrust:
-        push *= thrust_factor(terms, axis, at.t, at.y, at.v, currents)
-    given, last, plain = (push, currents), 0, 0.0  # of what adds to the motor's force, only the part that changes
+        by_place = (force_at(terms, axis, farther(at)) - force_at(terms, axis, at)) / PLACE_STEP
+    if axis.powered:
+        by_motor = force_by_motor(terms, axis, at, given)
+    last, plain = 0, 0.0
     for i in range(acting.moved.size):
         bits, c = acting.touched[i] & acts.push, acting.moved[i]
-        if bits & of_motor:
-            acting.own[own + c] = (force_at(terms, beside(axis, acting.params, c), at) - force) / FORCE_STEP
-        elif bits:
+        if bits:
             if bits != last:
-                last, plain = bits, added_by(terms, axis, bits, at, given)
-            other = added_by(terms, beside(axis, acting.params, c), bits, at, given)
+                last, plain = bits, part_at(terms, axis, bits, at, given)
+            other = part_at(terms, beside(axis, acting.params, c), bits, at, given)
             acting.own[own + c] = (other - plain) / FORCE_STEP
     for k in range(acting.kept.size):
         bits, place = acting.owners[k] & acts.push, STATE_START + acting.kept[k]
         if bits:
             value = axis.p[place]
             step = more_of_state(value)
-            before = force if bits & of_motor else added_by(terms, axis, bits, at, given)
+            before = part_at(terms, axis, bits, at, given)
             axis.p[place] = value + step
-            after = force_at(terms, axis, at) if bits & of_motor else added_by(terms, axis, bits, at, given)
-            acting.by_state[state + k] = (after - before) / step
+            acting.by_state[state + k] = (part_at(terms, axis, bits, at, given) - before) / step
             axis.p[place] = value
     return Answer(by_motor, by_speed, by_place, own, state)
 

@@ -103,36 +103,45 @@ def step_ends(along):
         hidden.now[k] = axis.p[place] = axis.p[place + STATE_SIZE] = hidden.after[k]
 
 
+@inlined
+def other_way(way, j):
+    """A way a little farther on (j = 0), faster (1) or with more acceleration (2), and how much of that."""
+    place, speed, acceleration = way.y, way.v, way.a
+    if j == 0:
+        step = PLACE_STEP
+        place += step
+    elif j == 1:
+        step = faster_by(speed)
+        speed += step
+    else:
+        step = ACCELERATION_STEP * (abs(acceleration) + CALM)
+        acceleration += step
+    return Way(way.h, way.t, place, speed, acceleration, way.currents), step
+
+
 @compiled
 def answers_of_states(terms, axis, acting, hidden, way, part):
     """Bring the hidden states along a part of the step, and put in how they answer."""
-    p, kept, n = axis.p, acting.kept, acting.kept.size
+    p, kept, n, then = axis.p, acting.kept, acting.kept.size, hidden.then
     row, own, width = part * n * (n + 3), part * n, hidden.own.size // (PARTS * n)
     advanced(terms, axis, way)
-    then = hidden.then
     for k in range(n):
         then[k] = p[STATE_START + kept[k]]
-    for j in range(n + 3):
-        changed, place, before = way, 0, 0.0
-        if j < n:
-            place = STATE_START + STATE_SIZE + kept[j]
-            before = p[place]
-            step = more_of_state(before)
-            p[place] = before + step
-        elif j == n:
-            step = PLACE_STEP
-            changed = Way(way.h, way.t, way.y + step, way.v, way.a, way.currents)
-        elif j == n + 1:
-            step = faster_by(way.v)
-            changed = Way(way.h, way.t, way.y, way.v + step, way.a, way.currents)
-        else:
-            step = ACCELERATION_STEP * (abs(way.a) + CALM)
-            changed = Way(way.h, way.t, way.y, way.v, way.a + step, way.currents)
-        advanced(terms, axis, changed)
-        if j < n:
-            p[place] = before
+    for j in range(n):
+        place = STATE_START + STATE_SIZE + kept[j]
+        before = p[place]
+        step = more_of_state(before)
+        p[place] = before + step
+        advanced(terms, axis, way)
+        p[place] = before
         for k in range(n):
             hidden.by[row + k * (n + 3) + j] = (p[STATE_START + kept[k]] - then[k]) / step
+    for j in range(3):
+        if acting.driven[j]:
+            other, step = other_way(way, j)
+            advanced(terms, axis, other)
+            for k in range(n):
+                hidden.by[row + k * (n + 3) + n + j] = (p[STATE_START + kept[k]] - then[k]) / step
     for i in range(acting.moved.size):
         c = acting.moved[i]
         if acting.touched[i] & terms.acts.advance:

@@ -14,6 +14,7 @@ take none); parameters: in the order of `Effect.parameters`, SI. Inputs are the 
 
 from __future__ import annotations
 
+import dis
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -192,6 +193,17 @@ class Effect:
         names = inspect.signature(getattr(self, term).py_func).parameters
         return sum(name.startswith("s_") and name[2:].isdigit() for name in names)
 
+    @property
+    def pushes_by_speed(self) -> bool:
+        """Whether what it does to the forces on the mass hangs on the speed."""
+        if self.own is not None:
+            return bool(self.own.variables & {"v", "acceleration", "stribeck"})
+        return any("v" in _used(self.terms[name].py_func) for name in ("thrust", "force") if name in self.terms)
+
+    def states_are_driven_by(self, argument: str) -> bool:
+        """Whether its hidden states go on as the position "y", the speed "v" or the acceleration "a" has it."""
+        return self.advance is not None and argument in _used(self.advance.py_func)
+
     def arguments_of(self, term: str) -> tuple[str, ...]:
         """The arguments of one of its terms, before the parameters."""
         return TERM_ARGUMENTS[term] + tuple(f"s_{k}" for k in range(1, self.states_of(term) + 1))
@@ -308,3 +320,9 @@ def _fault(effect: Effect) -> str:
         if fault:
             return fault
     return ""
+
+
+def _used(function: Callable[..., Any]) -> set[str]:
+    """The arguments and variables that a function reads."""
+    loads = [i.argval for i in dis.get_instructions(function) if i.opname.startswith("LOAD_")]
+    return {name for found in loads for name in (found if isinstance(found, tuple) else (found,))}
