@@ -260,7 +260,7 @@ def answer_of_force(terms, axis, acting, at, moves, places):
     simulated one; places: `places_of`."""
     (own, state), acts = places, terms.acts
     given = given_at(terms, axis, at)
-    by_speed, by_place, by_motor = 0.0, 0.0, 1.0
+    by_speed = by_place = by_motor = 0.0
     bits = acting.fast & axis.on & acts.push
     if bits:
         quick, speed = faster(at)
