@@ -70,10 +70,27 @@ def start_hidden(terms, along, at, start):
 
 
 @compiled
+def lean(along, step):
+    """Put the hidden states of directions a step off those of the model, each along its own slopes."""
+    axis, acting, slopes, width = along.axis, along.acting, along.hidden.slopes, along.table.shape[1]
+    for c in acting.moved:
+        for k in range(acting.kept.size):
+            place = STATE_START + acting.kept[k]
+            acting.params[c, place] = axis.p[place] + step * slopes[k * width + c]
+
+
+@compiled
 def start_forces(terms, along, at):
     """Put in the slopes of the outer force at the start, where effects change it."""
     carried, acting, width = along.carried, along.acting, along.table.shape[1]
+    lean(along, FORCE_STEP)  # each column at its own start: a load may lean on the side of a gap
     answer = answer_of_force(terms, along.axis, acting, at, not along.course.guided, places_of(MIDDLE, width, acting))
+    lean(along, 0.0)
+    for i in range(acting.moved.size):
+        c = acting.moved[i]
+        for k in range(acting.kept.size):
+            if acting.touched[i] & acting.owners[k] & terms.acts.push:
+                acting.own[answer.own + c] -= acting.by_state[answer.state + k] * along.hidden.slopes[k * width + c]
     for block in range(0, width, LANES):
         motions, push = motions_at(carried, width, block), lanes_at(carried.force, block)
         put_lanes(carried.force, block, answered(along, answer, block, push, motions.v, motions.y, AT_START))

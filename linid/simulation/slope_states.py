@@ -145,9 +145,19 @@ def answers_of_states(terms, axis, acting, hidden, way, part):
     for i in range(acting.moved.size):
         c = acting.moved[i]
         if acting.touched[i] & terms.acts.advance:
+            # From the start of the column itself: a load may lean on the side of a gap that is about to move.
+            for j in range(n):
+                acting.params[c, STATE_START + STATE_SIZE + kept[j]] += FORCE_STEP * hidden.slopes[j * width + c]
             advanced(terms, beside(axis, acting.params, c), way)
             for k in range(n):
-                hidden.own[(own + k) * width + c] = (acting.params[c, STATE_START + kept[k]] - then[k]) / FORCE_STEP
+                known = 0.0
+                for j in range(n):
+                    known += hidden.by[row + k * (n + 3) + j] * hidden.slopes[j * width + c]
+                change = (acting.params[c, STATE_START + kept[k]] - then[k]) / FORCE_STEP
+                hidden.own[(own + k) * width + c] = change - known
+            for j in range(n):
+                place = STATE_START + STATE_SIZE + kept[j]
+                acting.params[c, place] = p[place]
         for k in range(n):
             acting.params[c, STATE_START + kept[k]] = then[k]
     for k in range(n):
