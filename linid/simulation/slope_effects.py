@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import STATE_START
+from linid.physics.own_terms.layout import ACCELERATION_BIT, STRIBECK_BIT
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import (
     Axis,
@@ -216,6 +217,7 @@ def added_by(terms, axis, bits, at, given):
     push, currents = given
     force = terms.force(0.0, bits, at.t, at.y, at.v, currents, axis.p)
     if bits & terms.acts.pushed:
+        bits |= axis.on & (ACCELERATION_BIT | STRIBECK_BIT)  # what own terms hang on is told them too
         force = terms.pushed(force, bits, push, at.t, at.y, at.v, currents, axis.p)
     return force
 

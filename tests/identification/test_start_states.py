@@ -11,6 +11,7 @@ from linid.api import read
 from linid.diagnosis.measures import measure_gaps
 from linid.identification.fit import fit
 from linid.identification.objectives.ahead import Ahead
+from linid.identification.objectives.start_states import predicted_from_before, slopes_from_before
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -117,3 +118,43 @@ def cut(one: Recording, seconds: float) -> Recording:
     n = round(seconds / one.period)
     assert one.drive_input is not None
     return replace(one, t=one.t[:n], y=one.y[:n], v=None, drive_input=one.drive_input[:n])
+
+
+OTHERS = {
+    "cable_force": {
+        "cable_preload": 3.0,
+        "cable_stiffness": 200.0,
+        "cable_hysteresis": 4.0,
+        "cable_hysteresis_length": 2e-3,
+    },
+    "drive_train_backlash": {"backlash_load_mass": 0.3, "backlash_load_gap": 2e-4, "backlash_load_frequency": 40.0},
+    "dwell_stiction": {"dwell_growth": 0.2, "dwell_length": 1e-3, "dwell_time": 0.05},
+}
+
+
+@pytest.mark.parametrize("effects", [("flexible_load",), *((name, "flexible_load") for name in OTHERS)])
+def test_derivatives_of_predictions_are_those_of_differences(effects: tuple[str, ...]) -> None:
+    """By all parameters, where differences of two steps agree: they jump where a step of one run alone is halved, or
+    where a stretch gets worse by the step to better start states."""
+    model = Model("force", effects)
+    known = {p.name for p in model.parameters}
+    values = {key: value for key, value in (PLANT | {"static_force": 12.0}).items() if key in known}
+    vector = model.vector(values | {key: x for name in effects for key, x in OTHERS.get(name, {}).items()})
+    ahead = Ahead(model, (recording(1e-6),), 4, 1, project=False, skip_jumps=False)
+    names = [p.name for p in model.parameters if vector[model.slot(p.name)] != 0.0]
+    tangents = np.zeros((len(names), vector.size))
+    slots = [model.slot(name) for name in names]
+    tangents[np.arange(len(names)), slots] = vector[slots]
+    given = ahead.simulator, ahead.motion, ahead.segments
+    y, slopes = slopes_from_before(given[0], vector, tangents, *given[1:], guided=True)
+    moved = [vector[None], *(vector + step * tangents for step in (1e-5, -1e-5, 2e-6, -2e-6))]
+    runs = predicted_from_before(given[0], np.concatenate(moved), *given[1:], guided=True)
+    np.testing.assert_array_equal(y, runs[0])
+    up, down, little_up, little_down = runs[1:].reshape(4, len(names), -1)
+    expected, rough = (little_up - little_down).T / 4e-6, (up - down).T / 2e-5
+    scale = np.median(np.abs(expected), axis=0) + 1e-12
+    smooth = np.abs(expected - rough) <= 1e-2 * scale
+    off = np.where(smooth, np.abs(slopes - expected) / scale, np.nan)
+    assert np.all(smooth.mean(axis=0) > 0.1)
+    assert np.all(np.nanquantile(off, 0.9, axis=0) < 2e-2), dict(zip(names, off, strict=True))
+    assert np.all(np.linalg.norm(slopes, axis=0) < 1.1 * np.linalg.norm(rough, axis=0))

@@ -141,12 +141,42 @@ def test_slopes_with_an_own_term(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "others", [("cogging", "end_effect"), ("cogging", "input_delay"), ("end_effect", "position_dependent_friction")]
+    "others",
+    [
+        ("cogging", "end_effect"),
+        ("cogging", "input_delay"),
+        ("end_effect", "position_dependent_friction"),
+        ("flexible_load", "cable_force"),
+        ("dwell_stiction", "end_effect"),
+    ],
 )
 def test_many_effects_at_once(others: tuple[str, ...]) -> None:
     effects = (*others, "load_dependent_friction", "asymmetric_friction", "gravity", "current_offset")
     known = {name: value for effect in effects for name, value in SAMPLES[effect].items()}
     check(*both(effects, known, *driven(effects)), 1e-2)
+
+
+@pytest.mark.parametrize("effects", [("flexible_load",), ("cable_force", "flexible_load"), ("backlash",)])
+def test_slopes_by_hidden_states_at_the_start(effects: tuple[str, ...]) -> None:
+    """By the place alone they are not told: the very first force acts there, all others at the measured place."""
+    recording, windows = driven(effects)
+    model = Model("sine", effects)
+    simulator = Simulator(model, pack_inputs([recording]), 3)
+    params = model.vector(AXIS | {name: value for effect in effects for name, value in SAMPLES[effect].items()})
+    states = len(model.states)
+    starts = np.full((windows.count.size, 3 + states), 1e-5)
+    starts[:, 0], starts[:, 1] = recording.y[windows.first], np.gradient(recording.y, 1e-3)[windows.first]
+    count = 1 + states
+    moved = np.zeros((windows.count.size, 3 + states, count))
+    moved[:, [1, *range(3, 3 + states)], np.arange(count)] = 1e-5
+    nothing = np.zeros((count, params.size))
+    found = simulator.slopes(params, nothing, windows, starts, moved)[1]
+    shifted = np.concatenate([starts + 1e-2 * moved.transpose(2, 0, 1), starts - 1e-2 * moved.transpose(2, 0, 1)])
+    runs = simulator.run(np.repeat(params[None], len(shifted), axis=0), windows, shifted, guided=True)[0]
+    expected = (runs[:count] - runs[count:]).T / 2e-2
+    scale = np.abs(expected).max(axis=0)
+    assert np.all(np.median(np.abs(found - expected), axis=0) < 1e-5 * scale)
+    assert np.all(np.abs(found - expected).max(axis=0) < 1e-2 * scale)
 
 
 def test_derating_is_differenced() -> None:
