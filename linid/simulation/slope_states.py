@@ -120,10 +120,35 @@ def other_way(way, j):
 
 
 @compiled
+def own_answers(terms, axis, acting, hidden, way, part, i):
+    """Put in how the states of an effect after a part of the step answer its parameters, along the i-th column that
+    moves them: from where that column has them at the start, since a load may lean on the side of a gap that moves.
+
+    Those of other effects are left alone: differences of nothing would be rounding, step after step."""
+    kept, n, c, bits = acting.kept, acting.kept.size, acting.moved[i], acting.touched[i]
+    row, own, width = part * n * (n + 3), part * n, hidden.own.size // (PARTS * n)
+    q, slopes = acting.params[c], hidden.slopes
+    for j in range(n):
+        if acting.owners[j] & bits:
+            q[STATE_START + STATE_SIZE + kept[j]] += FORCE_STEP * slopes[j * width + c]
+    advanced(terms, beside(axis, acting.params, c), way)
+    for k in range(n):
+        if acting.owners[k] & bits:
+            known = 0.0
+            for j in range(n):
+                if acting.owners[j] & bits:
+                    known += hidden.by[row + k * (n + 3) + j] * slopes[j * width + c]
+            change = (q[STATE_START + kept[k]] - hidden.then[k]) / FORCE_STEP
+            hidden.own[(own + k) * width + c] = change - known
+    for j in range(n):
+        q[STATE_START + STATE_SIZE + kept[j]] = axis.p[STATE_START + STATE_SIZE + kept[j]]
+
+
+@compiled
 def answers_of_states(terms, axis, acting, hidden, way, part):
     """Bring the hidden states along a part of the step, and put in how they answer."""
     p, kept, n, then = axis.p, acting.kept, acting.kept.size, hidden.then
-    row, own, width = part * n * (n + 3), part * n, hidden.own.size // (PARTS * n)
+    row = part * n * (n + 3)
     advanced(terms, axis, way)
     for k in range(n):
         then[k] = p[STATE_START + kept[k]]
@@ -143,23 +168,10 @@ def answers_of_states(terms, axis, acting, hidden, way, part):
             for k in range(n):
                 hidden.by[row + k * (n + 3) + n + j] = (p[STATE_START + kept[k]] - then[k]) / step
     for i in range(acting.moved.size):
-        c = acting.moved[i]
         if acting.touched[i] & terms.acts.advance:
-            # From the start of the column itself: a load may lean on the side of a gap that is about to move.
-            for j in range(n):
-                acting.params[c, STATE_START + STATE_SIZE + kept[j]] += FORCE_STEP * hidden.slopes[j * width + c]
-            advanced(terms, beside(axis, acting.params, c), way)
-            for k in range(n):
-                known = 0.0
-                for j in range(n):
-                    known += hidden.by[row + k * (n + 3) + j] * hidden.slopes[j * width + c]
-                change = (acting.params[c, STATE_START + kept[k]] - then[k]) / FORCE_STEP
-                hidden.own[(own + k) * width + c] = change - known
-            for j in range(n):
-                place = STATE_START + STATE_SIZE + kept[j]
-                acting.params[c, place] = p[place]
+            own_answers(terms, axis, acting, hidden, way, part, i)
         for k in range(n):
-            acting.params[c, STATE_START + kept[k]] = then[k]
+            acting.params[acting.moved[i], STATE_START + kept[k]] = then[k]
     for k in range(n):
         p[STATE_START + kept[k]] = then[k]
 
