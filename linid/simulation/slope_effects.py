@@ -25,7 +25,6 @@ from linid.simulation.forces import (
     work_vector,
 )
 from linid.simulation.friction_slopes import LevelSlopes
-from linid.simulation.splines_at import late_inputs
 
 # Steps of differences: of a search coordinate, whose forces are smooth to the last bits, of which it leaves half; of a
 # speed with so many m/s, of a place in m, of a force with so many N, of a hidden state with so much in its own unit.
@@ -143,26 +142,6 @@ def table_of(terms, axis, params, added_mass, table):
         out[1, c] = (other.static - base.static) / FORCE_STEP
         out[7, c] = (other.mass - base.mass) / FORCE_STEP
     return out
-
-
-@compiled
-def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
-    """Fill in the places in m that the motor's field sees, and the inputs that it gets (4, points).
-
-    clock: s of the first point, between points and between samples; guide: (4, points) measured places and logged
-    inputs; coefficients: of the splines of the inputs.
-    """
-    for k in range(guide.shape[1]):
-        t, y = clock[0] + k * clock[1], guide[0, k]
-        currents = guide[1, k], guide[2, k], guide[3, k]
-        if on & terms.acts.delay:
-            currents = late_inputs(coefficients, clock[2], k * clock[1] - terms.delay(0.0, on, p))
-        if on & terms.acts.drive:
-            currents = terms.drive(on, t, y, 0.0, currents, p)
-        out[0, k] = y
-        if on & terms.acts.field:
-            out[0, k] = terms.field(y, on, t, y, 0.0, currents, p)
-        out[1, k], out[2, k], out[3, k] = currents
 
 
 @compiled

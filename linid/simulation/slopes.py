@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START
-from linid.simulation.binding import allocating, inlined
+from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
@@ -27,13 +27,12 @@ from linid.simulation.slope_effects import (
     answer_of_reading,
     of_recording,
     places_of,
-    seen_by_motor,
     table_of,
 )
 from linid.simulation.slope_start import start_bristles, start_factor, start_forces, start_hidden
 from linid.simulation.slope_states import hidden_of
 from linid.simulation.slope_steps import slid_weights
-from linid.simulation.splines_at import spline_at
+from linid.simulation.splines_at import late_inputs, spline_at
 from linid.simulation.steps import (
     REST_BRISTLE,
     REST_SPEED,
@@ -127,6 +126,26 @@ def carried_from(axis, course, first, force_slopes, tangents, s):
         for row in range(3):
             carried.motion[row * width + c] = tangents.starts[s, row, c]
     return carried
+
+
+@compiled
+def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
+    """Fill in the places in m that the motor's field sees, and the inputs that it gets (4, points).
+
+    clock: s of the first point, between points and between samples; guide: (4, points) measured places and logged
+    inputs; coefficients: of the splines of the inputs.
+    """
+    for k in range(guide.shape[1]):
+        t, y = clock[0] + k * clock[1], guide[0, k]
+        currents = guide[1, k], guide[2, k], guide[3, k]
+        if on & terms.acts.delay:
+            currents = late_inputs(coefficients, clock[2], k * clock[1] - terms.delay(0.0, on, p))
+        if on & terms.acts.drive:
+            currents = terms.drive(on, t, y, 0.0, currents, p)
+        out[0, k] = y
+        if on & terms.acts.field:
+            out[0, k] = terms.field(y, on, t, y, 0.0, currents, p)
+        out[1, k], out[2, k], out[3, k] = currents
 
 
 @allocating

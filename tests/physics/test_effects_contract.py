@@ -190,6 +190,28 @@ def test_hidden_states_advance_exactly(effect: Effect, v, current, a, split, h, 
     assert effect.advance(0.0, *rest, *states, *parameters) == pytest.approx(states, abs=1e-15)
 
 
+def values_of(effect: Effect, name: str, **known: float) -> list[float]:
+    """A term at all corners of its parameters, for arguments that are changed so."""
+    usual = dict(zip(effect.arguments_of(name), arguments(effect, name, (0.3, 0.1, 0.2), (0.3, 0.02)), strict=True))
+    given = list((usual | {key: x for key, x in known.items() if key in usual}).values())
+    grids = [[start.get(p.name, 0.5 * p.upper) for p in effect.parameters] for start in grid_of(effect)]
+    return [x for values in grids for x in np.atleast_1d(getattr(effect, name)(*given, *values))]
+
+
+@every_effect
+def test_what_forces_and_hidden_states_hang_on_is_told(effect: Effect) -> None:
+    """Derivatives ask for nothing else."""
+    pushing = [name for name in ("thrust", "force") if name in effect.terms]
+    by_speed = [values_of(effect, name, v=v) != values_of(effect, name) for name in pushing for v in (-0.7, 0.21, 0.0)]
+    assert any(by_speed) == effect.pushes_by_speed
+    for argument in ("y", "v", "a"):
+        changed = False
+        if effect.advance is not None:
+            tried = [values_of(effect, "advance", **{argument: x}) for x in (-0.7, 0.21, 4.0)]
+            changed = any(one != values_of(effect, "advance") for one in tried)
+        assert changed == effect.states_are_driven_by(argument), argument
+
+
 def test_cogging_leaves_the_first_wave_of_a_revolution_to_gravity() -> None:
     """Of rotary axes without known poles whole orders from two on; as fine as the stroke tells, from about one wave."""
     for stroke, first, apart in ((60.0, 2, 1), (6.3, 2, 1), (3.2, 2, 1), (0.6, 10, 2), (0.05, 125, 31)):
