@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from linid.identification.objectives.objective import Directions
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.signals.motion import Motion
@@ -119,3 +120,28 @@ def test_a_bent_valley_is_followed_around_its_bend() -> None:
     assert found[slot["coulomb_force"]] == pytest.approx(3.2, abs=0.01)
     assert found[slot["viscous_friction"]] == pytest.approx(3.2**2, abs=0.06)
     assert len(result.history) < 20
+
+
+def test_slopes_beyond_all_measure_tell_nothing() -> None:
+    """A free run that any change sends elsewhere has slopes that grow on and on; the rest still finds the minimum."""
+    point = (SearchParameter("coulomb_force", 1.0, 4.0, False), SearchParameter("viscous_friction", 1.0, 16.0, False))
+    slots = [Model("friction").slot(name) for name in ("coulomb_force", "viscous_friction")]
+    pattern = np.random.default_rng(3).normal(size=(SAMPLES, 2))
+
+    @dataclass
+    class Carrying(Formula):
+        carries_slopes: bool = True
+
+        def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+            slopes = pattern @ directions.params[:, slots].T
+            slopes[::7, 0], slopes[5], slopes[6] = 1e200, np.nan, np.inf
+            return self.residuals(params[None], offsets[None])[0], slopes
+
+    def residual(row: Array) -> Array:
+        return np.asarray(pattern @ (row[slots] - [3.2, 7.0]) + 0.01)
+
+    space = problem_of("friction", point, residual).space
+    problem = Problem(space, (Carrying(Model("friction"), residual),))  # type: ignore[arg-type]
+    start = space.encode({"coulomb_force": 1.1, "viscous_friction": 1.21})
+    result = levenberg_marquardt(problem, Cost(problem), start, final=False)
+    assert space.vectors(result.point)[0][slots] == pytest.approx([3.2, 7.0], abs=0.01)
