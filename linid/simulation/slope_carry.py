@@ -233,8 +233,8 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
     moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
     here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]))
     push_mid, push_end, first, second, factor = unanswered(width, acting)
-    by_level, by_states = axis.on & acts.load or axis.on & acts.level, axis.on & acts.advance
-    if by_states:
+    by_level, moving = axis.on & acts.load or axis.on & acts.level, axis.on & acts.advance
+    if moving:
         step_begins(along)
     if by_level:
         push = motor_between(along, point, shares[0])
@@ -242,7 +242,7 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
         curve = curve_at(bristles, motion.v, bent)
         places = places_of(START_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)  # which is written anew
         first = answer_of_friction(terms, axis, acting, start, (curve.level, curve.fall), True, places)
-    if by_states:
+    if moving:
         way = way_to_middle(reach, motion, v_mid)
         answers_of_states(terms, axis, acting, along.hidden, way, TO_MIDDLE)
     force = 0.0
@@ -254,13 +254,13 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
         factor = answer_of_factor(terms, axis, acting, here, moves, places_of(FACTOR, width, acting))
     if by_level:
         then, by_place = here, moves
-        if not (axis.on & acts.load or by_states):  # as predicted
+        if not (axis.on & acts.load or moving):  # as predicted
             place = motion.y + 0.5 * half * (motion.v + v_mid)
             then, by_place = Instant(reach.t_mid, place, v_mid, motion.currents, here.motor), True
         curve = curve_at(bristles, v_mid, bent)
         places = places_of(MIDDLE_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)
         second = answer_of_friction(terms, axis, acting, then, (curve.level, curve.fall), by_place, places)
-    if by_states:
+    if moving:
         way = way_to_end(reach, motion, v_mid, currents)
         answers_of_states(terms, axis, acting, along.hidden, way, TO_END)
     if axis.on & acts.push:
@@ -270,7 +270,7 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
         push = motor_between(along, point, shares[2])
         end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, given, push)
         push_end = answer_of_force(terms, axis, acting, end, moves, places_of(END, width, acting))
-    if by_states:
+    if moving:
         way = way_as_settled(reach, motion, reached, currents)
         answers_of_states(terms, axis, acting, along.hidden, way, SETTLED)
         step_ends(along)
