@@ -208,10 +208,10 @@ class Simulator:
     ) -> tuple[Array, Array]:
         """Positions (samples,) in m over all segments and their derivatives (samples, K) in K directions.
 
-        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts, guided: as in `run`, (S, 3 or more);
-        start_slopes: (S, as many, K), of w and hidden states only where these are given. The steps are differentiated
-        as they are taken, their lengths held: what the simulation does in closed form, exactly; forces of the motor,
-        what effects do and how their hidden states go on by differences, to some 1e-7.
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts, guided: as in `run`, (S, 3 + states);
+        start_slopes: (S, 3 + states, K), of w and hidden states only where these are given. The steps are
+        differentiated as they are taken, their lengths held: what the simulation does in closed form, exactly; forces
+        of the motor, what effects do and how their hidden states go on by differences, to some 1e-7.
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])

@@ -214,6 +214,18 @@ def push_between(carried, at, share, width, block):
 
 
 @inlined
+def pushes_between(along, at, shares, block):
+    """Those at the start, in the middle and at the end of a step; without a motor those of the force as it was."""
+    carried, width = along.carried, along.table.shape[1]
+    motor = half = end = lanes_at(carried.force, block)
+    if along.axis.powered:
+        motor = push_between(carried, at, shares[0], width, block)
+        half = push_between(carried, at, shares[1], width, block)
+        end = push_between(carried, at, shares[2], width, block)
+    return motor, half, end
+
+
+@inlined
 def motor_between(along, at, share):
     """The motor's force in N there; 0 without one."""
     if not along.axis.powered:
@@ -321,11 +333,7 @@ def carry_followed(terms, along, place, motion, followed):
     for block in range(0, width, LANES):
         columns, motions = columns_at(table, width, block), motions_at(carried, width, block)
         start = lanes_at(carried.force, block)
-        motor = half = end = start
-        if axis.powered:
-            motor = push_between(carried, at, shares[0], width, block)
-            half = push_between(carried, at, shares[1], width, block)
-            end = push_between(carried, at, shares[2], width, block)
+        motor, half, end = pushes_between(along, at, shares, block)
         steady = level_lanes(level.level_by, motions.v, columns)
         if axis.on & terms.acts.any:
             steady = steady + beyond(along, first.level, block, motor, motions.y, AT_START)
@@ -346,9 +354,8 @@ def carry_followed(terms, along, place, motion, followed):
             if axis.on & terms.acts.push:
                 half = answered(along, push_mid, block, half, v_mid, y_mid, AT_MIDDLE)
                 end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid, AT_END)
-        rate, slope = bristle_lanes(linear, strong, middle, (v_mid, w_mid, high, fall), columns)
-        rates, pushes = (rate, slope, v_mid), Pushes(start, half, end)
-        new = linear_lanes(linear, strong, base, h, rates, motions, pushes, columns)
+        rates = (*bristle_lanes(linear, strong, middle, (v_mid, w_mid, high, fall), columns), v_mid)
+        new = linear_lanes(linear, strong, base, h, rates, motions, Pushes(start, half, end), columns)
         if axis.on & terms.acts.advance:
             carry_settled(along, block, h, motions, new)
         put_motions(carried, width, block, new)
