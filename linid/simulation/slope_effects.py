@@ -158,9 +158,12 @@ def faster_by(v):
 
 
 @inlined
-def more_of_state(value):
-    """A little more of a hidden state, in its own unit."""
-    return _STATE_STEP * (abs(value) + _FAINT)
+def nudged(p, place):
+    """Put a little more of a hidden state in place of it; returns the state itself and how much more, in its unit."""
+    value = p[place]
+    step = _STATE_STEP * (abs(value) + _FAINT)
+    p[place] = value + step
+    return value, step
 
 
 @inlined
@@ -261,11 +264,10 @@ def answer_of_force(terms, axis, acting, at, moves, places):
     for k in range(acting.kept.size):
         bits, place = acting.owners[k] & acts.push, STATE_START + acting.kept[k]
         if bits:
-            value = axis.p[place]
-            step = more_of_state(value)
-            before = part_at(terms, axis, bits, at, given)
-            axis.p[place] = value + step
-            acting.by_state[state + k] = (part_at(terms, axis, bits, at, given) - before) / step
+            if bits != last:
+                last, plain = bits, part_at(terms, axis, bits, at, given)
+            value, step = nudged(axis.p, place)
+            acting.by_state[state + k] = (part_at(terms, axis, bits, at, given) - plain) / step
             axis.p[place] = value
     return Answer(by_motor, by_speed, by_place, own, state)
 
@@ -335,9 +337,7 @@ def answer_of_friction(terms, axis, acting, at, curve, moves, places):
     for k in range(acting.kept.size):
         if acting.owners[k] & (acts.load | acts.level | acts.thrust):
             place = STATE_START + acting.kept[k]
-            value = axis.p[place]
-            step = more_of_state(value)
-            axis.p[place] = value + step
+            value, step = nudged(axis.p, place)
             level, fall = changes(found, friction_by(terms, axis, at), curve, step)
             acting.by_state[of_level[1] + k], acting.by_state[of_fall[1] + k] = level, fall
             axis.p[place] = value
@@ -378,9 +378,7 @@ def answer_of_reading(terms, axis, acting, at, places):
     for k in range(acting.kept.size):
         if acting.owners[k] & terms.acts.sensor:
             place = STATE_START + acting.kept[k]
-            value = p[place]
-            step = more_of_state(value)
-            p[place] = value + step
+            value, step = nudged(p, place)
             acting.by_state[state + k] = (reading_error(terms, on, at.t, at.y, at.v, at.currents, p) - error) / step
             p[place] = value
     return Answer(0.0, by_speed, by_place, own, state)

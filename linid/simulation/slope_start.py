@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from linid.physics.model import STATE_SIZE, STATE_START
+from linid.physics.model import STATE_START
 from linid.simulation.binding import compiled
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
 from linid.simulation.slope_carry import answered, beyond, motions_at, no_answer
@@ -24,7 +24,7 @@ from linid.simulation.slope_effects import (
     places_of,
     with_answer,
 )
-from linid.simulation.slope_states import AT_START
+from linid.simulation.slope_states import AT_START, states_are_now
 from linid.simulation.slope_steps import columns_at, curve_at, level_lanes
 
 
@@ -62,11 +62,7 @@ def start_hidden(terms, along, at, start):
                 for k in range(n):
                     own = (acting.params[c, STATE_START + acting.kept[k]] - hidden.now[k]) / FORCE_STEP
                     hidden.slopes[k * width + c] += own
-    for k in range(n):
-        place = STATE_START + acting.kept[k]
-        p[place] = hidden.now[k]
-        for c in acting.moved:
-            acting.params[c, place] = acting.params[c, place + STATE_SIZE] = hidden.now[k]
+    states_are_now(along)
 
 
 @compiled

@@ -13,7 +13,7 @@ from linid.physics.model import STATE_SIZE, STATE_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import advance_states
 from linid.simulation.lanes import lanes_at, put_lanes
-from linid.simulation.slope_effects import FORCE_STEP, PLACE_STEP, beside, faster_by, more_of_state
+from linid.simulation.slope_effects import FORCE_STEP, PLACE_STEP, beside, faster_by, nudged
 
 ACCELERATION_STEP, CALM = 1e-6, 1.0  # of an acceleration with so many m/s^2
 # The parts of a step along which a state goes, and where its slopes stand: at the start of the step, after each part.
@@ -83,15 +83,22 @@ def way_as_settled(reach, motion, reached, currents):
 
 
 @compiled
-def step_begins(along):
-    """Take the hidden states of model and directions back to where the step began."""
+def states_are_now(along):
+    """Put the hidden states of model and directions to those of the model at the start of the step."""
     axis, acting, hidden = along.axis, along.acting, along.hidden
     for k in range(acting.kept.size):
         place = STATE_START + acting.kept[k]
-        hidden.after[k] = axis.p[place]
         axis.p[place] = axis.p[place + STATE_SIZE] = hidden.now[k]
         for c in acting.moved:
             acting.params[c, place] = acting.params[c, place + STATE_SIZE] = hidden.now[k]
+
+
+@inlined
+def step_begins(along):
+    """Take hidden states back to where the step began; where the simulation has brought them is remembered."""
+    for k in range(along.acting.kept.size):
+        along.hidden.after[k] = along.axis.p[STATE_START + along.acting.kept[k]]
+    states_are_now(along)
 
 
 @compiled
@@ -154,9 +161,7 @@ def answers_of_states(terms, axis, acting, hidden, way, part):
         then[k] = p[STATE_START + kept[k]]
     for j in range(n):
         place = STATE_START + STATE_SIZE + kept[j]
-        before = p[place]
-        step = more_of_state(before)
-        p[place] = before + step
+        before, step = nudged(p, place)
         advanced(terms, axis, way)
         p[place] = before
         for k in range(n):

@@ -9,15 +9,13 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
-from linid.identification.objectives.start_states import predicted_from_before, slopes_from_before
+from linid.identification.objectives.start_states import START_STEP, predicted_from_before, slopes_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import EFFECT_START, MASS, Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
-
-_START_STEP = 1e-5  # of search coordinates, over which the bristle at a window's start is differentiated
 
 
 @dataclass
@@ -134,9 +132,9 @@ class Ahead:
         # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
         acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
         acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
-        starts = self._starts(np.vstack([params, params + _START_STEP * tangents[acting]]))
+        starts = self._starts(np.vstack([params, params + START_STEP * tangents[acting]]))
         moved = np.zeros((starts.shape[1], 3, len(tangents)))
-        moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / _START_STEP
+        moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / START_STEP
         return self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
 
     def residuals(self, params: Array, offsets: Array) -> Array:

@@ -17,7 +17,7 @@ from linid.simulation.run import AlongMotion, Segments, Simulator
 # the axis within them: a measured axis with a load that swings at 53 Hz was predicted worse from 50 ms and more.
 _STRETCH = 0.025
 _NUDGE = 0.1  # of a state's prior deviation: far above rounding, small against where friction and play bend
-_STEP = 1e-5  # of search coordinates, over which what is along the motion is differentiated
+START_STEP = 1e-5  # of search coordinates, over which what is along the motion is differentiated
 _LEAST_SHARE = 1e-9  # of the axis' own motion: prior deviation of a hidden state that has not moved at all
 _ROUNDS = 2  # of the weighting: the second one knows what the first leaves
 
@@ -99,12 +99,12 @@ def slopes_from_before(
     """
     before = _stretches_of(simulator, motion, windows)
     part, whole = before.part, before.whole
-    along, starts = _along(simulator, np.vstack([params, params + _STEP * tangents]), motion, before)
+    along, starts = _along(simulator, np.vstack([params, params + START_STEP * tangents]), motion, before)
     start, places, offsets = starts[0], _moving(starts[0]), simulator.inputs.sample_offsets
     noise = _noise_of(before, motion)
     priors = np.array([_prior(along, c, motion, offsets)[:, _of_prior(places)] for c in range(len(starts))])
-    prior, prior_by = priors[0][part.recording], ((priors[1:] - priors[0]) / _STEP)[:, part.recording]
-    start_by = ((starts[1:] - start) / _STEP).transpose(1, 2, 0)
+    prior, prior_by = priors[0][part.recording], ((priors[1:] - priors[0]) / START_STEP)[:, part.recording]
+    start_by = ((starts[1:] - start) / START_STEP).transpose(1, 2, 0)
 
     def ahead(segments: Segments, begins: Array, begins_by: Array) -> tuple[Array, Array]:
         return simulator.slopes(params, tangents, segments, begins, begins_by, guided=guided)
@@ -122,8 +122,8 @@ def slopes_from_before(
     better, better_by = start.copy(), start_by.copy()
     better[:, places] += steps * prior
     for k in range(len(tangents)):
-        after = _steps(slopes + _STEP * slopes_by[:, k], misses - _STEP * plain_by[:, k], noise, part)
-        better_by[:, places, k] += (after - steps) / _STEP * prior + steps * prior_by[k]
+        after = _steps(slopes + START_STEP * slopes_by[:, k], misses - START_STEP * plain_by[:, k], noise, part)
+        better_by[:, places, k] += (after - steps) / START_STEP * prior + steps * prior_by[k]
     met = simulator.run(params[None], part, better[None], guided=guided)[0][0]
     worse = _worse(met, plain, before)
     better[worse], better_by[worse] = start[worse], start_by[worse]
