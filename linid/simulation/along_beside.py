@@ -193,7 +193,7 @@ def forces_beside(terms, axis, course, motion, here, room):
         other = beside(axis, room.params, c)
         given = currents_beside(terms, axis, course, motion, (k, currents), c, room)
         if room.pushed[c]:
-            carried[of_force + c] = (force_at(terms, other, Instant(t, y, v, given, motor)) - force) / FORCE_STEP
+            carried[of_force + c] = (force_at(terms, other, Instant(t, y, v, given, motor, False)) - force) / FORCE_STEP
         if room.held[c]:
             carried[of_factor + c] = (friction_factor(terms, other, t, y, v, given) - factor) / FORCE_STEP
     return factor

@@ -200,7 +200,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     for k in range(count):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
-        force = force_at(terms, axis, Instant(t, y[k], v[k], currents, room.motor[0, k]))
+        force = force_at(terms, axis, Instant(t, y[k], v[k], currents, room.motor[0, k], False))
         here = Here(k, t, y[k], v[k], currents, force)
         factor = forces_beside(terms, axis, course, motion, here, room)
         if motion.standstill[k]:

@@ -33,9 +33,6 @@ from linid.simulation.slope_states import (
     AT_END,
     AT_MIDDLE,
     AT_START,
-    SETTLED,
-    TO_END,
-    TO_MIDDLE,
     answers_of_states,
     carry_settled,
     carry_to_end,
@@ -146,7 +143,7 @@ def answers_of_slide(terms, along, motion, v_mid, moment, points):
     of the step's end, x s after sample n; points: those of the motor's forces in its middle and at its end."""
     axis, course, width = along.axis, along.course, along.table.shape[1]
     n, x, h = moment
-    half = 0.5 * h
+    half, moves = 0.5 * h, not course.guided
     t = course.t_start + n * course.dt + x
     y_mid, y_end = motion.y + 0.5 * half * (motion.v + v_mid), motion.y + h * v_mid
     if course.guided:
@@ -157,13 +154,12 @@ def answers_of_slide(terms, along, motion, v_mid, moment, points):
         now = inputs_then(terms, axis, course, n, x, half)
         then = inputs_then(terms, axis, course, n, x, 0.0)
         push, push_end = along.motor[points[0]], along.motor[points[1]]
-    middle = Instant(t - half, y_mid, v_mid, now, push)
-    end = Instant(t, y_end, 2.0 * v_mid - motion.v, then, push_end)
-    moves = not course.guided
+    middle = Instant(t - half, y_mid, v_mid, now, push, moves)
+    end = Instant(t, y_end, 2.0 * v_mid - motion.v, then, push_end, moves)
     return (
         force_at(terms, axis, middle),
-        answer_of_force(terms, axis, along.acting, middle, moves, places_of(MIDDLE, width, along.acting)),
-        answer_of_force(terms, axis, along.acting, end, moves, places_of(END, width, along.acting)),
+        answer_of_force(terms, axis, along.acting, middle, places_of(MIDDLE, width, along.acting)),
+        answer_of_force(terms, axis, along.acting, end, places_of(END, width, along.acting)),
     )
 
 
@@ -243,48 +239,48 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
     acting, acts = along.acting, terms.acts
     (point, shares), (reached, middle), bent = at, followed, along.carried.bent
     moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
-    here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]))
+    here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]), moves)
     push_mid, push_end, first, second, factor = unanswered(width, acting)
     by_level, moving = axis.on & acts.load or axis.on & acts.level, axis.on & acts.advance
     if moving:
         step_begins(along)
     if by_level:
         push = motor_between(along, point, shares[0])
-        start = Instant(reach.t_mid - half, motion.y, motion.v, motion.currents, push)
+        start = Instant(reach.t_mid - half, motion.y, motion.v, motion.currents, push, True)
         curve = curve_at(bristles, motion.v, bent)
         places = places_of(START_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)  # which is written anew
-        first = answer_of_friction(terms, axis, acting, start, (curve.level, curve.fall), True, places)
+        first = answer_of_friction(terms, axis, acting, start, (curve.level, curve.fall), places)
     if moving:
         way = way_to_middle(reach, motion, v_mid)
-        answers_of_states(terms, axis, acting, along.hidden, way, TO_MIDDLE)
+        answers_of_states(terms, axis, acting, along.hidden, way)
     force = 0.0
     if axis.powered or axis.on & acts.push:
         force = force_once(terms, axis, reach.t_mid, reach.y_mid, v_mid, currents)
     if axis.on & acts.push:
-        push_mid = answer_of_force(terms, axis, acting, here, moves, places_of(MIDDLE, width, acting))
+        push_mid = answer_of_force(terms, axis, acting, here, places_of(MIDDLE, width, acting))
     if axis.on & acts.friction:
-        factor = answer_of_factor(terms, axis, acting, here, moves, places_of(FACTOR, width, acting))
+        factor = answer_of_factor(terms, axis, acting, here, places_of(FACTOR, width, acting))
     if by_level:
-        then, by_place = here, moves
+        then = here
         if not (axis.on & acts.load or moving):  # as predicted
             place = motion.y + 0.5 * half * (motion.v + v_mid)
-            then, by_place = Instant(reach.t_mid, place, v_mid, motion.currents, here.motor), True
+            then = Instant(reach.t_mid, place, v_mid, motion.currents, here.motor, True)
         curve = curve_at(bristles, v_mid, bent)
         places = places_of(MIDDLE_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)
-        second = answer_of_friction(terms, axis, acting, then, (curve.level, curve.fall), by_place, places)
+        second = answer_of_friction(terms, axis, acting, then, (curve.level, curve.fall), places)
     if moving:
         way = way_to_end(reach, motion, v_mid, currents)
-        answers_of_states(terms, axis, acting, along.hidden, way, TO_END)
+        answers_of_states(terms, axis, acting, along.hidden, way)
     if axis.on & acts.push:
         given = currents
         if axis.powered:
             given = inputs_then(terms, axis, course, reach.n, reach.x, 0.0)
         push = motor_between(along, point, shares[2])
-        end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, given, push)
-        push_end = answer_of_force(terms, axis, acting, end, moves, places_of(END, width, acting))
+        end = Instant(reach.t_mid + half, reach.y_end, reach.v_end, given, push, moves)
+        push_end = answer_of_force(terms, axis, acting, end, places_of(END, width, acting))
     if moving:
         way = way_as_settled(reach, motion, reached, currents)
-        answers_of_states(terms, axis, acting, along.hidden, way, SETTLED)
+        answers_of_states(terms, axis, acting, along.hidden, way)
         step_ends(along)
     return force, (push_mid, push_end, first, second, factor)
 

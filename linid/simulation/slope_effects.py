@@ -54,13 +54,15 @@ class Acting(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """t: s in the recording; y: m; v: m/s; currents: inputs; motor: force of the motor alone, N."""
+    """t: s in the recording; y: m; v: m/s; currents: inputs; motor: force of the motor alone, N; moves: whether the
+    place is the simulated one."""
 
     t: Any
     y: Any
     v: Any
     currents: Any
     motor: Any
+    moves: Any
 
 
 class Answer(NamedTuple):
@@ -170,20 +172,20 @@ def nudged(p, place):
 def faster(at):
     """The instant with a little more speed, and how much more."""
     step = faster_by(at.v)
-    return Instant(at.t, at.y, at.v + step, at.currents, at.motor), step
+    return Instant(at.t, at.y, at.v + step, at.currents, at.motor, at.moves), step
 
 
 @inlined
 def farther(at):
     """The instant a little farther on."""
-    return Instant(at.t, at.y + PLACE_STEP, at.v, at.currents, at.motor)
+    return Instant(at.t, at.y + PLACE_STEP, at.v, at.currents, at.motor, at.moves)
 
 
 @inlined
 def harder(at):
     """The instant with a little more of the motor's force, and how much more."""
     step = _PUSH_STEP * (abs(at.motor) + _WEAK)
-    return Instant(at.t, at.y, at.v, at.currents, at.motor + step), step
+    return Instant(at.t, at.y, at.v, at.currents, at.motor + step, at.moves), step
 
 
 @inlined
@@ -239,9 +241,8 @@ def force_by_motor(terms, axis, at, given):
 
 
 @compiled
-def answer_of_force(terms, axis, acting, at, moves, places):
-    """How the forces of `force_at` answer, by differences of the part that changes; moves: whether their place is the
-    simulated one; places: `places_of`."""
+def answer_of_force(terms, axis, acting, at, places):
+    """How the forces of `force_at` answer, by differences of the part that changes; places: `places_of`."""
     (own, state), acts = places, terms.acts
     given = given_at(terms, axis, at)
     by_speed = by_place = by_motor = 0.0
@@ -249,7 +250,7 @@ def answer_of_force(terms, axis, acting, at, moves, places):
     if bits:
         quick, speed = faster(at)
         by_speed = (part_at(terms, axis, bits, quick, given) - part_at(terms, axis, bits, at, given)) / speed
-    if moves:
+    if at.moves:
         by_place = (force_at(terms, axis, farther(at)) - force_at(terms, axis, at)) / PLACE_STEP
     if axis.powered:
         by_motor = force_by_motor(terms, axis, at, given)
@@ -290,14 +291,13 @@ def friction_by(terms, axis, at):
 
 
 @compiled
-def answer_of_factor(terms, axis, acting, at, moves, places):
-    """The factor on the bristle, and how it answers, which is not by hidden states; moves, places: as of
-    `answer_of_force`."""
+def answer_of_factor(terms, axis, acting, at, places):
+    """The factor on the bristle, and how it answers, which is not by hidden states; places: `places_of`."""
     currents = at.currents
     factor = friction_factor(terms, axis, at.t, at.y, at.v, currents)
     quick, speed = faster(at)
     by_speed, by_place = (friction_factor(terms, axis, at.t, at.y, quick.v, currents) - factor) / speed, 0.0
-    if moves:
+    if at.moves:
         by_place = (friction_factor(terms, axis, at.t, at.y + PLACE_STEP, at.v, currents) - factor) / PLACE_STEP
     for i in range(acting.moved.size):
         if acting.touched[i] & terms.acts.friction:
@@ -315,16 +315,15 @@ def changes(found, other, curve, step):
 
 
 @compiled
-def answer_of_friction(terms, axis, acting, at, curve, moves, places):
-    """How friction answers. curve: level and fall in N without effects; moves: whether its place is the simulated one;
-    places: `places_of` level and fall."""
+def answer_of_friction(terms, axis, acting, at, curve, places):
+    """How friction answers. curve: level and fall in N without effects; places: `places_of` level and fall."""
     of_level, of_fall = places
     acts = terms.acts
     found = friction_by(terms, axis, at)
     quick, speed = faster(at)
     level_speed, fall_speed = changes(found, friction_by(terms, axis, quick), curve, speed)
     level_place = fall_place = level_motor = fall_motor = 0.0
-    if moves:
+    if at.moves:
         level_place, fall_place = changes(found, friction_by(terms, axis, farther(at)), curve, PLACE_STEP)
     if axis.powered and axis.on & terms.acts.pressed:
         hard, push = harder(at)

@@ -80,7 +80,7 @@ def start_forces(terms, along, at):
     """Put in the slopes of the outer force at the start, where effects change it."""
     carried, acting, width = along.carried, along.acting, along.table.shape[1]
     lean(along, FORCE_STEP)  # each column at its own start: a load may lean on the side of a gap
-    answer = answer_of_force(terms, along.axis, acting, at, not along.course.guided, places_of(MIDDLE, width, acting))
+    answer = answer_of_force(terms, along.axis, acting, at, places_of(MIDDLE, width, acting))
     lean(along, 0.0)
     for i in range(acting.moved.size):
         c = acting.moved[i]
@@ -96,7 +96,7 @@ def start_forces(terms, along, at):
 def start_factor(terms, along, at):
     """Put in the slopes of the factor on the bristle at the start; returns it."""
     carried, acting, width = along.carried, along.acting, along.table.shape[1]
-    factor, answer = answer_of_factor(terms, along.axis, acting, at, True, places_of(FACTOR, width, acting))
+    factor, answer = answer_of_factor(terms, along.axis, acting, at, places_of(FACTOR, width, acting))
     for block in range(0, width, LANES):
         motions = motions_at(carried, width, block)
         by = answered(along, answer, block, lanes_at(carried.force, block), motions.v, motions.y, AT_START)
@@ -117,7 +117,7 @@ def start_bristles(terms, along, at, motion, motor, factor):
     if axis.on & terms.acts.load or axis.on & terms.acts.level:
         curve = (level.level, level.fall) if slides else (bristles.static, 0.0)
         places = places_of(START_LEVEL, width, acting), places_of(MIDDLE_FALL, width, acting)
-        answer = answer_of_friction(terms, axis, acting, at, curve, True, places)
+        answer = answer_of_friction(terms, axis, acting, at, curve, places)
         level = with_answer(level, answer)
     turn = math.copysign(1.0, motion.w)
     breakaway = answer.factor * (bristles.static + answer.load)

@@ -36,9 +36,10 @@ class Hidden(NamedTuple):
 
 
 class Way(NamedTuple):
-    """How the axis moves while states advance: h in s; t in s, y in m, v in m/s in its middle; a in m/s^2; currents:
-    inputs."""
+    """How the axis moves along a part of a step while states advance: h in s; t in s, y in m, v in m/s in its middle; a
+    in m/s^2; currents: inputs."""
 
+    part: Any
     h: Any
     t: Any
     y: Any
@@ -65,13 +66,13 @@ def way_to_middle(reach, motion, v_mid):
     """That of `to_the_middle`."""
     half = 0.5 * reach.h
     place, speed = motion.y + 0.25 * half * (motion.v + v_mid), 0.5 * (motion.v + v_mid)
-    return Way(half, reach.t_mid - 0.5 * half, place, speed, (v_mid - motion.v) / half, motion.currents)
+    return Way(TO_MIDDLE, half, reach.t_mid - 0.5 * half, place, speed, (v_mid - motion.v) / half, motion.currents)
 
 
 @inlined
 def way_to_end(reach, motion, v_mid, currents):
     """That of `to_the_end`."""
-    return Way(reach.h, reach.t_mid, reach.y_mid, v_mid, (v_mid - motion.v) / (0.5 * reach.h), currents)
+    return Way(TO_END, reach.h, reach.t_mid, reach.y_mid, v_mid, (v_mid - motion.v) / (0.5 * reach.h), currents)
 
 
 @inlined
@@ -79,7 +80,7 @@ def way_as_settled(reach, motion, reached, currents):
     """That of `settled`."""
     h, displacement = reach.h, reached.y - motion.y
     place, faster = motion.y + 0.5 * displacement, reached.v - motion.v
-    return Way(h, reach.t_mid, place, displacement / h, faster / h, currents)
+    return Way(SETTLED, h, reach.t_mid, place, displacement / h, faster / h, currents)
 
 
 @compiled
@@ -123,17 +124,17 @@ def other_way(way, j):
     else:
         step = ACCELERATION_STEP * (abs(acceleration) + CALM)
         acceleration += step
-    return Way(way.h, way.t, place, speed, acceleration, way.currents), step
+    return Way(way.part, way.h, way.t, place, speed, acceleration, way.currents), step
 
 
 @compiled
-def own_answers(terms, axis, acting, hidden, way, part, i):
-    """Put in how the states of an effect after a part of the step answer its parameters, along the i-th column that
+def own_answers(terms, axis, acting, hidden, way, i):
+    """Put in how the states of an effect after a way answer its parameters, along the i-th column that
     moves them: from where that column has them at the start, since a load may lean on the side of a gap that moves.
 
     Those of other effects are left alone: differences of nothing would be rounding, step after step."""
     kept, n, c, bits = acting.kept, acting.kept.size, acting.moved[i], acting.touched[i]
-    row, own, width = part * n * (n + 3), part * n, hidden.own.size // (PARTS * n)
+    row, own, width = way.part * n * (n + 3), way.part * n, hidden.own.size // (PARTS * n)
     q, slopes = acting.params[c], hidden.slopes
     for j in range(n):
         if acting.owners[j] & bits:
@@ -152,10 +153,10 @@ def own_answers(terms, axis, acting, hidden, way, part, i):
 
 
 @compiled
-def answers_of_states(terms, axis, acting, hidden, way, part):
-    """Bring the hidden states along a part of the step, and put in how they answer."""
+def answers_of_states(terms, axis, acting, hidden, way):
+    """Bring the hidden states along a way, and put in how they answer."""
     p, kept, n, then = axis.p, acting.kept, acting.kept.size, hidden.then
-    row = part * n * (n + 3)
+    row = way.part * n * (n + 3)
     advanced(terms, axis, way)
     for k in range(n):
         then[k] = p[STATE_START + kept[k]]
@@ -174,7 +175,7 @@ def answers_of_states(terms, axis, acting, hidden, way, part):
                 hidden.by[row + k * (n + 3) + n + j] = (p[STATE_START + kept[k]] - then[k]) / step
     for i in range(acting.moved.size):
         if acting.touched[i] & terms.acts.advance:
-            own_answers(terms, axis, acting, hidden, way, part, i)
+            own_answers(terms, axis, acting, hidden, way, i)
         for k in range(n):
             acting.params[acting.moved[i], STATE_START + kept[k]] = then[k]
     for k in range(n):

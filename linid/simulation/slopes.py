@@ -199,7 +199,8 @@ def begun_at(terms, along, first, start, motion):
     """Put in what of the slopes at the start follows from the model."""
     axis, course, carried = along.axis, along.course, along.carried
     t = course.t_start + first * course.dt
-    at = Instant(t, motion.y, motion.v, motion.currents, motor_now(along, first))
+    at = Instant(t, motion.y, motion.v, motion.currents, motor_now(along, first), not course.guided)
+    seen = Instant(at.t, at.y, at.v, at.currents, at.motor, True)  # by friction, guided or not
     motor = carried.force.copy()
     if axis.on & terms.acts.advance:
         start_hidden(terms, along, at, start)
@@ -207,9 +208,9 @@ def begun_at(terms, along, first, start, motion):
         start_forces(terms, along, at)
     factor = 1.0
     if axis.on & terms.acts.friction:
-        factor = start_factor(terms, along, at)
+        factor = start_factor(terms, along, seen)
     if math.isnan(start[2]):
-        start_bristles(terms, along, at, motion, motor, factor)
+        start_bristles(terms, along, seen, motion, motor, factor)
 
 
 @allocating
@@ -222,7 +223,8 @@ def stepped(terms, along, n, motion):
         carried.force[c] = carried.forces[2 * n * course.substeps * width + c]
     if axis.on & terms.acts.push:
         y = spline_at(course.coefficients, n, 3, 0.0) if course.guided else motion.y
-        at = Instant(course.t_start + n * course.dt, y, motion.v, motion.currents, motor_now(along, n))
+        t = course.t_start + n * course.dt
+        at = Instant(t, y, motion.v, motion.currents, motor_now(along, n), not course.guided)
         start_forces(terms, along, at)
     return motion
 
@@ -237,7 +239,7 @@ def write_slopes(terms, along, k, t, motion, out):
         slopes[k, c] = carried.motion[c]
     if axis.on & terms.acts.sensor:
         y_out[k] += reading_error(terms, axis.on, t, motion.y, motion.v, motion.currents, axis.p)
-        at = Instant(t, motion.y, motion.v, motion.currents, 0.0)
+        at = Instant(t, motion.y, motion.v, motion.currents, 0.0, True)
         acting, hidden = along.acting, along.hidden
         answer = answer_of_reading(terms, axis, acting, at, places_of(READING, width, acting))
         for c in range(width):
