@@ -26,7 +26,16 @@ from linid.simulation.forces import (
     motor_forces,
     reading_error,
 )
-from linid.simulation.slope_effects import FORCE_STEP, Instant, along_directions, beside, force_at, table_of
+from linid.simulation.slope_effects import (
+    FORCE_STEP,
+    Instant,
+    added_by,
+    along_directions,
+    beside,
+    force_at,
+    given_at,
+    table_of,
+)
 from linid.simulation.splines_at import late_inputs
 
 # Rows of what is carried along, each of one number per direction: the bristle's deflection, its mean over an interval
@@ -57,8 +66,10 @@ class Beside(NamedTuple):
     states; lag: (K,) s by which the inputs act late; motor: the motor's own forces in N, (rows, samples), of the model
     and of those directions that change them; row: (K,) which of these is a direction's; pushed, held, level, moving,
     reading: (K,) whether a direction changes the other forces, the factor on the bristle, the level of friction, hidden
-    states and the reading; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do
-    to mass and static force; carried: (ROWS * width)."""
+    states and the reading; told: (K,) whether all that it does to the forces is told beforehand, by sample: forces
+    (K, samples) N; part: (K,) bits of the effects that change these otherwise, 0 if it is not these alone; asked: (K,)
+    whether it is asked sample by sample; width: of a row of what follows; table: (8 * width) as of `Directions`, with
+    what effects do to mass and static force; carried: (ROWS * width)."""
 
     params: Any
     lag: Any
@@ -69,6 +80,10 @@ class Beside(NamedTuple):
     level: Any
     moving: Any
     reading: Any
+    told: Any
+    forces: Any
+    part: Any
+    asked: Any
     width: Any
     table: Any
     carried: Any
@@ -132,6 +147,10 @@ def room_beside(terms, axis, directions, candidates, recording):
         touched & acts.level != 0,
         touched & acts.advance != 0,
         touched & acts.sensor != 0,
+        np.zeros(count, dtype=np.bool_),
+        np.zeros((count, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])),
+        np.zeros(count, dtype=np.int64),
+        np.zeros(count, dtype=np.bool_),
         width,
         table_of(terms, axis, params, inputs.added_mass[r], directions.table).flatten(),
         np.zeros(ROWS * width),
@@ -146,9 +165,9 @@ def begun_anew(terms, axis, bristles, course, motion):
 
 
 @allocating
-def started_beside(terms, candidates, recording, motion, w, room):
+def started_beside(terms, candidates, recording, motion, w, given, room):
     """Put in how the directions begin, and the motor's forces; recording: as of `room_beside`; w: the model's bristle
-    in m."""
+    in m; given: as of `given_over`."""
     inputs, r = recording
     for candidate in range(1 + room.lag.size):
         stretch = stretch_of(candidates, inputs, candidate, r, 0, motion.y.size)
@@ -163,8 +182,57 @@ def started_beside(terms, candidates, recording, motion, w, room):
             for k in range(STATE_START, axis.p.size):
                 room.params[c, k] = axis.p[k]
             row = room.row[c]
-        if axis.powered and (c < 0 or row > 0):
+        if c < 0 and given.motor.size > 0:
+            room.motor[0] = given.motor
+        elif axis.powered and (c < 0 or row > 0):
             motor_of(terms, candidates, candidate, axis, course, motion, room.motor[row])
+
+
+@inlined
+def is_told(terms, axis, bits, moved, known):
+    """Whether what a direction does to the forces hangs on no hidden state, neither of its own nor of others. bits: of
+    the effects that it changes; moved: whether it changes the motor's force; known: whether that is told beforehand."""
+    acts, on = terms.acts, axis.on
+    states = acts.stateful_field | acts.stateful_thrust | acts.stateful_force
+    if bits & (acts.delay | acts.drive | acts.pushed | states):
+        return False
+    if moved and on & (acts.thrust | acts.pushed):
+        return known and not on & (acts.stateful_thrust | acts.pushed)
+    return known or not bits & (acts.thrust | acts.force)
+
+
+@allocating
+def told_beforehand(terms, axis, touched, samples, given, room):
+    """Put in the forces of all directions at all samples, where they can be told so. touched: as of `Directions`;
+    samples: with what the motor gets; given: as of `given_over`."""
+    acts, on, n = terms.acts, axis.on, samples.y.size
+    before, after, factor = np.zeros(n), np.zeros(n), np.ones(n)
+    done = 0  # bits of the effects whose forces `before` holds
+    for c in range(touched.size):
+        bits, p, out, row = touched[c] & on, room.params[c], room.forces[c], room.row[c]
+        moved = row > 0 or bits & acts.thrust != 0
+        room.told[c] = is_told(terms, axis, bits, moved, given.motor.size > 0)
+        alone = row == 0 and bits & (acts.delay | acts.drive | acts.field | acts.thrust) == 0
+        room.part[c] = bits & acts.push if alone else 0
+        room.asked[c] = (room.pushed[c] and not room.told[c]) or room.held[c] or room.level[c] or room.reading[c]
+        if not room.told[c]:
+            continue
+        if bits & acts.force:
+            if done != bits & acts.force:
+                done = bits & acts.force
+                before[:] = 0.0
+                terms.over.force(before, done, samples, axis.p)
+            after[:] = 0.0
+            terms.over.force(after, done, samples, p)
+            for k in range(n):
+                out[k] = (after[k] - before[k]) / FORCE_STEP
+        if moved and axis.powered:
+            if on & acts.thrust:
+                factor[:] = 1.0
+                terms.over.thrust(factor, on, samples, p)
+            for k in range(n):
+                whole = given.thrust[k] if on & acts.thrust else 1.0
+                out[k] += (room.motor[row, k] * factor[k] - room.motor[0, k] * whole) / FORCE_STEP
 
 
 @inlined
@@ -179,21 +247,33 @@ def currents_beside(terms, axis, course, motion, place, c, room):
 @compiled
 def forces_beside(terms, axis, course, motion, here, room):
     """Put in how forces and the factor on the bristle answer at a sample."""
-    k, t, y, v, currents, force = here
+    k, t, y, v, currents, _ = here
     carried, of_force, of_factor = room.carried, FORCE * room.width, FACTOR * room.width
     factor = 1.0
     if axis.on & terms.acts.friction:
         factor = friction_factor(terms, axis, t, y, v, currents)
+    at, done, plain, given_now = Instant(t, y, v, currents, room.motor[0, k], False), -1, 0.0, (0.0, currents)
     for c in range(room.lag.size):
-        motor = room.motor[room.row[c], k]
-        if room.row[c] > 0 and not room.pushed[c]:
-            carried[of_force + c] = (motor - room.motor[0, k]) / FORCE_STEP
-        if not (room.pushed[c] or room.held[c]):
+        if room.told[c]:
+            carried[of_force + c] = room.forces[c, k]
+        if not room.asked[c]:
             continue
         other = beside(axis, room.params, c)
         given = currents_beside(terms, axis, course, motion, (k, currents), c, room)
-        if room.pushed[c]:
-            carried[of_force + c] = (force_at(terms, other, Instant(t, y, v, given, motor, False)) - force) / FORCE_STEP
+        if room.pushed[c] and not room.told[c]:
+            bits = room.part[c]
+            if bits != done:
+                done = bits
+                if bits:
+                    given_now = given_at(terms, axis, at)
+                    plain = added_by(terms, axis, bits, at, given_now)
+                else:
+                    plain = force_at(terms, axis, at)
+            if bits:
+                force = added_by(terms, other, bits, at, given_now)
+            else:
+                force = force_at(terms, other, Instant(t, y, v, given, room.motor[room.row[c], k], False))
+            carried[of_force + c] = (force - plain) / FORCE_STEP
         if room.held[c]:
             carried[of_factor + c] = (friction_factor(terms, other, t, y, v, given) - factor) / FORCE_STEP
     return factor
@@ -222,7 +302,7 @@ def states_beside(terms, axis, course, motion, where, room):
         if room.moving[c]:
             given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
             advance_on(terms, beside(axis, room.params, c), course, motion, (place, t, y, v, given))
-        else:
+        elif room.asked[c]:
             for k in range(STATE_START, STATE_START + STATE_SIZE):
                 p[k] = axis.p[k]
 

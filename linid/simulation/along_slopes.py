@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.simulation.along import REST_AVERAGE, Resistance, decay_means, pieces_of, reached_by
+from linid.simulation.along import REST_AVERAGE, Resistance, decay_means, outer_force, pieces_of, reached_by
 from linid.simulation.along_beside import (
     BEFORE_LAST,
     BRISTLE,
@@ -31,8 +31,10 @@ from linid.simulation.along_beside import (
     room_beside,
     started_beside,
     states_beside,
+    told_beforehand,
     write_readings,
 )
+from linid.simulation.along_effects import driven_samples, effected_before, given_over, samples_of
 from linid.simulation.along_motion import MeasuredMotion, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
@@ -40,7 +42,6 @@ from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import axis_of, bristles_of
 from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
-from linid.simulation.slope_effects import Instant, force_at
 
 
 class Ends(NamedTuple):
@@ -195,12 +196,15 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     bent = np.any(directions.table[3] != 0.0)
     room = room_beside(terms, axis, directions, candidates, recording)
     w = begun_anew(terms, axis, bristles, course, motion)
-    started_beside(terms, candidates, recording, motion, w, room)
+    samples = samples_of(terms, axis, course, motion)
+    given = given_over(terms, axis, candidates, samples, effected_before(count))
+    started_beside(terms, candidates, recording, motion, w, given, room)
+    told_beforehand(terms, axis, directions.touched, driven_samples(terms, axis, samples), given, room)
     level, mean, late = 1.0, 0.0, 0.0
     for k in range(count):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
-        force = force_at(terms, axis, Instant(t, y[k], v[k], currents, room.motor[0, k], False))
+        force = outer_force(terms, axis, motion, k, t, currents, given)
         here = Here(k, t, y[k], v[k], currents, force)
         factor = forces_beside(terms, axis, course, motion, here, room)
         if motion.standstill[k]:
