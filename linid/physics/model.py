@@ -75,6 +75,11 @@ OWN_STACK = OWN_VARIABLES + len(own_layout.VARIABLES)
 WORK_SIZE = OWN_STACK + own_layout.STACK
 
 
+def _states_of(names: Iterable[str]) -> tuple[int, ...]:
+    """Places of the hidden states of effects, counted from STATE_START."""
+    return tuple(STATE_PLACES[name] + k for name in names for k in range(find_effect(name).states))
+
+
 @lru_cache(maxsize=256)
 def own_places(effects: tuple[str, ...]) -> tuple[dict[str, int], NDArray[np.float64]]:
     """Where the parameters of own terms stand in the flat vector, and what else it holds for them: heads and programs
@@ -206,13 +211,13 @@ class Model:
     @property
     def effect_states(self) -> tuple[int, ...]:
         """Places of the hidden states of effects and own terms, counted from STATE_START."""
-        places = tuple(
-            start + k
-            for name, start in STATE_PLACES.items()
-            if name in self.effects
-            for k in range(find_effect(name).states)
-        )
-        return places + (tuple(range(MEMORY_PLACE, STATE_SIZE)) if self.mask & own_layout.MEMORY_BIT else ())
+        memory = tuple(range(MEMORY_PLACE, STATE_SIZE)) if self.mask & own_layout.MEMORY_BIT else ()
+        return _states_of(name for name in STATE_PLACES if name in self.effects) + memory
+
+    @property
+    def untold_states(self) -> tuple[int, ...]:
+        """Those of them that a measured motion does not tell, such as how a load swings."""
+        return _states_of(name for name in STATE_PLACES if name in self.effects and not find_effect(name).told)
 
     @property
     def states(self) -> tuple[int, ...]:

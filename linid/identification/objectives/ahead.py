@@ -23,7 +23,8 @@ class Ahead:
     """Prediction over a short horizon from the measured state, restarted every half horizon, in m.
 
     The start state's error adds a straight line to a window; that line is projected out.
-    Hidden states at the start are estimated from the samples before, see `predicted_from_before`.
+    Hidden states at the start are those along the measured motion, or, where it does not tell them, estimated from the
+    samples before, see `predicted_from_before`.
     thin: use only every thin-th window (for the search's first look). skip_jumps: leave out windows in which
     an input jumps between two samples, since the motion alone shows when it did. guided: the motor's field is read
     at the measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
@@ -88,7 +89,7 @@ class Ahead:
     def simulate(self, params: Array) -> Array:
         """Predicted positions of all windows, (C, N) m."""
         motion = self.motion
-        if self.model.effect_states:  # a bristle is told along the motion
+        if self.model.untold_states:
             return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
         return self.simulate_along(params)
 
@@ -98,7 +99,7 @@ class Ahead:
         return np.asarray(self.simulator.run(params, self.segments, self._starts(params), guided=self.guided)[0])
 
     def _starts(self, params: Array) -> Array:
-        """Start states (C, S, 3 or more) of all windows: the bristle as it is along the motion."""
+        """Start states (C, S, 3 or more) of all windows: bristle and hidden states as they are along the motion."""
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(
@@ -127,13 +128,13 @@ class Ahead:
 
     def _predicted(self, params: Array, tangents: Array) -> tuple[Array, Array]:
         """Predicted positions (N,) in m of one candidate, and their derivatives (N, K)."""
-        if self.model.effect_states:
+        if self.model.untold_states:
             return slopes_from_before(self.simulator, params, tangents, self.motion, self.segments, guided=True)
         # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
         acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
         acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
         starts = self._starts(np.vstack([params, params + START_STEP * tangents[acting]]))
-        moved = np.zeros((starts.shape[1], 3, len(tangents)))
+        moved = np.zeros((*starts.shape[1:], len(tangents)))
         moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / START_STEP
         return self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
 

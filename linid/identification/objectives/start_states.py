@@ -68,7 +68,7 @@ def predicted_from_before(
     out = np.empty((params.shape[0], int(windows.count.sum())))
     for c, one in enumerate(params):
         own, start = one[None, :], starts[c : c + 1]
-        places = _moving(start[0])
+        places = _moving(simulator, start[0])
         prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording][:, _of_prior(places)]
         plain = simulator.run(own, part, start, guided=guided)[0][0]
         nudged = np.repeat(start, len(places), axis=0)
@@ -100,7 +100,7 @@ def slopes_from_before(
     before = _stretches_of(simulator, motion, windows)
     part, whole = before.part, before.whole
     along, starts = _along(simulator, np.vstack([params, params + START_STEP * tangents]), motion, before)
-    start, places, offsets = starts[0], _moving(starts[0]), simulator.inputs.sample_offsets
+    start, places, offsets = starts[0], _moving(simulator, starts[0]), simulator.inputs.sample_offsets
     noise = _noise_of(before, motion)
     priors = np.array([_prior(along, c, motion, offsets)[:, _of_prior(places)] for c in range(len(starts))])
     prior, prior_by = priors[0][part.recording], ((priors[1:] - priors[0]) / START_STEP)[:, part.recording]
@@ -136,11 +136,12 @@ def _noise_of(before: _Stretches, motion: Motion) -> Array:
     return np.asarray(np.maximum(motion.position_noise, 1e-15)[before.part.recording])
 
 
-def _moving(start: Array) -> Integers:
-    """Which of the start states (S, 3 + states) a stretch may move: a hidden state that nothing ever moves is none, and
-    the bristle is told along the motion."""
+def _moving(simulator: Simulator, start: Array) -> Integers:
+    """Which of the start states (S, 3 + states) a stretch may move: not what the motion tells, as it does the bristle,
+    nor a hidden state that nothing ever moves."""
     moves = np.any(start, axis=0)
     moves[:3] = True, True, False
+    moves[3:] &= np.isin(simulator.model.states, simulator.model.untold_states)
     return np.flatnonzero(moves)
 
 

@@ -58,6 +58,7 @@ EFFECT = Effect(
     force=force,
     initial=initial,
     advance=advance,
+    told=True,  # some hysteresis lengths on, the travel alone decides it
     # A spring over the stroke; its hysteresis shows after reversals, or as a direction.
     depends_on=(("position",), ("position", "direction"), ("travel", "position")),
     exposed_by="slow moves and free wheels over the whole stroke, with reversals at several places",

@@ -56,6 +56,7 @@ EFFECT = Effect(
     level=level,
     initial=initial,
     advance=advance,
+    told=True,  # it wears off as the axis goes
     depends_on=(("rest_time", "direction"),),
     exposed_by="breakaways by a slow ramp after rests of different length",
     confused_with=("friction_drift",),
