@@ -96,9 +96,7 @@ def test_fit_recovers_every_effect(name: str) -> None:
     check(name, result)
 
 
-@pytest.mark.exhaustive
-@pytest.mark.xfail(reason="predictions that start from estimated hidden states shift the growth beyond the limit here")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in (1, 2))])
 def test_a_few_samples_effect_is_found_whatever_the_rounding(seed: int) -> None:
     """A force balance hardly shows breakaways, so first values are poor; noise below the encoder's decides nothing.
 

@@ -13,11 +13,13 @@ from linid.identification.fit import fit
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.start_states import predicted_from_before, slopes_from_before
 from linid.identification.settings import FitSettings, SearchSettings
+from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from tests.shared_data import shared
+from tests.simulation.axis_with_effects import AXIS, SAMPLES, campaign_with
 
 MODEL = Model("force", ("flexible_load",))
 PLANT = {
@@ -118,6 +120,38 @@ def cut(one: Recording, seconds: float) -> Recording:
     n = round(seconds / one.period)
     assert one.drive_input is not None
     return replace(one, t=one.t[:n], y=one.y[:n], v=None, drive_input=one.drive_input[:n])
+
+
+TOLD = [effect.name for effect in EFFECTS if effect.told]
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_what_the_motion_tells_forgets_how_it_began(name: str) -> None:
+    """Two starts that differ by as much as the state ever moves end in the same state, along any driven recording."""
+    effect = find_effect(name)
+    values = [SAMPLES[name].get(p.name, p.default) for p in effect.parameters]
+    for one in (r for r in campaign_with((name,)) if r.phase_currents is not None):
+        state = np.array([0.0, 1.0])
+        for y, travel in zip(one.y[:-1], np.diff(one.y), strict=True):
+            moved = (one.period, 0.0, y, travel / one.period, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            state = np.array([effect.advance.py_func(*moved, start, *values)[0] for start in state])
+        assert abs(state[1] - state[0]) < 1e-4
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_the_true_model_predicts_to_the_noise_where_the_motion_tells_its_states(name: str) -> None:
+    """Hidden states estimated from the samples before would add a quarter of the noise (cable force)."""
+    noise = 1e-6
+    recordings = campaign_with((name,), noise=noise)
+    errors = {}
+    for effects in ((), (name,)):
+        model = Model("sine", effects)
+        assert not model.untold_states
+        vector = model.vector({p.name: (AXIS | SAMPLES[name]).get(p.name, p.default) for p in model.parameters})
+        left = Ahead(model, tuple(recordings), 8, 1).residuals(vector[None], np.zeros((1, 0)))
+        errors[effects] = float(np.sqrt(np.mean(left**2)))
+    assert errors[name,] < 1.25 * noise
+    assert errors[()] > 3.0 * noise
 
 
 OTHERS = {
