@@ -8,7 +8,7 @@ of what no effect here explains. What fails goes, the weakest first.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -259,6 +259,7 @@ def backward(
     dropped: dict[str, Part] = {}
     revivals = renewals = 0
     anew: frozenset[str] = frozenset()  # effects that were last found anew
+    failed: set[tuple[frozenset[str], str]] = set()  # effects of a model, and which of them failed there
     while True:
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
@@ -275,12 +276,13 @@ def backward(
         if failing:
             weakest = min(failing, key=lambda p: p.evidence.closed)
             dropped[weakest.name] = weakest
+            failed.add((frozenset(full.model.effects), weakest.name))
             full = weakest.without
             continue
         full, rivals, changed = contested(judge, screening, full, parts)
         if changed:
             continue
-        back = revived(judge, screening, full) if revivals < REVIVALS else None
+        back = revived(judge, screening, full, failed) if revivals < REVIVALS else None
         revivals += 1
         if back is None:
             ordered = tuple(sorted(parts, key=lambda p: -p.evidence.gain))
@@ -297,12 +299,17 @@ def trifling(judge: Judge, base: Fitted, full: Fitted, parts: Sequence[Part]) ->
     return [part for part in parts if is_trifle(part, portions[part.name].share)]
 
 
-def revived(judge: Judge, screening: Screening, full: Fitted) -> Fitted | None:
-    """The model with one more effect that stands the tests, now that what hid it is gone; None if there is none."""
+def revived(
+    judge: Judge, screening: Screening, full: Fitted, failed: Container[tuple[frozenset[str], str]] = ()
+) -> Fitted | None:
+    """The model with one more effect that stands the tests, now that what hid it is gone; None if there is none.
+    failed: effects of a model, and which of them failed there, to be tried no more."""
     found: list[tuple[float, Fitted]] = []
     # A single moment had its say in the forward steps, where its lead over others was told before much was fitted.
     lasting = [s for s in screening.screen(full) if find_effect(s.name).acts != "one"]
-    items = [(full, item) for item in contenders(lasting, CONTENDING[1])]
+    others = full.model.effects
+    untried = [s for s in contenders(lasting, CONTENDING[1]) if (frozenset((*others, s.name)), s.name) not in failed]
+    items = [(full, item) for item in untried]
     more_of = in_parallel(partial(extended, judge.fits, screening), items, screening.jobs, screening.workers)
     fitted = [(item.name, one) for (_, item), one in more_of]
     for (name, _), more in in_parallel(lambda pair, _: settled(judge.fits, pair[1]), fitted, screening.jobs):
