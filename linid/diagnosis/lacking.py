@@ -294,15 +294,18 @@ def lacking_term(
     term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
     fitted = [r for r in recordings if r.split == "fit"]
 
-    def measured(after: FitResult) -> tuple[Models, tuple[RecordingChange, ...]]:
-        more = _changed(models, Models(after, joined.fitted, *_measures(after, recordings, means)))
-        return more, _beside(models, more)
-
     after = refined_model(joined.fitted, fitted, means, judge.balance.memory)
     means.watch("term", 2, 3)
-    more, beside = measured(after)
-    if worse_somewhere(beside):
-        more, beside = measured(refined_further(joined.fitted, after, fitted, means, judge.balance.memory))
+    held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
+    measured = _measures(after, recordings, held_out, means)
+    if worse_somewhere([_beside(models.changes[k], change) for k, (change, _) in measured.items()]):
+        after = refined_further(joined.fitted, after, fitted, means, judge.balance.memory)
+        measured = {}
+    left = [k for k in range(len(recordings)) if k not in measured]
+    measured |= _measures(after, recordings, left, means)
+    changes, traces = zip(*(measured[k] for k in range(len(recordings))), strict=True)
+    more = _changed(models, Models(after, joined.fitted, changes, traces))
+    beside = tuple(map(_beside, models.changes, more.changes))
     term = replace(term, measures=together(beside, more.traces, means.seed))
     means.watch("term", 3, 3)
     there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
@@ -361,12 +364,11 @@ def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]
 
 
 def _measures(
-    after: FitResult, recordings: Sequence[Recording], means: Means
-) -> tuple[tuple[RecordingChange, ...], tuple[Trace, ...]]:
+    after: FitResult, recordings: Sequence[Recording], chosen: Sequence[int], means: Means
+) -> dict[int, tuple[RecordingChange, Trace]]:
+    """The measures of the chosen recordings under a model, and the traces behind them."""
     measured = partial(measured_alone, tuple(recordings), after, means.seed)
-    found = [one for _, one in in_parallel(measured, range(len(recordings)), means.jobs, means.workers)]
-    changes, traces = zip(*found, strict=True)
-    return changes, traces
+    return dict(in_parallel(measured, chosen, means.jobs, means.workers))
 
 
 def _changed(models: Models, more: Models) -> Models:
@@ -378,13 +380,9 @@ def _changed(models: Models, more: Models) -> Models:
     return replace(more, changes=with_forecasts(changes))
 
 
-def _beside(models: Models, more: Models) -> tuple[RecordingChange, ...]:
-    """Changes from the models without a term to those with it."""
-    out = []
-    for old, new in zip(models.changes, more.changes, strict=True):
-        both = {name: replace(one, before=old.changes[name].after) for name, one in new.changes.items()}
-        out.append(replace(new, changes=both))
-    return tuple(out)
+def _beside(old: RecordingChange, new: RecordingChange) -> RecordingChange:
+    """The change of a recording from the models without a term to those with it."""
+    return replace(new, changes={k: replace(one, before=old.changes[k].after) for k, one in new.changes.items()})
 
 
 def _rises(ahead: Change, room: float) -> bool:
