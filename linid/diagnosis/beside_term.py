@@ -11,8 +11,9 @@ from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.lacking import Lead, lead_beside, term_as_it_is
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Selection, part_of, revived, without_effect
+from linid.diagnosis.select import Selection, part_of, revived
 from linid.diagnosis.shares import judged_rows, shares_of
+from linid.diagnosis.steps_of_selection import without_effect
 from linid.diagnosis.verdict import leaves_nothing
 
 MOST = 3  # effects sought beside a term

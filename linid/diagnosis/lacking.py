@@ -27,8 +27,9 @@ from linid.diagnosis.proposed.regression import Regression, closed_share, held_s
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
-from linid.diagnosis.select import Selection, part_of, without_effect
+from linid.diagnosis.select import Selection, part_of
 from linid.diagnosis.shares import judged_rows
+from linid.diagnosis.steps_of_selection import without_effect
 from linid.diagnosis.verdict import leaves_nothing
 from linid.identification.guess.effect_values import EffectColumns
 from linid.identification.guess.scales import amplitude_range, look_out

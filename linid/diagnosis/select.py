@@ -8,7 +8,7 @@ of what no effect here explains. What fails goes, the weakest first.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,25 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.diagnosis.base import Base
-from linid.diagnosis.descent import QUICK, SETTLING, THOROUGH, Effort
+from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.foretold import idle
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN, Part, is_trifle, stands
-from linid.diagnosis.joint import FAR, Fitted, JointFit
+from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import elsewhere, in_all
-from linid.diagnosis.masses import at_the_masses
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.shares import shares_of
+from linid.diagnosis.steps_of_selection import again, extended, settled, without_effect
 from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
-from linid.physics.model import Model
 
 # What a forward step asks for, on the fitted rows: certainty and gain in log power per row.
 PROPOSED_CERTAINTY, PROPOSED_GAIN, CLEAR_GAIN = 2.5, 0.004, 0.1
-# Of the amplitudes by regression, as first values: it lets all other parameters move along, and far from where they
-# are its columns are others. The first that betters the criterion will do; else the ends are both tried.
-STARTING = (1.0, 0.3, 0.1, 0.01)
 _SHARED = 4.0  # rows that say about as much as one
 LARGEST = 10  # effects in one model
 RENEWALS = 4  # times that all effects are found anew
@@ -66,65 +62,6 @@ class Selection:
 
 
 Watch = Callable[[str, int, int], None]
-
-
-def with_effect(model: Model, name: str) -> Model:
-    """The model with one effect more, or the same if it is there."""
-    return model if name in model.effects else model.with_effects((*model.effects, name))
-
-
-def preset_of(model: Model, values: Mapping[str, float]) -> dict[str, float]:
-    """What of a model's effects is not searched, given their values."""
-    out: dict[str, float] = {}
-    for name in model.effects:
-        out |= find_effect(name).held(dict(values))
-    return out
-
-
-def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened], jobs: int) -> Fitted:
-    """A model with one effect more, identified together."""
-    del jobs
-    step, found = item
-    model = with_effect(step.model, found.name)
-    values = {**step.values, **found.trial.values, **found.trial.amplitudes}
-    preset = preset_of(model, {**step.preset, **values})
-    recordings = screening.to_fit(step, found.name, {**step.preset, **values})
-    amplitudes, before = found.trial.amplitudes, fits.level(step.residual, step.floor, fits.rows_of(recordings))
-    out: list[Fitted] = []
-    for share in STARTING:
-        start = {**values, **{name: share * x for name, x in amplitudes.items()}}
-        good = fits.level_at(model, start, preset, recordings) < before
-        if good or share in STARTING[:: len(STARTING) - 1]:
-            out.append(fits.fit(model, start, preset, recordings, QUICK, fits.slopes(step)))
-        if good:
-            break
-    return min(out, key=lambda one: one.level)
-
-
-def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
-    """The fit of a model taken further, from where it is."""
-    done = fits.fit(one.model, one.values, one.preset, recordings, effort, fits.slopes(one), exact=True)
-    return annealed(fits, done, effort) if done.level > FAR else done
-
-
-def settled(fits: JointFit, one: Fitted) -> Fitted:
-    """The fit of a model taken further on its own recordings, as far as it takes to compare it with others."""
-    return again(fits, one, one.recordings, SETTLING)
-
-
-def annealed(fits: JointFit, one: Fitted, effort: Effort) -> Fitted:
-    """The fit of a model taken further by way of softer criteria, at the mass that added masses tell."""
-    return at_the_masses(fits, fits.annealed(one, effort))
-
-
-def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
-    """The model without one of its effects, fitted again to the same recordings."""
-    model = full.model.with_effects(e for e in full.model.effects if e != name)
-    own = {p.name for p in model.parameters}
-    values = {k: x for k, x in full.values.items() if k in own}
-    preset = {k: x for k, x in full.preset.items() if k in own}
-    one = fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
-    return annealed(fits, one, QUICK) if one.level > full.level + FAR else one
 
 
 def select(base: Base, screening: Screening, watch: Watch) -> Selection:

@@ -12,7 +12,7 @@ from linid.diagnosis.base import fit_base_model
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.means import Means
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import again, extended
+from linid.diagnosis.steps_of_selection import again, extended
 from tests.diagnosis.test_diagnose import recordings
 
 

@@ -16,7 +16,8 @@ from linid.diagnosis.judge import Evidence, judge_of
 from linid.diagnosis.look_alikes import look_alike
 from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
-from linid.diagnosis.select import CONTENDING, contenders, preset_of, renewed
+from linid.diagnosis.select import CONTENDING, contenders, renewed
+from linid.diagnosis.steps_of_selection import preset_of
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
 from tests.diagnosis import machine
