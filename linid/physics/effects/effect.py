@@ -134,9 +134,9 @@ class Effect:
     changes: the base parameter of which it is another value where it acts in all recordings; effects that are nothing
     else (`acts` all) are sought beside a given model only, since a base that is identified has them itself.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
-    includes: effects that this one is with some parameters at zero; told: a measured motion tells its hidden states,
-    whatever they began with: predictions start from these; own: the term of a formula (own_terms/own_term.py), which
-    takes the place of compiled ones.
+    includes: effects that this one is with some parameters at zero; told: the measured motion and the inputs tell its
+    hidden states, noisy as they are: predictions start from these; own: the term of a formula (own_terms/own_term.py),
+    which takes the place of compiled ones.
     """
 
     name: str

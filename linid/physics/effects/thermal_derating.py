@@ -45,6 +45,7 @@ EFFECT = Effect(
     grid=grid,
     drive=drive,
     advance=advance,
+    told=True,  # the inputs alone decide it
     # Heat: a running time, of the recording with a fast part and of the campaign with a slow one.
     depends_on=(("motor_force", "campaign_time"), ("motor_force", "time"), ("motor_force", "recording")),
     exposed_by="the same moves again and again without a pause, after one that starts cold",
