@@ -16,7 +16,7 @@ from linid.diagnosis.judge import Evidence, judge_of
 from linid.diagnosis.look_alikes import look_alike
 from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
-from linid.diagnosis.select import CONTENDING, contenders, renewed
+from linid.diagnosis.select import CONTENDING, contenders, renewed, revived
 from linid.diagnosis.steps_of_selection import preset_of
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
@@ -119,6 +119,26 @@ def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
     assert one is not None and one.preset["payload_recordings"] == 10.0
     assert one.values["payload_mass"] == pytest.approx(0.3, rel=0.02)
     assert renewed(judge.fits, Screening(judge.fits, base, 1), one, [sure]) is None
+
+
+def test_what_failed_in_a_model_is_not_tried_in_it_again() -> None:
+    """Half the recordings carry a load: it is found once more, unless it has failed beside the same effects."""
+    runs = []
+    for k in range(4):
+        added = 0.3 if k in (1, 3) else 0.0
+        one = machine.recording(f"run_{k}", noise=machine.Noise(encoder=1e-7), seed=k, added_mass=added)
+        runs.append(replace(one, added_mass=0.0, split="held_out" if k == 3 else "fit"))
+    model = Model("force")
+    judge = judge_of(Balance(model, numbered(runs), 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+    base = fitted(judge, TRUE)
+    screening = Screening(judge.fits, base, 1)
+    found = revived(judge, screening, base)
+    assert found is not None
+    (name,) = found.model.effects
+    again = revived(judge, screening, base, {(frozenset((name,)), name)})
+    assert again is None or again.model.effects != (name,)
+    elsewhere = revived(judge, screening, base, {(frozenset((name, "cogging")), name)})
+    assert elsewhere is not None and elsewhere.model.effects == (name,)
 
 
 def test_a_changed_parameter_of_a_given_model_is_tried_in_all_recordings() -> None:
