@@ -34,7 +34,7 @@ from linid.simulation.along_beside import (
     told_beforehand,
     write_readings,
 )
-from linid.simulation.along_effects import driven_samples, effected_before, given_over, samples_of
+from linid.simulation.along_effects import effected_before, given_over, samples_of
 from linid.simulation.along_motion import MeasuredMotion, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
@@ -199,7 +199,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     samples = samples_of(terms, axis, course, motion)
     given = given_over(terms, axis, candidates, samples, effected_before(count))
     started_beside(terms, candidates, recording, motion, w, given, room)
-    told_beforehand(terms, axis, directions.touched, driven_samples(terms, axis, samples), given, room)
+    told_beforehand(terms, axis, directions.touched, samples, given, room)
     level, mean, late = 1.0, 0.0, 0.0
     for k in range(count):
         t = stretch.t_start + k * dt

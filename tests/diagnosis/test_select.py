@@ -12,7 +12,7 @@ from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.held_out_tests import Part, stands
-from linid.diagnosis.judge import Evidence, judge_of
+from linid.diagnosis.judge import Evidence, Judge, judge_of
 from linid.diagnosis.look_alikes import look_alike
 from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
@@ -102,17 +102,22 @@ def test_what_adds_to_the_power_must_be_beyond_doubt() -> None:
     assert stands(Part("cable_force", replace(worse, certainty=6.0), NOTHING))
 
 
-def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
-    """Two of four recordings carry a load, one of them held out; a model that has it in the fitted one is put right."""
+def of_loaded_runs() -> Judge:
+    """Two of four recordings carry a load that is not told, one of them held out."""
     runs = []
     for k in range(4):
         added = 0.3 if k in (1, 3) else 0.0
         one = machine.recording(f"run_{k}", noise=machine.Noise(encoder=1e-7), seed=k, added_mass=added)
         runs.append(replace(one, added_mass=0.0, split="held_out" if k == 3 else "fit"))
     model = Model("force")
-    judge = judge_of(Balance(model, numbered(runs), 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+    return judge_of(Balance(model, numbered(runs), 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+
+
+def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
+    """A model that has the load in the fitted recording is put right."""
+    judge = of_loaded_runs()
     base = fitted(judge, TRUE)
-    loaded, start = model.with_effects(("payload_change",)), {**TRUE, "payload_mass": 0.3}
+    loaded, start = base.model.with_effects(("payload_change",)), {**TRUE, "payload_mass": 0.3}
     full = judge.fits.fit(loaded, start, {"payload_recordings": 2.0}, (0, 1, 2), THOROUGH)
     sure = Part("payload_change", Evidence(1.0, 9.0, 0.9, 1.0, 0.9), base)
     one = renewed(judge.fits, Screening(judge.fits, base, 1), full, [sure])
@@ -122,14 +127,8 @@ def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
 
 
 def test_what_failed_in_a_model_is_not_tried_in_it_again() -> None:
-    """Half the recordings carry a load: it is found once more, unless it has failed beside the same effects."""
-    runs = []
-    for k in range(4):
-        added = 0.3 if k in (1, 3) else 0.0
-        one = machine.recording(f"run_{k}", noise=machine.Noise(encoder=1e-7), seed=k, added_mass=added)
-        runs.append(replace(one, added_mass=0.0, split="held_out" if k == 3 else "fit"))
-    model = Model("force")
-    judge = judge_of(Balance(model, numbered(runs), 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+    """The load is found once more, unless it has failed beside the same effects."""
+    judge = of_loaded_runs()
     base = fitted(judge, TRUE)
     screening = Screening(judge.fits, base, 1)
     found = revived(judge, screening, base)

@@ -51,13 +51,14 @@ def predicted_from_before(
     """Positions (C, N) m at the samples of all windows, predicted from states that the samples up to each window's
     first tell.
 
-    Position, speed and hidden states a stretch earlier are moved from those along the smoothed motion, by one
-    Gauss-Newton step, to where the simulation with the logged inputs meets the raw positions up to the window's first
-    sample best; the simulation then goes on through the window. Each state is held by a prior: position and speed by
-    their noise, a hidden state by its RMS over the recording, so that what the stretch does not tell (play not taken
-    up, a load that swings slowly) stays as it was. Positions are weighed by what misses them beyond noise, too. The
-    stretch is at least as long as the smoothing reaches: samples behind a window's first decide only what noise and
-    which RMS the whole recording is said to have. A window near the recording's start has a shorter stretch.
+    Position, speed and what the motion does not tell of hidden states are moved, a stretch earlier, from those along
+    the smoothed motion, by one Gauss-Newton step, to where the simulation with the logged inputs meets the raw
+    positions up to the window's first sample best; the simulation then goes on through the window. Each state is held
+    by a prior: position and speed by their noise, a hidden state by its RMS over the recording, so that what the
+    stretch does not tell (play not taken up, a load that swings slowly) stays as it was. Positions are weighed by what
+    misses them beyond noise, too. The stretch is at least as long as the smoothing reaches: samples behind a window's
+    first decide only what noise and which RMS the whole recording is said to have. A window near the recording's start
+    has a shorter stretch.
     params: (C, VECTOR_SIZE); windows: S of all recordings; guided: see `Simulator.run`. Source: moving horizon
     estimation (Rao, Rawlings and Mayne 2003, IEEE Trans. Autom. Control 48), with one step of Gauss-Newton.
     """
