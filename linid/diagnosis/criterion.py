@@ -78,13 +78,29 @@ class Criterion:
         the base is taken off the squares (corrected least squares: Fuller 1987), or a fit would do best with inputs
         that push less than they do. softness: floors that count as one.
         """
+        power, counts = self._squares(residual, rows)
+        corrected = np.maximum(power - counts * (floor - self.reference), self._least(power, counts))
+        return corrected, softness * self.reference * counts, counts
+
+    def _squares(self, residual: Array, rows: Flags) -> tuple[Array, Array]:
+        """Per bin (B,): the sum of the squared residuals, and the number of rows, over the chosen rows."""
         place = self.balance.rows.bin[rows]
         power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
-        counts = np.bincount(place, minlength=self.bins).astype(np.float64)
+        return power, np.bincount(place, minlength=self.bins).astype(np.float64)
+
+    def _least(self, power: Array, counts: Array) -> Array:
+        """What is left of the bins' squares (B,) at least, whatever noise is taken off."""
         # No further than to the base's floor, or thrust that an effect takes away again would pay.
-        least = np.minimum(power, np.maximum(counts * self.reference, _LEAST_LEFT * power))
-        corrected = np.maximum(power - counts * (floor - self.reference), least)
-        return corrected, softness * self.reference * counts, counts
+        return np.minimum(power, np.maximum(counts * self.reference, _LEAST_LEFT * power))
+
+    def answers(self, residual: Array, floor: Array, rows: Flags) -> tuple[Array, Array]:
+        """How the corrected squares of `bin_powers` answer those of the residuals, and the noise that is taken off,
+        (B,) each. Arguments as there."""
+        power, counts = self._squares(residual, rows)
+        left = counts * self.reference
+        whole = power - counts * (floor - self.reference) >= self._least(power, counts)
+        at_the_least = np.where(power <= left, 1.0, np.where(left >= _LEAST_LEFT * power, 0.0, _LEAST_LEFT))
+        return np.where(whole, 1.0, at_the_least), whole.astype(np.float64)
 
     def level(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor.
@@ -114,6 +130,7 @@ class Criterion:
         gain = gain_of(posed.model, vector)
         power, noise, counts = self.bin_powers(residual, self.floor_of(posed.model, vector), rows, softness)
         inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
+        inputs *= self.answers(residual, self.floor_of(posed.model, vector), rows)[1]
         known = counts > 0
         # d/d log gain of n log(p + f), halved
         slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))

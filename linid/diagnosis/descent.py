@@ -97,7 +97,9 @@ class Descent:
             here = self.place
             if linear is None:
                 weights = self.criterion.weights(here.residual, here.floor, self.rows, softness)[self.rows]
-                linear = self._linear(weights, softness)
+                answer = self.criterion.answers(here.residual, here.floor, self.rows)[0]
+                answer = answer[self.criterion.balance.rows.bin[self.rows]]
+                linear = self._linear(weights, answer, softness)
             room = (
                 np.maximum(self.lower - here.x, -self.trust_radius),
                 np.minimum(self.upper - here.x, self.trust_radius),
@@ -117,7 +119,7 @@ class Descent:
                     if gain_ratio > _LEAST_GAIN_RATIO or bent or used >= effort.steps:
                         break
                     # A curved valley: what the straight step missed tells how to bend it.
-                    move, _ = linear.step(damping, room, missed[self.rows] * weights)
+                    move, _ = linear.step(damping, room, missed[self.rows] * weights * answer)
             if gain_ratio > _LEAST_GAIN_RATIO:
                 self._update_slopes(linear, trial.x - here.x, missed)
                 self.place = trial
@@ -135,10 +137,10 @@ class Descent:
                 if damping > _LARGEST_DAMPING:
                     break
 
-    def _linear(self, weights: Array, softness: float) -> LinearProblem:
+    def _linear(self, weights: Array, answer: Array, softness: float) -> LinearProblem:
         here, rows = self.place, self.rows
         pull = self.criterion.pull(self.posed, here.residual, here.vector, rows, softness)
-        return LinearProblem(self.slopes[:, rows] * weights, here.residual[rows] * weights, pull)
+        return LinearProblem(self.slopes[:, rows] * weights, here.residual[rows] * weights * answer, pull)
 
     def _update_slopes(self, linear: LinearProblem, move: Array, missed: Array) -> None:
         """Broyden's update by what a step (p,) missed (n,)."""
