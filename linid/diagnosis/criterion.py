@@ -7,6 +7,7 @@ at the floor asks for nothing.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from linid.arrays import Array, Flags
 from linid.diagnosis.balance import Balance, Noise, gain_of
-from linid.diagnosis.unknowns import Coordinate, vectors_of
+from linid.diagnosis.unknowns import ACROSS, Coordinate, vectors_of
 from linid.physics.model import Model
 
 _STEP = 1e-4  # of a parameter's own scale, for differences
@@ -121,12 +122,11 @@ class Criterion:
         return np.asarray(np.where(rows, per_bin[self.balance.rows.bin] * self.inverse, 0.0))
 
     def pull(self, posed: Posed, residual: Array, vector: Array, rows: Flags, softness: float) -> Array:
-        """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by force constant and mass.
+        """Half the slopes (p,) of the criterion (times rows) that the floor alone has: by thrust and mass.
         vector: (VECTOR_SIZE,), SI; all else as in `bin_powers`.
         """
-        out = np.zeros(len(posed.coordinates))
         if self.noise.gain == 0.0:
-            return out
+            return np.zeros(len(posed.coordinates))
         gain = gain_of(posed.model, vector)
         power, noise, counts = self.bin_powers(residual, self.floor_of(posed.model, vector), rows, softness)
         inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
@@ -134,15 +134,7 @@ class Criterion:
         known = counts > 0
         # d/d log gain of n log(p + f), halved
         slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))
-        constant, mass = (float(vector[posed.model.slot(name)]) for name in ("force_constant", "mass"))
-        searched = {c.name: c for c in posed.coordinates}
-        counted = searched["force_constant"].for_mass if "force_constant" in searched else 0.0
-        for k, name in enumerate(searched):
-            if name == "force_constant":
-                out[k] = slope / constant * (mass / counted if counted else 1.0)
-            elif name == "mass" and not counted:
-                out[k] = -slope
-        return out
+        return slope * _of_the_gain(posed, vector, gain)
 
     def residuals(self, posed: Posed, x: Array) -> Array:
         """Residuals (C, n) in m/s^2 of unknowns x (C, p)."""
@@ -167,3 +159,21 @@ class Criterion:
             tangents /= 2.0 * _SMALL * _STEP
             return np.asarray(self.balance.slopes(posed.model, posed.vectors(x)[0], tangents) * (_STEP / size))
         return np.asarray((self.residuals(posed, x + moved) - residual) / size)
+
+
+def _of_the_gain(posed: Posed, vector: Array, gain: float) -> Array:
+    """Slopes (p,) of the logarithm of the acceleration per input. vector: (VECTOR_SIZE,), SI; gain: m/s^2 per A."""
+    model = posed.model
+    mass = float(vector[model.slot("mass")])
+    searched = {c.name: c for c in posed.coordinates}
+    turn = 0.0
+    if ACROSS in searched:
+        turn = model.turns * (float(vector[model.slot("commutation_offset")]) - posed.phase)
+    parts = {"force_constant": math.cos(turn), ACROSS: math.sin(turn)}
+    out = np.zeros(len(posed.coordinates))
+    for k, (name, one) in enumerate(searched.items()):
+        if name in parts:
+            out[k] = parts[name] / (gain * (one.for_mass or mass))
+        elif name == "mass" and not ("force_constant" in searched and searched["force_constant"].for_mass):
+            out[k] = -1.0
+    return out

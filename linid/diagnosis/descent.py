@@ -96,10 +96,7 @@ class Descent:
         while used < effort.steps:
             here = self.place
             if linear is None:
-                weights = self.criterion.weights(here.residual, here.floor, self.rows, softness)[self.rows]
-                answer = self.criterion.answers(here.residual, here.floor, self.rows)[0]
-                answer = answer[self.criterion.balance.rows.bin[self.rows]]
-                linear = self._linear(weights, answer, softness)
+                linear = self.linear(softness)
             room = (
                 np.maximum(self.lower - here.x, -self.trust_radius),
                 np.minimum(self.upper - here.x, self.trust_radius),
@@ -119,7 +116,7 @@ class Descent:
                     if gain_ratio > _LEAST_GAIN_RATIO or bent or used >= effort.steps:
                         break
                     # A curved valley: what the straight step missed tells how to bend it.
-                    move, _ = linear.step(damping, room, missed[self.rows] * weights * answer)
+                    move, _ = linear.step(damping, room, missed[self.rows])
             if gain_ratio > _LEAST_GAIN_RATIO:
                 self._update_slopes(linear, trial.x - here.x, missed)
                 self.place = trial
@@ -137,10 +134,13 @@ class Descent:
                 if damping > _LARGEST_DAMPING:
                     break
 
-    def _linear(self, weights: Array, answer: Array, softness: float) -> LinearProblem:
-        here, rows = self.place, self.rows
-        pull = self.criterion.pull(self.posed, here.residual, here.vector, rows, softness)
-        return LinearProblem(self.slopes[:, rows] * weights, here.residual[rows] * weights * answer, pull)
+    def linear(self, softness: float) -> LinearProblem:
+        """The problem of the next step, with the slopes as they are."""
+        here, rows, criterion = self.place, self.rows, self.criterion
+        weights = criterion.weights(here.residual, here.floor, rows, softness)
+        answers = criterion.answers(here.residual, here.floor, rows)[0][criterion.balance.rows.bin]
+        pull = criterion.pull(self.posed, here.residual, here.vector, rows, softness)
+        return LinearProblem(self.slopes[:, rows], here.residual[rows], weights[rows], answers[rows], pull)
 
     def _update_slopes(self, linear: LinearProblem, move: Array, missed: Array) -> None:
         """Broyden's update by what a step (p,) missed (n,)."""

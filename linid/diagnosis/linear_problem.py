@@ -12,29 +12,31 @@ _PRIOR = 1e-6  # of a bin's weight: holds what no row tells where it is
 class LinearProblem:
     """The least-squares problem of a fit's steps about one place, in scaled unknowns.
 
-    columns: (p, n) slopes of aim (n,), both weighted; pull: (p,) half the slope of what else is to be lessened.
+    slopes: (p, n) of residual (n,); weights: (n,) of both; answers: (n,) by how much the criterion answers a square
+    there, where a step counts it in full; pull: (p,) half the slope of what else is to be lessened.
     """
 
-    def __init__(self, columns: Array, aim: Array, pull: Array) -> None:
-        self.columns = columns
-        normal = columns @ columns.T
+    def __init__(self, slopes: Array, residual: Array, weights: Array, answers: Array, pull: Array) -> None:
+        self.columns = slopes * weights
+        self._by_residual = weights * answers
+        normal = self.columns @ self.columns.T
         norms = np.sqrt(np.diag(normal))
         # What no row tells stays where it is.
         norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf
         self.norms = norms
         self.normal = normal / norms / norms[:, None]
-        self.moment = self._moment(aim) + pull / norms
+        self.half_slope = self._half_slope(residual) + pull
 
-    def _moment(self, aim: Array) -> Array:
-        return np.asarray((self.columns @ aim) / self.norms)
+    def _half_slope(self, residual: Array) -> Array:
+        return np.asarray(self.columns @ (self._by_residual * residual))
 
     def step(self, damping: float, room: tuple[Array, Array], missed: Array | None = None) -> tuple[Array, float]:
         """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
 
-        missed: (n,) what a straight step left out, weighted.
+        missed: (n,) of the residual, what a straight step left out.
         """
         norms, normal = self.norms, self.normal
-        moment = self.moment if missed is None else self.moment + self._moment(missed)
+        moment = (self.half_slope if missed is None else self.half_slope + self._half_slope(missed)) / norms
         told = np.isfinite(norms)
         lower, upper = (np.where(told, edge * np.where(told, norms, 0.0), 0.0) for edge in room)
         system = normal + (damping + _PRIOR) * np.eye(norms.size)
