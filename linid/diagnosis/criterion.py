@@ -101,7 +101,7 @@ class Criterion:
         left = counts * self.reference
         whole = power - counts * (floor - self.reference) >= self._least(power, counts)
         at_the_least = np.where(power <= left, 1.0, np.where(left >= _LEAST_LEFT * power, 0.0, _LEAST_LEFT))
-        return np.asarray(np.where(whole, 1.0, at_the_least)), np.asarray(whole, dtype=np.float64)
+        return np.asarray(np.where(whole, 1.0, at_the_least), dtype=np.float64), np.asarray(whole, dtype=np.float64)
 
     def level(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor.
