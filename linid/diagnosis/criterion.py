@@ -86,7 +86,7 @@ class Criterion:
     def _squares(self, residual: Array, rows: Flags) -> tuple[Array, Array]:
         """Per bin (B,): the sum of the squared residuals, and the number of rows, over the chosen rows."""
         place = self.balance.rows.bin[rows]
-        power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
+        power: Array = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
         return power, np.bincount(place, minlength=self.bins).astype(np.float64)
 
     def _least(self, power: Array, counts: Array) -> Array:
@@ -101,7 +101,7 @@ class Criterion:
         left = counts * self.reference
         whole = power - counts * (floor - self.reference) >= self._least(power, counts)
         at_the_least = np.where(power <= left, 1.0, np.where(left >= _LEAST_LEFT * power, 0.0, _LEAST_LEFT))
-        return np.asarray(np.where(whole, 1.0, at_the_least), dtype=np.float64), np.asarray(whole, dtype=np.float64)
+        return np.asarray(np.where(whole, 1.0, at_the_least)), np.asarray(whole, dtype=np.float64)
 
     def level(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> float:
         """The criterion per row: mean log of power and floor over twice the floor, 0 at the floor.
