@@ -86,8 +86,8 @@ class Criterion:
     def _squares(self, residual: Array, rows: Flags) -> tuple[Array, Array]:
         """Per bin (B,): the sum of the squared residuals, and the number of rows, over the chosen rows."""
         place = self.balance.rows.bin[rows]
-        power: Array = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
-        return power, np.bincount(place, minlength=self.bins).astype(np.float64)
+        power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
+        return np.asarray(power, dtype=np.float64), np.bincount(place, minlength=self.bins).astype(np.float64)
 
     def _least(self, power: Array, counts: Array) -> Array:
         """What is left of the bins' squares (B,) at least, whatever noise is taken off."""
