@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Iterable, MutableMapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,12 @@ from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
 Memory = MutableMapping[str, Any]
+Places = tuple[int, ...]  # of some recordings among all, in order
 
 BIN = 0.05  # s; rows of one bin have one weight in a fit: a reversal that no model follows spoils its own bin only
 BLOCK = 0.25  # s; rows of one block have one word in a judgement and are resampled together
 _DRAWS = 4
+_KEPT_DRAWS = 200_000  # samples, up to which these measurements are kept: 100 MB
 _BURST = 1e9  # deviations
 _STILL = 1e-3  # of the largest change of a residual by noise: what changes less rests within an encoder's step
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
@@ -89,29 +91,55 @@ class Balance:
         self.jobs = jobs
         self.seed = seed
         self._part = Acceleration(base, self.recordings, jobs)
+        self._draws: list[Acceleration] = []
+        self._parts: dict[Places, Acceleration] = {}  # of some recordings alone
         self.rows = _rows(self._part, self.recordings)
 
     def __getstate__(self) -> dict[str, Any]:
         # On its way to a worker: it has one thread and a memory of its own.
-        return {**self.__dict__, "memory": dict(self.memory), "jobs": 1}
+        return {**self.__dict__, "memory": dict(self.memory), "jobs": 1, "_draws": []}
 
     def part(self, model: Model) -> Acceleration:
         """The rows under a model."""
         return self._part.with_model(model)
 
-    def residuals(self, model: Model, vectors: Array) -> Array:
-        """Measured minus modelled acceleration (C, n) in m/s^2; vectors: (C, VECTOR_SIZE) SI."""
-        residuals = -self.part(model).residuals(vectors, np.zeros((vectors.shape[0], 0)))
-        return np.asarray(np.nan_to_num(residuals, nan=1e3, posinf=1e3, neginf=-1e3))
+    def residuals(self, model: Model, vectors: Array, places: Places | None = None) -> Array:
+        """Measured minus modelled acceleration (C, n) in m/s^2; vectors: (C, VECTOR_SIZE) SI; places: of the recordings
+        that are asked for (None: all), 0 in the rows of others."""
+        residuals = -self._some(places).with_model(model).residuals(vectors, np.zeros((vectors.shape[0], 0)))
+        return self._in_all_rows(np.nan_to_num(residuals, nan=1e3, posinf=1e3, neginf=-1e3), places)
+
+    def _some(self, places: Places | None) -> Acceleration:
+        """The rows of some recordings alone."""
+        if places is None:
+            return self._part
+        if places not in self._parts:
+            self._parts[places] = self._part.of_rows(self.rows_of(places))
+        return self._parts[places]
+
+    def _in_all_rows(self, found: Array, places: Places | None) -> Array:
+        """What was found in the rows of some recordings (C, k) among all rows (C, n)."""
+        if places is None:
+            return found
+        out = np.zeros((found.shape[0], self.rows.t.size))
+        out[:, self.rows_of(places)] = found
+        return out
+
+    def rows_of(self, places: Iterable[int]) -> NDArray[np.bool_]:
+        """Rows (n,) that belong to recordings given by their places."""
+        chosen = np.zeros(len(self.recordings), dtype=np.bool_)
+        chosen[list(places)] = True
+        return np.asarray(chosen[self.rows.recording])
 
     def has_slopes(self, model: Model) -> bool:
         """Whether `slopes` knows a model. Of one without effects differences are nearly as fast."""
         return model.mask != 0 and self.part(model).simulator.has_slopes_along
 
-    def slopes(self, model: Model, vector: Array, tangents: Array) -> Array:
+    def slopes(self, model: Model, vector: Array, tangents: Array, places: Places | None = None) -> Array:
         """How the residuals answer K directions, (K, n) in m/s^2 per unit of each. vector: (VECTOR_SIZE,) SI; tangents:
-        (K, VECTOR_SIZE)."""
-        return np.asarray(np.nan_to_num(-self.part(model).slopes(vector, tangents), nan=0.0, posinf=0.0, neginf=0.0))
+        (K, VECTOR_SIZE); places: as in `residuals`."""
+        slopes = -self._some(places).with_model(model).slopes(vector, tangents)
+        return self._in_all_rows(np.nan_to_num(slopes, nan=0.0, posinf=0.0, neginf=0.0), places)
 
     def residual(self, model: Model, vector: Array) -> Array:
         """`residuals` of a single vector, (n,) m/s^2."""
@@ -123,12 +151,7 @@ class Balance:
         The smoothed motion measured anew, several times: how the residuals scatter about their mean. (Not about those
         of the smoothed motion itself: without noise nobody can tell where it rests.)
         """
-        generator = np.random.default_rng(self.seed)
-        offsets = self._part.simulator.inputs.sample_offsets
-        smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
-        anew = [[retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)]
-        fed = [[with_input_noise(r, generator) for r in anew[0]] for _ in range(_DRAWS)]
-        asked = in_parallel(lambda drawn, _: self._remeasured(model, vector, drawn), [*anew, *fed], self.jobs)
+        asked = in_parallel(partial(self._residual_again, model, vector), self._measured_again(), self.jobs)
         by_encoder, by_inputs = np.split(np.array([residual for _, residual in asked]), [_DRAWS])
         rows = self.rows
         encoder = (by_encoder - by_encoder.mean(axis=0)) * math.sqrt(_DRAWS / (_DRAWS - 1.0))
@@ -140,11 +163,32 @@ class Balance:
             found.append(_per_bin(np.clip(changes, -limits, limits) ** 2, rows))
         return Noise(found[0], found[1], gain_of(model, vector))
 
-    def _remeasured(self, model: Model, vector: Array, recordings: Sequence[Recording]) -> Array:
-        """The residual (n,) at these rows of other measurements of the same motions."""
-        part = Acceleration(model, tuple(recordings), self.jobs, half_widths=self._part.half_widths)
-        part = part.at_rows_of(self._part)
-        return np.asarray(np.nan_to_num(-part.residuals(vector[None, :], np.zeros((1, 0)))[0]))
+    def _measured_again(self) -> Sequence[Acceleration | Sequence[Recording]]:
+        """Other measurements of the same motions, by other noise of the encoder and of the inputs, `_DRAWS` each."""
+        if self._draws:
+            return self._draws
+        generator = np.random.default_rng(self.seed)
+        offsets = self._part.simulator.inputs.sample_offsets
+        smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
+        anew = [[retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)]
+        fed = [[with_input_noise(r, generator) for r in anew[0]] for _ in range(_DRAWS)]
+        if offsets[-1] > _KEPT_DRAWS:
+            return [*anew, *fed]
+        self._draws = [part for _, part in in_parallel(self._rows_again, [*anew, *fed], self.jobs)]
+        return self._draws
+
+    def _rows_again(self, recordings: Sequence[Recording], jobs: int) -> Acceleration:
+        """The same rows of other measurements."""
+        part = Acceleration(self.base, tuple(recordings), jobs, half_widths=self._part.half_widths)
+        return part.at_rows_of(self._part)
+
+    def _residual_again(
+        self, model: Model, vector: Array, measured: Acceleration | Sequence[Recording], jobs: int
+    ) -> Array:
+        """The residual (n,) in m/s^2 at the same rows of other measurements. vector: (VECTOR_SIZE,), SI."""
+        part = measured if isinstance(measured, Acceleration) else self._rows_again(measured, jobs)
+        found = part.with_model(model).residuals(vector[None, :], np.zeros((1, 0)))[0]
+        return np.asarray(np.nan_to_num(-found))
 
     def smoothed(self, accelerations: Sequence[Array]) -> Array:
         """Accelerations of each recording's samples, in m/s^2, as the rows' bumps see them, (n,)."""

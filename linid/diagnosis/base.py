@@ -149,7 +149,7 @@ def _lowest(
 ) -> list[dict[str, float]]:
     """The first values with the lowest criterion before any fit to some recordings (places), the lowest first."""
     vectors = np.array([model.vector(values) for values in trials])
-    residuals, rows = fits.balance.residuals(model, vectors), fits.rows_of(places)
+    residuals, rows = fits.balance.residuals(model, vectors, tuple(places)), fits.rows_of(places)
     levels = [fits.level(one, fits.floor_of(model, v), rows) for one, v in zip(residuals, vectors, strict=True)]
     return [trials[k] for k in np.argsort(levels)[:count]]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array, Flags
-from linid.diagnosis.balance import Balance, Noise, gain_of
+from linid.diagnosis.balance import Balance, Noise, Places, gain_of
 from linid.diagnosis.unknowns import ACROSS, Coordinate, vectors_of
 from linid.physics.model import Model
 
@@ -59,9 +59,7 @@ class Criterion:
 
     def rows_of(self, recordings: Iterable[int]) -> Flags:
         """Rows (n,) that belong to recordings given by their places."""
-        chosen = np.zeros(len(self.balance.recordings), dtype=np.bool_)
-        chosen[list(recordings)] = True
-        return np.asarray(chosen[self.balance.rows.recording])
+        return self.balance.rows_of(recordings)
 
     def floor_of(self, model: Model, vector: Array) -> Array:
         """Mean squares (B,) in the fit's scale that the noise gives the residuals of each bin under a model.
@@ -136,12 +134,15 @@ class Criterion:
         slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))
         return slope * _of_the_gain(posed, vector, gain)
 
-    def residuals(self, posed: Posed, x: Array) -> Array:
-        """Residuals (C, n) in m/s^2 of unknowns x (C, p)."""
-        return self.balance.residuals(posed.model, posed.vectors(x))
+    def residuals(self, posed: Posed, x: Array, places: Places | None = None) -> Array:
+        """Residuals (C, n) in m/s^2 of unknowns x (C, p); places: of the recordings that are asked for (None: all)."""
+        return self.balance.residuals(posed.model, posed.vectors(x), places)
 
-    def differences(self, posed: Posed, x: Array, residual: Array, wanted: Iterable[int]) -> Array:
-        """d residual / d unknown (k, n) of the wanted unknowns at x (p,), where the residual is (n,)."""
+    def differences(
+        self, posed: Posed, x: Array, residual: Array, wanted: Iterable[int], places: Places | None = None
+    ) -> Array:
+        """d residual / d unknown (k, n) of the wanted unknowns at x (p,), where the residual is (n,); places: as in
+        `residuals`."""
         wanted = list(wanted)
         if not wanted:
             return np.empty((0, residual.size))
@@ -157,8 +158,8 @@ class Criterion:
             # In units of the steps, in which all directions change what the model does by a similar share.
             tangents = posed.vectors(x + _SMALL * moved) - posed.vectors(x - _SMALL * moved)
             tangents /= 2.0 * _SMALL * _STEP
-            return np.asarray(self.balance.slopes(posed.model, posed.vectors(x)[0], tangents) * (_STEP / size))
-        return np.asarray((self.residuals(posed, x + moved) - residual) / size)
+            return np.asarray(self.balance.slopes(posed.model, posed.vectors(x)[0], tangents, places) * (_STEP / size))
+        return np.asarray((self.residuals(posed, x + moved, places) - residual) / size)
 
 
 def _of_the_gain(posed: Posed, vector: Array, gain: float) -> Array:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from linid.arrays import Array, Flags
+from linid.arrays import Array
+from linid.diagnosis.balance import Places
 from linid.diagnosis.criterion import Criterion, Posed
 from linid.diagnosis.linear_problem import LinearProblem
 
@@ -49,19 +50,20 @@ class Descent:
     """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19, 577),
     computed anew when a step fails to keep its promise.
 
-    rows: (n,) those that count; known: d residual / d unknown (n,) by name near the first values x (p,); exact: they
-    are those there.
+    places: of the recordings that count; known: d residual / d unknown (n,) by name near the first values x (p,);
+    exact: they are those there.
     """
 
     def __init__(
-        self, criterion: Criterion, posed: Posed, x: Array, rows: Flags, known: Mapping[str, Array], exact: bool
+        self, criterion: Criterion, posed: Posed, x: Array, places: Places, known: Mapping[str, Array], exact: bool
     ) -> None:
-        self.criterion, self.posed, self.rows = criterion, posed, rows
+        self.criterion, self.posed, self.places = criterion, posed, places
+        rows = self.rows = criterion.rows_of(places)
         coordinates = posed.coordinates
         self.lower, self.upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
         self.trust_radius = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
         self.count = float(np.count_nonzero(rows))
-        residual = criterion.residuals(posed, x[None, :])[0]
+        residual = criterion.residuals(posed, x[None, :], places)[0]
         self.slopes = np.empty((x.size, residual.size))
         self._missing = [k for k, c in enumerate(coordinates) if c.name not in known]
         for k, c in enumerate(coordinates):
@@ -78,11 +80,11 @@ class Descent:
         return _Place(x, residual, vector, floor, self.criterion.level(residual, floor, self.rows, softness))
 
     def run(self, effort: Effort) -> tuple[Array, Array]:
-        """The unknowns (p,) and the residual (n,) at the end."""
+        """The unknowns (p,) and the residual (n,) at the end, 0 where nothing counts."""
         x, residual, missing = self.place.x, self.place.residual, self._missing
         if not x.size or not effort.steps:
             return x, residual
-        self.slopes[missing] = self.criterion.differences(self.posed, x, residual, missing)
+        self.slopes[missing] = self.criterion.differences(self.posed, x, residual, missing, self.places)
         for softness in (*effort.soft, 1.0):
             self._descend(effort if softness == 1.0 else SOFTENED, softness)
         return self.place.x, self.place.residual
@@ -109,7 +111,7 @@ class Descent:
             else:
                 for bent in (False, True):
                     x = np.clip(here.x + move, self.lower, self.upper)
-                    trial = self._at(x, self.criterion.residuals(self.posed, x[None, :])[0], softness)
+                    trial = self._at(x, self.criterion.residuals(self.posed, x[None, :], self.places)[0], softness)
                     used += 1
                     gain_ratio = (here.level - trial.level) * self.count / predicted
                     missed = trial.residual - here.residual - (x - here.x) @ self.slopes
@@ -125,7 +127,8 @@ class Descent:
                 self._stale = list(self._renewable)
             elif self._stale and renewals < effort.renewals:
                 wanted = self._stale.pop(0)
-                self.slopes[wanted] = self.criterion.differences(self.posed, here.x, here.residual, wanted)
+                found = self.criterion.differences(self.posed, here.x, here.residual, wanted, self.places)
+                self.slopes[wanted] = found
                 renewals += 1
                 linear = None
             else:

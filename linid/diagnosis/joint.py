@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.diagnosis.balance import Balance, Noise
+from linid.diagnosis.balance import Balance, Noise, Places
 from linid.diagnosis.criterion import Criterion, Posed
 from linid.diagnosis.descent import Descent, Effort
 from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded
@@ -103,8 +103,10 @@ class JointFit(Criterion):
             x = np.array(memory[key])
             residual = self.residuals(posed, x[None, :])[0]
         else:
-            descent = Descent(self, posed, x, self.rows_of(chosen), slopes or {}, exact)
-            x, residual = descent.run(effort)
+            x, residual = Descent(self, posed, x, chosen, slopes or {}, exact).run(effort)
+            others = tuple(k for k in range(len(self.balance.recordings)) if k not in chosen)
+            if others:
+                residual = residual + self.residuals(posed, x[None, :], others)[0]
             memory[key] = x.tolist()
         vector = posed.vectors(x)[0]
         found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
@@ -131,11 +133,14 @@ class JointFit(Criterion):
         )
         return step if step.level < one.level else one
 
-    def unfitted(self, model: Model, values: Mapping[str, float], preset: Mapping[str, float]) -> tuple[Array, Array]:
-        """Residual (n,) in m/s^2 of all rows and floor (B,) that a model has at first values in SI, before any fit."""
+    def unfitted(
+        self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], places: Places | None = None
+    ) -> tuple[Array, Array]:
+        """Residual (n,) in m/s^2 and floor (B,) that a model has at first values in SI, before any fit; places: of the
+        recordings that are asked for (None: all)."""
         posed, x = self._posed(model, values, self._held(model, preset), UNSHAPED)
         vector = posed.vectors(x)
-        return self.balance.residuals(model, vector)[0], self.floor_of(model, vector[0])
+        return self.balance.residuals(model, vector, places)[0], self.floor_of(model, vector[0])
 
     def has_room(self, model: Model, values: Mapping[str, float], preset: Mapping[str, float]) -> bool:
         """Whether first values in SI lie within what is searched, to rounding."""
@@ -149,7 +154,8 @@ class JointFit(Criterion):
         self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]
     ) -> float:
         """The criterion per row that a model has at first values in SI, before any fit."""
-        return self.level(*self.unfitted(model, values, preset), self.rows_of(recordings))
+        chosen = tuple(sorted(recordings))
+        return self.level(*self.unfitted(model, values, preset, chosen), self.rows_of(chosen))
 
     def at(
         self, model: Model, values: Mapping[str, float], preset: Mapping[str, float], recordings: Iterable[int]

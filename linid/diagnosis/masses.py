@@ -69,7 +69,7 @@ def _level_by_size(fits: JointFit, found: Fitted) -> Callable[[float], float]:
     mass, rows = found.values["mass"], fits.rows_of(found.recordings)
 
     def simulated(logarithm: float) -> tuple[Array, Array]:
-        return fits.unfitted(found.model, _scaled(found, logarithm), found.preset)
+        return fits.unfitted(found.model, _scaled(found, logarithm), found.preset, found.recordings)
 
     def growth(logarithm: float) -> Array:
         return np.asarray((mass + added) / (mass + added * math.exp(-logarithm)) - 1.0)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.arrays import Array, Integers
+from linid.arrays import Array, Flags, Integers
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
@@ -109,6 +109,14 @@ class Simulator:
             return [(0, tasks)]
         edges = np.linspace(0, tasks, pieces + 1).astype(int)
         return [(int(a), int(b)) for a, b in pairwise(edges)]
+
+    def _of_recordings(self, among: Flags | None, each: int) -> list[tuple[int, int]]:
+        """Pieces of `each` tasks for every recording, or for those among them (R,) alone."""
+        if among is None:
+            return self._split(each * self.inputs.counts.size, 1)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], among.astype(int), [0]])))
+        runs = each * edges.reshape(-1, 2)
+        return [(int(first) + a, int(first) + b) for first, end in runs for a, b in self._split(int(end - first), 1)]
 
     def _by_recording(self, segments: Segments) -> list[tuple[int, int]]:
         """Pieces of whole recordings, where there are enough of them: each piece computes the motor's forces, and their
@@ -280,6 +288,7 @@ class Simulator:
         *,
         acceleration: bool = True,
         wanted: NDArray[np.bool_] | None = None,
+        among: Flags | None = None,
     ) -> AlongMotion:
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
@@ -305,7 +314,7 @@ class Simulator:
             kernel.along_tasks(candidates, inputs, motion, start_w, kept, *piece, found)
             return 0
 
-        self._spread(work, shape[0] * inputs.counts.size)
+        summed(work, self._of_recordings(among, shape[0]), self.jobs)
         return AlongMotion(found.a, found.w, found.states, found.reading if reads else None)
 
     @property
@@ -317,18 +326,25 @@ class Simulator:
         return not model.winding and find_law(model.law).steps == LUGRE and known
 
     def slopes_along(
-        self, params: Array, tangents: Array, y: Array, v: Array, standstill: NDArray[np.bool_]
+        self,
+        params: Array,
+        tangents: Array,
+        y: Array,
+        v: Array,
+        standstill: NDArray[np.bool_],
+        among: Flags | None = None,
     ) -> tuple[Array, Array | None]:
         """How the acceleration (K, samples) of `along` and the reading error (K, samples; None where no effect has one)
         answer K directions.
 
-        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; y, v, standstill: as in `along`. The bristle in
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; all else as in `along`. The bristle in
         closed form, all else by differences, to some 1e-7.
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])
         table, reads = np.zeros((8, width)), self._reads
         table[:, :count] = tangents[:, :8].T
-        found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
+        new = np.empty if among is None else np.zeros
+        found = AlongSlopes(new((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
         kernel = load_along_slopes()
@@ -337,7 +353,7 @@ class Simulator:
             kernel(candidates, self.inputs, motion, Directions(self._touched(tangents), table), *piece, found)
             return 0
 
-        self._spread(work, self.inputs.counts.size)
+        summed(work, self._of_recordings(among, 1), self.jobs)
         return found.a, found.reading if reads else None
 
     def readings(self, params: Array, y: Array, v: Array) -> Array:

@@ -55,7 +55,7 @@ def test_a_descent_has_the_slope_of_the_criterion(
         residual = fits.residuals(posed, at[None])[0]
         return fits.level(residual, fits.floor_of(model, vector), rows, softness) * np.count_nonzero(rows)
 
-    descent = Descent(fits, posed, x, rows, {}, False)
+    descent = Descent(fits, posed, x, tuple(range(len(NAMES))), {}, False)
     descent.slopes[:] = fits.differences(posed, x, descent.place.residual, range(x.size))
     found = descent.linear(softness).half_slope
     size = abs(found[along] * x[along])

@@ -117,6 +117,7 @@ class Acceleration:
         self.group_recording = np.array(owner, dtype=np.int64)
         self.classes = np.concatenate(owners)
         self.floor = 1e-9
+        self.among: Flags | None = None
         self._see_rows()
 
     def _see_rows(self) -> None:
@@ -140,9 +141,12 @@ class Acceleration:
         return out
 
     def of_rows(self, chosen: Flags) -> Acceleration:
-        """The same at some of its rows alone, without their groups. chosen: (n,)."""
+        """The same at some of its rows alone, without their groups; recordings without any are not computed. chosen:
+        (n,)."""
         out = copy(self)
         out.rows, out.classes = self.rows[chosen], self.classes[chosen]
+        held = np.bincount(out.classes, minlength=len(self.recordings)) > 0
+        out.among = None if bool(np.all(held)) else held
         out._see_rows()
         return out
 
@@ -152,7 +156,7 @@ class Acceleration:
         """
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w)
+        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w, among=self.among)
         a = self.stencils.smooth(along.acceleration)
         if along.reading_error is not None:
             a += self.stencils.second(along.reading_error)
@@ -165,7 +169,7 @@ class Acceleration:
         params: (VECTOR_SIZE,); tangents: (K, VECTOR_SIZE).
         """
         motion = self.motion
-        a, reading = self.simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill)
+        a, reading = self.simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill, self.among)
         a = self.stencils.smooth(a)
         if reading is not None:
             moved = np.any(reading != 0.0, axis=1)
