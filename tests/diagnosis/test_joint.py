@@ -65,6 +65,15 @@ def test_noise_of_the_logged_current_does_not_draw_the_force_constant_to_zero() 
     assert found.values["force_constant"] == pytest.approx(K, rel=0.03)
 
 
+def test_a_fit_knows_what_it_leaves_of_recordings_that_it_is_not_fitted_to() -> None:
+    """Its own ones alone are computed on the way; a fit that is remembered says the same."""
+    judge = judged(Noise(encoder=1e-7, current=0.01), TRUE)
+    for _ in range(2):
+        found = fitted(judge, {**TRUE, "coulomb_force": 0.5 * COULOMB})
+        assert np.array_equal(found.residual, judge.balance.residual(found.model, found.vector))
+    assert np.any(found.residual[judge.fits.rows_of((3,))])
+
+
 def test_what_no_row_tells_stays_where_it_is() -> None:
     """A machine that only slides says nothing of its presliding."""
     judge = judged(Noise(encoder=1e-7), TRUE)
