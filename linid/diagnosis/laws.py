@@ -89,12 +89,12 @@ def try_laws(judge: Judge, one: Fitted) -> tuple[LawTrial, ...]:
     rows = fits.rows_of(one.recordings)
     held = judge.balance.split
     fits.slopes(one)  # once, before the threads that start from them
-    tried = in_parallel(lambda law, _: under_law(fits, one, law), tuple(LAWS), judge.balance.jobs)
-    found = dict(tried)
+    slowest_first = sorted(LAWS, key=lambda law: -LAWS[law].elements)
+    found = dict(in_parallel(lambda law, _: under_law(fits, one, law), slowest_first, judge.balance.jobs))
     base = found[LUGRE]
     return tuple(
-        LawTrial(law, fitted, compare(fits, base, fitted, rows), compare(fits, base, fitted, held))
-        for law, fitted in found.items()
+        LawTrial(law, found[law], compare(fits, base, found[law], rows), compare(fits, base, found[law], held))
+        for law in LAWS
     )
 
 
