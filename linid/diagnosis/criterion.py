@@ -94,7 +94,10 @@ class Criterion:
 
     def answers(self, residual: Array, floor: Array, rows: Flags) -> tuple[Array, Array]:
         """How the corrected squares of `bin_powers` answer those of the residuals, and the noise that is taken off,
-        (B,) each. Arguments as there."""
+        (B,) each.
+
+        Arguments as in `bin_powers`.
+        """
         power, counts = self._squares(residual, rows)
         left = counts * self.reference
         whole = power - counts * (floor - self.reference) >= self._least(power, counts)

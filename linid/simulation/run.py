@@ -295,7 +295,8 @@ class Simulator:
         params: (C, VECTOR_SIZE) SI; y, v: (samples,) measured motion of all recordings in m and m/s; standstill:
         (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; acceleration: whether
         it is wanted (empty without); wanted: (samples,) where the rest is, which without acceleration saves the way
-        between (default: everywhere).
+        between (default: everywhere); among: (R,) recordings that are wanted at all (default: all; what is found of
+        others is undefined).
         """
         kernel, inputs, candidates, kept = self._kernel(), self.inputs, self._candidates(params), self._kept
         shape = (params.shape[0], y.size)
@@ -337,14 +338,13 @@ class Simulator:
         """How the acceleration (K, samples) of `along` and the reading error (K, samples; None where no effect has one)
         answer K directions.
 
-        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; all else as in `along`. The bristle in
-        closed form, all else by differences, to some 1e-7.
+        params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; y, v, standstill: as in `along`; among: (R,)
+        as there. The bristle in closed form, all else by differences, to some 1e-7.
         """
         count, width = tangents.shape[0], padded(tangents.shape[0])
         table, reads = np.zeros((8, width)), self._reads
         table[:, :count] = tangents[:, :8].T
-        new = np.empty if among is None else np.zeros
-        found = AlongSlopes(new((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
+        found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
         kernel = load_along_slopes()
