@@ -58,8 +58,7 @@ def decide(
     names = tuple(entry.effect for entry in budget.entries)
     rivals = tuple(dict.fromkeys(name for entry in budget.entries for name in entry.rivals))
     if status == "none":
-        sentence = f"The residual {word} of the held-out recordings is at the noise floor: no effect is missing."
-        return Verdict(status, (), (), sentence, "Nothing is needed; a longer stroke or higher speed may show more.")
+        return _nothing(budget, word)
     if status == "unknown":
         sentence = _unknown(where, screened, motion, checks, _term_in_words(term, word))
         near = screened[0][0] if screened else ""
@@ -89,6 +88,19 @@ def decide(
         sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} gets worse."
     step = f"To measure {names[0].replace('_', ' ')} better, record {find_effect(names[0]).exposed_by}."
     return Verdict(status, names, rivals, sentence, step)
+
+
+def _nothing(budget: Budget, word: str) -> Verdict:
+    """The verdict of a campaign without a gap, or with one in few pieces of much power. word: force or torque."""
+    sentence = f"The residual {word} of the held-out recordings is at the noise floor"
+    if budget.excess_before < LEAST_EXCESS:
+        step = "Nothing is needed; a longer stroke or higher speed may show more."
+        return Verdict("none", (), (), f"{sentence}: no effect is missing.", step)
+    sentence += (
+        " but for short pieces: no effect that lasts is missing. A push from outside is such a piece, and a stop or "
+        "breakaway that the encoder shows coarsely."
+    )
+    return Verdict("none", (), (), sentence, "Repeat the recordings with the largest residual: what repeats there?")
 
 
 def _term_in_words(term: ProposedTerm | None, word: str) -> str:

@@ -59,6 +59,15 @@ def test_a_few_pieces_of_much_power_are_no_gap() -> None:
     assert status_of(replace(nearly, unexplained=0.2)) == "partly explained"
 
 
+def test_short_pieces_above_the_floor_are_told() -> None:
+    """A push that hides in the mean logarithm is no noise, and whoever has it in a recording is not told so."""
+    pushed = decide(replace(budget((), 319.0, 319.0), level_before=0.05), WHERE, (), 0.99, (), "rotary")
+    quiet = decide(budget((), 0.05, 0.05), WHERE, (), 0.99, (), "rotary")
+    assert pushed.status == quiet.status == "none"
+    assert "torque" in pushed.sentence and "short pieces" in pushed.sentence and "Repeat" in pushed.next_experiment
+    assert "short pieces" not in quiet.sentence and "no effect is missing" in quiet.sentence
+
+
 def test_the_sentence_gives_each_cause_its_share_and_names_the_rest() -> None:
     sentence = said((entry(share=0.6), entry("cable_force", 0.3)), 20.0, 2.0)[1]
     assert "cogging (60 %)".capitalize() in sentence and "cable force (30 %)" in sentence
