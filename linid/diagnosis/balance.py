@@ -26,7 +26,7 @@ Places = tuple[int, ...]  # of some recordings among all, in order
 BIN = 0.05  # s; rows of one bin have one weight in a fit: a reversal that no model follows spoils its own bin only
 BLOCK = 0.25  # s; rows of one block have one word in a judgement and are resampled together
 _DRAWS = 4
-_KEPT_DRAWS = 200_000  # samples, up to which these measurements are kept: 100 MB
+_KEPT_DRAWS = 100_000  # samples, up to which these measurements are kept for the second judge: 250 MB
 _BURST = 1e9  # deviations
 _STILL = 1e-3  # of the largest change of a residual by noise: what changes less rests within an encoder's step
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
@@ -176,6 +176,10 @@ class Balance:
             return [*anew, *fed]
         self._draws = [part for _, part in in_parallel(self._rows_again, [*anew, *fed], self.jobs)]
         return self._draws
+
+    def forget_measurements(self) -> None:
+        """Let go of what `noise` keeps from one call to the next."""
+        self._draws = []
 
     def _rows_again(self, recordings: Sequence[Recording], jobs: int) -> Acceleration:
         """The same rows of other measurements."""

@@ -97,6 +97,7 @@ def fit_base_model(
     means.watch("base", 2, 3)
     # The noise that the inputs bring hangs on the model, and the criterion on the noise.
     judge = judge_of(balance, model, found.values, held, limits, means.seed)
+    balance.forget_measurements()
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
     means.watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)
