@@ -13,7 +13,7 @@ from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.judge import Evidence, Judge, judge_of
-from linid.diagnosis.look_alikes import look_alike
+from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.select import CONTENDING, contenders, renewed, revived
@@ -87,6 +87,13 @@ def test_look_alikes_say_so_on_either_side() -> None:
     assert look_alike("constant_force", "gravity") == look_alike("gravity", "constant_force")
     assert look_alike("force_saturation", "thermal_derating") and look_alike("thermal_derating", "force_saturation")
     assert not look_alike("cogging", "payload_change")
+
+
+def test_a_play_of_no_width_gives_way_to_what_it_then_is() -> None:
+    """On a real shaft between two masses it was named with a gap at its lower bound."""
+    assert simpler_than("drive_train_backlash", False) == ("flexible_load",)
+    assert look_alike("drive_train_backlash", "flexible_load")
+    assert not look_alike("flexible_load", "drive_train_backlash")  # its own fuller form is no rival
 
 
 def test_marks_are_not_searched() -> None:

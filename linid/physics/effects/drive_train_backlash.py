@@ -260,5 +260,6 @@ EFFECT = Effect(
     advance=advance,
     depends_on=(("acceleration",), ("travel",), ("travel", "direction"), ("motor_force",)),
     exposed_by="quick reversals with the drive on, and braking after a steady move",
+    includes=("flexible_load",),
     confused_with=("flexible_load", "backlash"),
 )
