@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, MutableMapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -91,13 +92,13 @@ class Balance:
         self.jobs = jobs
         self.seed = seed
         self._part = Acceleration(base, self.recordings, jobs)
-        self._draws: list[Acceleration] = []
+        self._draws: list[Acceleration] | None = None  # while `measured_once`
         self._parts: dict[Places, Acceleration] = {}  # of some recordings alone
         self.rows = _rows(self._part, self.recordings)
 
     def __getstate__(self) -> dict[str, Any]:
         # On its way to a worker: it has one thread and a memory of its own.
-        return {**self.__dict__, "memory": dict(self.memory), "jobs": 1, "_draws": []}
+        return {**self.__dict__, "memory": dict(self.memory), "jobs": 1, "_draws": None}
 
     def part(self, model: Model) -> Acceleration:
         """The rows under a model."""
@@ -145,6 +146,15 @@ class Balance:
         """`residuals` of a single vector, (n,) m/s^2."""
         return np.asarray(self.residuals(model, vector[None, :])[0])
 
+    @contextmanager
+    def measured_once(self) -> Iterator[None]:
+        """Let `noise` use the same measurements again and again within this block."""
+        self._draws = []
+        try:
+            yield
+        finally:
+            self._draws = None
+
     def noise(self, model: Model, vector: Array) -> Noise:
         """What encoder and input noise alone give the residual under a model. vector: (VECTOR_SIZE,), SI.
 
@@ -172,14 +182,10 @@ class Balance:
         smooth = [self._part.motion.y[offsets[k] : offsets[k + 1]] for k in range(len(self.recordings))]
         anew = [[retaken(r, y, generator) for r, y in zip(self.recordings, smooth, strict=True)] for _ in range(_DRAWS)]
         fed = [[with_input_noise(r, generator) for r in anew[0]] for _ in range(_DRAWS)]
-        if offsets[-1] > _KEPT_DRAWS:
+        if self._draws is None or offsets[-1] > _KEPT_DRAWS:
             return [*anew, *fed]
         self._draws = [part for _, part in in_parallel(self._rows_again, [*anew, *fed], self.jobs)]
         return self._draws
-
-    def forget_measurements(self) -> None:
-        """Let go of what `noise` keeps from one call to the next."""
-        self._draws = []
 
     def _rows_again(self, recordings: Sequence[Recording], jobs: int) -> Acceleration:
         """The same rows of other measurements."""

@@ -85,19 +85,19 @@ def fit_base_model(
             held.setdefault(name, starts[0][name])
         assumptions.append("the phase currents sum to zero: they tell no more of the field than its first harmonic")
     balance = Balance(model, recordings, means.jobs, means.seed, means.memory)
-    judge = judge_of(balance, model, starts[0], held, {}, means.seed)
-    means.watch("base", 1, 3)
-    settled = []
-    for start in starts:
-        best = _lowest(judge.fits, model, _friction_rivals(start, fitted, held), places, _TRIED)
-        settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
-    found = at_the_masses(judge.fits, min(settled, key=lambda one: one.level))
-    found = _at_the_phase(judge.fits, found)
-    limits = _limits(found, starts, held, assumptions)
-    means.watch("base", 2, 3)
-    # The noise that the inputs bring hangs on the model, and the criterion on the noise.
-    judge = judge_of(balance, model, found.values, held, limits, means.seed)
-    balance.forget_measurements()
+    with balance.measured_once():
+        judge = judge_of(balance, model, starts[0], held, {}, means.seed)
+        means.watch("base", 1, 3)
+        settled = []
+        for start in starts:
+            best = _lowest(judge.fits, model, _friction_rivals(start, fitted, held), places, _TRIED)
+            settled += [judge.fits.fit(model, values, {}, places, SETTLING) for values in best]
+        found = at_the_masses(judge.fits, min(settled, key=lambda one: one.level))
+        found = _at_the_phase(judge.fits, found)
+        limits = _limits(found, starts, held, assumptions)
+        means.watch("base", 2, 3)
+        # The noise that the inputs bring hangs on the model, and the criterion on the noise.
+        judge = judge_of(balance, model, found.values, held, limits, means.seed)
     found = judge.fits.fit(model, found.values, {}, places, THOROUGH)
     means.watch("base", 3, 3)
     return Base(found, judge, tuple(starts[1:]), held)

@@ -129,9 +129,10 @@ class Criterion:
         if self.noise.gain == 0.0:
             return np.zeros(len(posed.coordinates))
         gain = gain_of(posed.model, vector)
-        power, noise, counts = self.bin_powers(residual, self.floor_of(posed.model, vector), rows, softness)
+        floor = self.floor_of(posed.model, vector)
+        power, noise, counts = self.bin_powers(residual, floor, rows, softness)
         inputs = counts * self.noise.inputs * self.squared * (gain / self.noise.gain) ** 2
-        inputs *= self.answers(residual, self.floor_of(posed.model, vector), rows)[1]
+        inputs *= self.answers(residual, floor, rows)[1]
         known = counts > 0
         # d/d log gain of n log(p + f), halved
         slope = -float(np.sum((counts * inputs)[known] / (power + noise)[known]))
