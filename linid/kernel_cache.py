@@ -14,6 +14,7 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core.caching import FunctionCache
+from numba.core.runtime.nrt import rtsys
 
 LOCK_FILE = "writing.lock"
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -45,6 +46,17 @@ def cache_folder() -> Path:
 
 class SharedCache(FunctionCache):  # type: ignore[misc]
     """numba's disk cache, which one process at a time writes to."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is kept for these types, or None; without loading all that numba needs to compile.
+
+        Machine code needs no more than the names it calls by: those of numba's runtime and those for hashes.
+        """
+        rtsys.initialize(target_context)
+        import numba.cpython.hashing  # noqa: F401
+
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled for these types."""

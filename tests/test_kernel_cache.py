@@ -79,3 +79,47 @@ def test_an_unwritable_cache_does_not_stop_the_work(tmp_path: Path) -> None:
     assert held(in_the_way / LOCK_FILE)
     lock.release()
     assert not held(in_the_way / LOCK_FILE)
+
+
+LOAD = """
+import sys
+import numpy as np
+from numba import njit
+from linid.kernel_cache import SharedCache
+
+@njit
+def counted(values, name):
+    found = [x for x in values if x > 2.0]  # allocates
+    if hash(name) == 0:  # hashes
+        return 0.0
+    if len(found) < 2:
+        raise KeyError(name)
+    return np.sqrt(np.array(found)).sum()
+
+counted._cache = SharedCache(counted.py_func)
+print(counted(np.array([1.0, 4.0, 9.0]), "coulomb"))
+try:
+    counted(np.array([1.0]), "coulomb")
+except KeyError:
+    print("KeyError")
+from numba.core.registry import cpu_target
+loaded = bool(counted.stats.cache_hits)
+print(loaded, "numba.np.polynomial.polynomial_functions" in sys.modules)
+thrice = njit(lambda x: 3 * np.abs(x))  # what needs to be compiled still is
+print(thrice(-2.0))
+"""
+
+
+def test_machine_code_runs_without_what_compiling_needs(tmp_path: Path) -> None:
+    """Also such that allocates memory, raises and hashes text: a name that it calls by and nobody knows stops the
+    process."""
+    (tmp_path / "load.py").write_text(LOAD)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "numba")}
+    environment["LINID_CACHE_DIR"] = str(tmp_path)
+    runs = [
+        subprocess.run(
+            [sys.executable, "load.py"], cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True, check=True
+        ).stdout.split()
+        for _ in range(2)
+    ]
+    assert runs == [["5.0", "KeyError", "False", "True", "6.0"], ["5.0", "KeyError", "True", "False", "6.0"]]

@@ -33,7 +33,7 @@ from linid.cli.options import (
     start_option,
     verbosity_options,
 )
-from linid.stop_signals import raise_on_sigterm
+from linid.cli.program import run_program
 from linid.threads import load_with_one_thread
 
 COLLECT_AFTER = 50_000  # new objects: modules and compiled code live on, and looking through them is a tenth of a start
@@ -390,8 +390,7 @@ for command in (challenge, field, export, monitor, compile_kernels, completion):
 
 def main() -> None:
     """Entry point of the `linid` program."""
-    raise_on_sigterm()
-    cli(prog_name="linid")
+    run_program(cli)
 
 
 if __name__ == "__main__":

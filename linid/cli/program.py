@@ -1,0 +1,47 @@
+"""The process of a command, which ends without taking apart what it has loaded."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+from collections.abc import Callable
+
+from linid.stop_signals import raise_on_sigterm
+
+
+def run_program(command: Callable[..., object]) -> None:
+    """Run a click command as this process, which ends with its exit code."""
+    raise_on_sigterm()
+    try:
+        command(prog_name="linid")
+    except SystemExit as ending:
+        _leave(ending.code)
+        raise
+
+
+def _leave(code: str | int | None) -> None:
+    """End the process at once, after what was registered for its end. Returns where Python has more to do than that:
+    other processes to wait for, somebody who traces this one, or output that nobody takes.
+
+    Python would free every object and all machine code one by one, a third of a second for compiled kernels.
+    """
+    traced = sys.gettrace() is not None or sys.getprofile() is not None
+    if isinstance(code, str) or traced or _has_children():
+        return
+    atexit._run_exitfuncs()
+    try:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+    except (OSError, ValueError):
+        return
+    os._exit(code or 0)
+
+
+def _has_children() -> bool:
+    """Whether processes of Python's own pools are still there."""
+    if "multiprocessing" not in sys.modules:
+        return False
+    from multiprocessing import active_children
+
+    return bool(active_children())
