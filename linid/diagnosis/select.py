@@ -23,7 +23,7 @@ from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
 from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import elsewhere, in_all
-from linid.diagnosis.screen import Screened, Screening
+from linid.diagnosis.screen import LEAST_CONTRAST, Screened, Screening
 from linid.diagnosis.shares import shares_of
 from linid.diagnosis.steps_of_selection import again, extended, settled, without_effect
 from linid.parallel_tasks import in_parallel
@@ -40,7 +40,7 @@ REVIVALS = 2  # times that all effects are tried again, once what hid them is go
 CONTENDERS, CONTENDING = 3, (0.5, 0.3, 0.05)
 # A push must explain so many times as much as pushes at other moments do.
 LEAST_LEAD = 4.0
-MOMENTS_GAIN = 0.006  # of the log power, by regression: of thousands of moments one always explains something
+MOMENTS_GAIN = 0.006  # of the log power, by regression, of a push that does not stand out where it is
 # A look-alike must keep this share of an effect's gain to be as good, and explain this one by regression to be fitted.
 ALIKE, ALIKE_SCREENED = 0.7, 0.3
 RENEWED = 0.7  # of an effect's gain: what a regression must promise elsewhere in its shape, to try it there
@@ -129,13 +129,15 @@ def _best_of(
     number: int,
 ) -> Fitted | None:
     """The model of the candidates that lessens the criterion most, None if none does beyond doubt."""
-    fitted: list[tuple[Evidence, Fitted, bool]] = []
-    for (_, item), one in in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers):
+    able: list[tuple[Evidence, Fitted]] = []
+    models = in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers)
+    for number_fitted, ((_, item), one) in enumerate(models, 1):
+        evidence = gained(fits, before, one)
         # A moment has no other blocks that could vouch for it: its lead over other moments did.
-        fitted.append((gained(fits, before, one), one, find_effect(item.name).acts == "one"))
-        watch(f"fit effect {number + 1}", len(fitted), len(items))
-    able = [(evidence, one) for evidence, one, moment in fitted if moment or worth_proposing(evidence)]
-    able = [pair for pair in able if pair[0].gain >= PROPOSED_GAIN]
+        moment = find_effect(item.name).acts == "one"
+        if evidence.gain >= _least(item, PROPOSED_GAIN) and (moment or worth_proposing(evidence)):
+            able.append((evidence, one))
+        watch(f"fit effect {number + 1}", number_fitted, len(items))
     if not able:
         return None
     best = max(able, key=lambda pair: pair[0].gain - price(fits, pair[1]))[1]
@@ -157,15 +159,21 @@ def worth_proposing(evidence: Evidence) -> bool:
 
 def contenders(found: Sequence[Screened], share: float, most: int = CONTENDERS) -> list[Screened]:
     """The screened effects that are worth a fit: at most so many, which explain that share of the best one at least."""
-    able = [
-        s
-        for s in found
-        if s.trial.explained > (MOMENTS_GAIN if find_effect(s.name).acts == "one" else 0.5 * PROPOSED_GAIN)
-        and s.trial.lead >= LEAST_LEAD
-    ]
+    able = [s for s in found if s.trial.explained > _promised(s) and s.trial.lead >= LEAST_LEAD]
     if not able:
         return []
     return [s for s in able if s.gain >= share * able[0].gain][:most]
+
+
+def _promised(one: Screened) -> float:
+    """Share of the log power that a regression must promise: of thousands of moments one always explains something."""
+    return _least(one, MOMENTS_GAIN if find_effect(one.name).acts == "one" else 0.5 * PROPOSED_GAIN)
+
+
+def _least(one: Screened, otherwise: float) -> float:
+    """Log power per row that an effect must take: none where it is a push that stands out where it is, which takes the
+    less of a campaign the longer that is."""
+    return 0.0 if find_effect(one.name).acts == "one" and one.trial.contrast >= LEAST_CONTRAST else otherwise
 
 
 def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:
