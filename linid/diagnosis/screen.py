@@ -40,7 +40,7 @@ _PAUSE = 0.05  # s, between a push and another one
 # A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
 _OTHER_RECORDINGS, _OTHER_MOMENTS = 0.75, 0.9
 # Power per row under a push, of that beside it, from which on it stands out, however little of the campaign it takes.
-# `python -m tests.benchmarks.pushes --seed 22914 --count 12` shows it with pushes and without any.
+# `python -m tests.benchmarks.pushes --seed 22914` shows it with pushes, other effects and none.
 LEAST_CONTRAST = 10.0
 _UNDER = 0.1  # of a push's largest acceleration: rows with less of it are beside it
 
