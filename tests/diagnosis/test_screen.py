@@ -7,13 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
-from linid.diagnosis.base import fit_base_model
+from linid.diagnosis.balance import Balance
+from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.descent import THOROUGH
+from linid.diagnosis.judge import judge_of
 from linid.diagnosis.means import Means
-from linid.diagnosis.screen import Screening
+from linid.diagnosis.screen import LEAST_CONTRAST, Screening
+from linid.diagnosis.select import CONTENDING, MOMENTS_GAIN, contenders
 from linid.diagnosis.steps_of_selection import again, extended
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from tests.diagnosis import machine
 from tests.diagnosis.test_diagnose import recordings
+from tests.diagnosis.test_joint import TRUE
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3])
@@ -42,3 +50,36 @@ def test_no_promise_hangs_on_how_many_effects_are_tried_at_once() -> None:
     alone, beside = (Screening(base.judge.fits, base.fitted, jobs).screen(base.fitted) for jobs in (1, 3))
     assert len(alone) > 10
     assert alone == beside
+
+
+def pushed(one: Recording, size: float, start: float, duration: float) -> Recording:
+    """A recording of the machine, which slides, while a raised cosine pushes it: m e'' + sigma_2 e' = F."""
+    share = (one.t - start) / duration
+    force = np.where((share > 0) & (share < 1), 0.5 * size * (1 - np.cos(2 * np.pi * share)), 0.0)
+    error = lsim(([1.0], [machine.MASS, machine.VISCOUS, 0.0]), force, one.t)[1]
+    return replace(one, y=one.y + error)
+
+
+@pytest.mark.parametrize("count", [12, 48])
+def test_a_push_stands_out_however_long_the_campaign_is(count: int) -> None:
+    """0.5 N for 0.12 s: of the log power the less, the more recordings there are."""
+    noise = machine.Noise(encoder=1e-6)
+    runs = [
+        machine.recording(f"run_{k}", noise=noise, seed=k, split="held_out" if k % 3 else "fit") for k in range(count)
+    ]
+    found = {}
+    for size in (0.0, 0.5):
+        one = tuple(numbered([*runs[:5], pushed(runs[5], size, 1.43, 0.12), *runs[6:]]))
+        model = Model("force")
+        judge = judge_of(Balance(model, one, 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+        places = tuple(k for k, r in enumerate(one) if r.split == "fit")
+        base = judge.fits.fit(model, TRUE, {}, places, THOROUGH)
+        (found[size],) = Screening(judge.fits, base, 1).screen(base, only=["external_disturbance"])
+    push, nothing = found[0.5].trial, found[0.0].trial
+    assert push.values["disturbance_recording_1"] == 6.0
+    assert push.values["disturbance_start_1"] == pytest.approx(1.43, abs=0.06)
+    assert push.amplitudes["disturbance_force_1"] == pytest.approx(0.5, rel=0.4)
+    assert push.contrast > LEAST_CONTRAST > 3.0 * nothing.contrast
+    assert contenders([found[0.5]], CONTENDING[0]) == [found[0.5]] and contenders([found[0.0]], CONTENDING[-1]) == []
+    if count > 12:
+        assert push.explained < MOMENTS_GAIN

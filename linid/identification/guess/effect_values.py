@@ -40,8 +40,8 @@ class Trial:
 
     explained: share of the base model's squared residual, after the base parameters had their say; of several
     recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an effect at one
-    moment, the factor by which it explains more than the best such effect at any other moment; contrast: the power that
-    it takes there per row, of the power that is left in the rest of its recording.
+    moment, the factor by which it explains more than the best such effect at any other moment; contrast: the
+    factor by which the power that it takes there per row exceeds that of the rest of its recording.
     """
 
     values: Values
