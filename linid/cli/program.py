@@ -26,16 +26,22 @@ def _leave(code: str | int | None) -> None:
 
     Python would free every object and all machine code one by one, a third of a second for compiled kernels.
     """
-    traced = sys.gettrace() is not None or sys.getprofile() is not None
-    if isinstance(code, str) or traced or _has_children():
+    if isinstance(code, str) or _is_traced() or _has_children():
         return
     atexit._run_exitfuncs()
     try:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
-    except (OSError, ValueError):
+    except (AttributeError, OSError, ValueError):  # none, full or closed
         return
     os._exit(code or 0)
+
+
+def _is_traced() -> bool:
+    """Whether a debugger or profiler is at work, which may have something to write at the end."""
+    monitoring = getattr(sys, "monitoring", None)  # from Python 3.12 on
+    tools = () if monitoring is None else filter(monitoring.get_tool, range(6))
+    return any(True for _ in tools) or sys.gettrace() is not None or sys.getprofile() is not None
 
 
 def _has_children() -> bool:

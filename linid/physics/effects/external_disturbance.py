@@ -123,6 +123,6 @@ EFFECT = Effect(
     grid=grid,
     force=force,
     depends_on=(("time", "recording"), ("time",), ("campaign_time",)),
-    exposed_by="the same motion recorded again",
+    exposed_by="the same motion once more",
     confused_with=("payload_change", "friction_drift"),
 )
