@@ -8,7 +8,7 @@ Public are the names in `__all__`, with `linid.plot` for figures; everything els
 """
 
 import os
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -67,6 +67,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Public names, imported when they are first asked for: `linid --help` needs none of them."""
     if name == "__version__":
+        from importlib import metadata  # takes as long to load as the rest of `linid --help`
+
         return metadata.version("linid")
     if name == "plot":
         return import_module("linid.plot")
