@@ -40,8 +40,8 @@ def _leave(code: str | int | None) -> None:
 def _is_traced() -> bool:
     """Whether a debugger or profiler is at work, which may have something to write at the end."""
     monitoring = getattr(sys, "monitoring", None)  # from Python 3.12 on
-    tools = () if monitoring is None else filter(monitoring.get_tool, range(6))
-    return any(True for _ in tools) or sys.gettrace() is not None or sys.getprofile() is not None
+    monitored = monitoring is not None and any(map(monitoring.get_tool, range(6)))
+    return monitored or sys.gettrace() is not None or sys.getprofile() is not None
 
 
 def _has_children() -> bool:

@@ -149,13 +149,13 @@ class StepRegression:
 
     def contrasts(self, rows: NDArray[np.int64], parts: Array) -> Array:
         """Power per row, in floors, that each of parts (m, k) takes where it acts when it is taken from the weighted
-        residual of rows (m,), over that of the rows on which it does not act, (k,)."""
-        floor, rest = self._floor[self.bin[rows], None], self._rest[rows, None]
+        residual of rows (m,), over that of the rows on which it does not act, at least one floor, (k,)."""
+        floor, rest = self._floor[self.bin[rows]], self._rest[rows]
         under = np.abs(parts) > _UNDER * np.max(np.abs(parts), axis=0)
-        power = np.broadcast_to(rest**2 / floor, parts.shape)
         count = np.maximum(np.count_nonzero(under, axis=0), 1)
-        taken = np.sum(power - (rest - parts) ** 2 / floor, axis=0, where=under) / count
-        beside = np.sum(power, axis=0, where=~under) / np.maximum(rows.size - count, 1)
+        acting, power = np.where(under, parts, 0.0), rest**2 / floor
+        taken = ((2.0 * rest / floor) @ acting - (1.0 / floor) @ acting**2) / count
+        beside = (np.sum(power) - power @ under) / np.maximum(rows.size - count, 1)
         return np.asarray(taken / np.maximum(beside, 1.0))
 
     def _level(self, rest: Array) -> float:

@@ -173,7 +173,7 @@ def _promised(one: Screened) -> float:
 def _least(one: Screened, otherwise: float) -> float:
     """Log power per row that an effect must take: none where it is a push that stands out where it is, which takes the
     less of a campaign the longer that is."""
-    return 0.0 if find_effect(one.name).acts == "one" and one.trial.contrast >= LEAST_CONTRAST else otherwise
+    return 0.0 if one.trial.contrast >= LEAST_CONTRAST else otherwise
 
 
 def fit_effects(base: Base, screening: Screening, effects: Sequence[str]) -> Fitted | None:

@@ -41,14 +41,14 @@ class Trial:
     explained: share of the base model's squared residual, after the base parameters had their say; of several
     recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an effect at one
     moment, the factor by which it explains more than the best such effect at any other moment; contrast: the
-    factor by which the power that it takes there per row exceeds that of the rest of its recording.
+    factor by which the power that it takes there per row exceeds that of the rest of its recording, 0: lasting effect.
     """
 
     values: Values
     amplitudes: Values
     explained: float
     lead: float = math.inf
-    contrast: float = math.inf
+    contrast: float = 0.0
 
 
 class EffectColumns:
