@@ -20,7 +20,14 @@ import numpy as np
 from linid.kernel_cache import cache_folder
 from linid.physics.laws.registry import LAWS, LUGRE
 from linid.physics.model import VECTOR_SIZE, Model
-from linid.simulation.compiled import kernel_folder, load_along_slopes, load_kernel, load_lockstep, load_slopes
+from linid.simulation.compiled import (
+    kernel_folder,
+    load_along_slopes,
+    load_kernel,
+    load_lockstep,
+    load_lockstep_slopes,
+    load_slopes,
+)
 from linid.simulation.inputs import Inputs
 from linid.simulation.run import Simulator, whole_recordings
 
@@ -90,8 +97,8 @@ def _kernels() -> dict[str, _Kernel]:
     found = {
         "windows": _Kernel(load_lockstep, partial(_run, plain, guided=True)),
         "run": _Kernel(lambda: load_kernel(None, bare=True).simulate_tasks, partial(_run, plain)),
-        "derivatives": _Kernel(partial(load_slopes, True), partial(_slopes, plain)),
-        "derivatives with effects": _Kernel(partial(load_slopes, False), partial(_slopes, full)),
+        "derivatives": _Kernel(load_lockstep_slopes, partial(_slopes, plain)),
+        "derivatives with effects": _Kernel(load_slopes, partial(_slopes, full)),
         "run with effects": _Kernel(lambda: load_kernel().simulate_tasks, partial(_run, full)),
         "along with effects": _Kernel(lambda: load_kernel().along_tasks, partial(_along, full)),
         "derivatives along with effects": _Kernel(load_along_slopes, partial(_along_slopes, full)),

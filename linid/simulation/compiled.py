@@ -19,7 +19,7 @@ from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile, _Cach
 from linid.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
-from linid.simulation import along, along_slopes, currents, kernel, kernel_by_voltage, lockstep, slopes
+from linid.simulation import along, along_slopes, currents, kernel, kernel_by_voltage, lockstep, lockstep_slopes, slopes
 from linid.simulation.bundle import Bundle
 from linid.simulation.terms import terms_of
 
@@ -207,9 +207,16 @@ def _loaded(model: Model | None, by_voltage: bool, bare: bool, law: str) -> Kern
 
 
 @cache
-def load_slopes(bare: bool) -> Callable[..., None]:
-    """The compiled simulation with derivatives (slopes.py), all motors under LuGre friction; bare: without effects."""
-    entry: Callable[..., None] = entry_of(slopes.slope_tasks_with(terms_of(None, bare, LUGRE)))
+def load_slopes() -> Callable[..., None]:
+    """The compiled simulation with derivatives (slopes.py), all motors and effects under LuGre friction."""
+    entry: Callable[..., None] = entry_of(slopes.slope_tasks_with(terms_of(None, False, LUGRE)))
+    return entry
+
+
+@cache
+def load_lockstep_slopes() -> Callable[..., None]:
+    """The compiled simulation of many at once with derivatives (lockstep_slopes.py), models as in `load_lockstep`."""
+    entry: Callable[..., None] = entry_of(lockstep_slopes.lockstep_slope_tasks_with(terms_of(None, True, LUGRE)))
     return entry
 
 

@@ -93,10 +93,10 @@ def phi_slopes(half_trace: float, square: float) -> PhiSlopes:
         return _of_small_matrix(half_trace, square)
     even, odd = exponential(half_trace, square)
     inverse = 1.0 / (half_trace * half_trace - square)
-    e_1, o_1 = _next(half_trace, square, inverse, even - 1.0, odd)
-    e_2, o_2 = _next(half_trace, square, inverse, e_1 - 1.0, o_1)
-    e_3, o_3 = _next(half_trace, square, inverse, e_2 - 0.5, o_2)
-    e_4, o_4 = _next(half_trace, square, inverse, e_3 - 1.0 / 6.0, o_3)
+    e_1, o_1 = next_phi(half_trace, square, inverse, even - 1.0, odd)
+    e_2, o_2 = next_phi(half_trace, square, inverse, e_1 - 1.0, o_1)
+    e_3, o_3 = next_phi(half_trace, square, inverse, e_2 - 0.5, o_2)
+    e_4, o_4 = next_phi(half_trace, square, inverse, e_3 - 1.0 / 6.0, o_3)
     if square < -0.0625:
         scale = 0.5 / square
         by_square = scale * (e_1 - e_2 - o_1), scale * (e_2 - 2.0 * e_3 - o_2), scale * (e_3 - 3.0 * e_4 - o_3)
@@ -106,26 +106,22 @@ def phi_slopes(half_trace: float, square: float) -> PhiSlopes:
         first = (before - 0.5 * (o_1 - o_2)) / half_trace
         second = (first - 0.5 * (o_2 - 2.0 * o_3)) / half_trace
         by_square = first, second, (second - 0.5 * (o_3 - 3.0 * o_4)) / half_trace
-    return _joined((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), by_square)
+    return joined_phi((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), by_square)
 
 
 @inlined
-def _next(half_trace: float, square: float, inverse: float, even: float, odd: float) -> tuple[float, float]:
+def next_phi(half_trace, square, inverse, even, odd):
     """(even I + odd B) over the matrix; inverse: of its determinant."""
     return inverse * (half_trace * even - square * odd), inverse * (half_trace * odd - even)
 
 
-@compiled
-def _joined(
-    even: tuple[float, float, float, float],
-    odd: tuple[float, float, float, float],
-    odd_by_square: tuple[float, float, float],
-) -> PhiSlopes:
+@inlined
+def joined_phi(even, odd, odd_by_square):
     """All slopes, of phi_1 to phi_4 and the derivatives of the odd parts by the square."""
     turned = odd[0] - odd[1], odd[1] - 2.0 * odd[2], odd[2] - 3.0 * odd[3]
     return PhiSlopes(
-        even[:3],
-        odd[:3],
+        (even[0], even[1], even[2]),
+        (odd[0], odd[1], odd[2]),
         (even[0] - even[1], even[1] - 2.0 * even[2], even[2] - 3.0 * even[3]),
         turned,
         (0.5 * turned[0], 0.5 * turned[1], 0.5 * turned[2]),
@@ -143,7 +139,7 @@ def _of_two_eigenvalues(half_trace: float, square: float) -> PhiSlopes:
     e_1, e_2, e_3, e_4 = 0.5 * (p_1 + q_1), 0.5 * (p_2 + q_2), 0.5 * (p_3 + q_3), 0.5 * (p_4 + q_4)
     o_1, o_2, o_3, o_4 = half * (p_1 - q_1), half * (p_2 - q_2), half * (p_3 - q_3), half * (p_4 - q_4)
     by_square = scale * (e_1 - e_2 - o_1), scale * (e_2 - 2.0 * e_3 - o_2), scale * (e_3 - 3.0 * e_4 - o_3)
-    return _joined((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), by_square)
+    return joined_phi((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), by_square)
 
 
 @compiled
@@ -161,4 +157,4 @@ def _of_small_matrix(half_trace: float, square: float) -> PhiSlopes:
     third = e_by + half_trace * o_by
     second = 0.5 * (o_3 - 3.0 * o_4) + half_trace * third
     first = 0.5 * (o_2 - 2.0 * o_3) + half_trace * second
-    return _joined((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), (first, second, third))
+    return joined_phi((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), (first, second, third))

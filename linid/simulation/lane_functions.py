@@ -127,13 +127,18 @@ def phi_of_lanes(z, asked):
 
 
 @inlined
-def exponential_lanes(half_trace, square):
+def exponential_lanes(half_trace, square, asked):
     """`exponential` for lanes: even and odd part of that of a 2 x 2 matrix, square up to 0.0625."""
     decay = exp_lanes(half_trace)
     even = 1.0 + square * (0.5 + square * (1.0 / 24.0 + square * (1.0 / 720.0 + square * (1.0 / 40320.0))))
     tail = square * (1.0 / 5040.0 + square * (1.0 / 362880.0))
     odd = 1.0 + square * (1.0 / 6.0 + square * (1.0 / 120.0 + tail))
-    return decay, even, odd
+    turns = square < 0.0
+    if bits_of(turns & asked) != 0:
+        root = math.sqrt(select(turns, -square, 1.0))
+        sine, cosine = sine_cosine_lanes(root)
+        even, odd = select(turns, cosine, even), select(turns, sine / root, odd)
+    return decay * even, decay * odd
 
 
 @inlined
@@ -151,13 +156,7 @@ def _small_phi_pairs(half_trace, square):
 @inlined
 def _near_phi_pairs(half_trace, square, asked):
     """The same of a matrix with eigenvalues that are together or complex, by its exponential."""
-    decay, even, odd = exponential_lanes(half_trace, square)
-    turns = square < 0.0
-    if bits_of(turns & asked) != 0:
-        root = math.sqrt(select(turns, -square, 1.0))
-        sine, cosine = sine_cosine_lanes(root)
-        even, odd = select(turns, cosine, even), select(turns, sine / root, odd)
-    even, odd = decay * even, decay * odd
+    even, odd = exponential_lanes(half_trace, square, asked)
     inverse = 1.0 / (half_trace * half_trace - square)
     even = even - 1.0
     even_1, odd_1 = inverse * (half_trace * even - square * odd), inverse * (half_trace * odd - even)

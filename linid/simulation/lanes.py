@@ -123,7 +123,7 @@ _register(operator.ne, mask_type, lambda builder, a, b: builder.fcmp_unordered("
 _register_own(operator.neg, lanes_type, 1, lambda builder, a: builder.fneg(a))
 _register_own(abs, lanes_type, 1, _by_llvm("llvm.fabs"))
 _register_own(math.sqrt, lanes_type, 1, _by_llvm("llvm.sqrt"))
-_register_own(math.copysign, lanes_type, 2, _by_llvm("llvm.copysign"))
+_register(math.copysign, lanes_type, _by_llvm("llvm.copysign"))
 _register_own(operator.and_, mask_type, 2, lambda builder, a, b: builder.and_(a, b))
 _register_own(operator.or_, mask_type, 2, lambda builder, a, b: builder.or_(a, b))
 _register_own(operator.invert, mask_type, 1, lambda builder, a: builder.not_(a))

@@ -3,7 +3,8 @@
 For models whose outer forces measured positions and inputs alone decide, or that have none. A lane keeps its own place
 in time and its own length of step. Two blocks of lanes are driven in turn, one of simulations that slide fast and one
 of those whose bristle is followed; one that has come to its end, or must go over to the other kind, leaves its lane to
-the next.
+the next. What goes along with each simulation, such as its derivatives (lockstep_slopes.py), is told by functions that
+the terms name `beside`.
 """
 
 from __future__ import annotations
@@ -54,8 +55,13 @@ OPEN = 64  # simulations that are open at a time
 FOLLOWED, SLIDING, FREE, SIZES = np.arange(4)  # rows of a pool's stacks
 
 
+# What is told along the way: forces that become known, a simulation that begins or rests for good, is put into the
+# pool, takes a step of either kind, and has come to samples.
+BESIDE = ("pushed", "begun", "kept", "put_in", "slid", "followed", "written")
+
+
 class Pool(NamedTuple):
-    """Simulations that are open. values: (OPEN, ROWS) and places: (OPEN, PLACES) of each, as blocks hold them; stacks:
+    """Simulations that are open. values: (OPEN, rows) and places: (OPEN, PLACES) of each, as blocks hold them; stacks:
     (4, OPEN) numbers of those that wait to be followed, of those that wait to slide, of free ones, and how many each of
     these are; lanes: (2, LANES) which are in the lanes of both blocks, -1 where none is."""
 
@@ -77,8 +83,8 @@ class Tasks(NamedTuple):
 
 
 @allocating
-def new_pool():
-    """A pool without simulations."""
+def new_pool(rows):
+    """A pool without simulations, of which blocks hold so many rows."""
     stacks, lanes = np.empty((4, OPEN), np.int64), np.empty((2, LANES), np.int64)
     for k in range(OPEN):
         stacks[FREE, k] = k
@@ -86,17 +92,17 @@ def new_pool():
     stacks[SIZES, FREE] = OPEN
     for lane in range(LANES):
         lanes[FOLLOWED, lane] = lanes[SLIDING, lane] = -1
-    return Pool(np.empty((OPEN, ROWS)), np.empty((OPEN, PLACES), np.int64), stacks, lanes)
+    return Pool(np.empty((OPEN, rows)), np.empty((OPEN, PLACES), np.int64), stacks, lanes)
 
 
 @allocating
-def new_block():
+def new_block(rows):
     """A block whose lanes are free; with what they hold is computed all the same."""
     block = Block(
-        np.empty((ROWS, LANES)), np.empty((PLACES, LANES), np.int64), np.empty((SPLINES, LANES)), np.empty((2, LANES))
+        np.empty((rows, LANES)), np.empty((PLACES, LANES), np.int64), np.empty((SPLINES, LANES)), np.empty((2, LANES))
     )
     for lane in range(LANES):
-        for k in range(ROWS):
+        for k in range(rows):
             block.values[k, lane] = 1.0
         for k in range(SPLINES):
             block.splines[k, lane] = -1.0
@@ -120,8 +126,9 @@ def pop(pool, stack):
 
 @compiled
 def put_in(pool, motion, bristles, borders, moment, places):
-    """Put a simulation that begins into the pool. moment: its interval, its recording and s of its finest step; places:
-    its candidate, the number of its next sample in the results and of that behind the last."""
+    """Put a simulation that begins into the pool; returns its number there. moment: its interval, its recording and s
+    of its finest step; places: its candidate, the number of its next sample in the results and of that behind the
+    last."""
     number = pop(pool, FREE)
     of, to = pool.values, pool.places
     to[number, CANDIDATE], to[number, NEXT], to[number, END] = places
@@ -134,6 +141,7 @@ def put_in(pool, motion, bristles, borders, moment, places):
         of[number, BRISTLES + k] = value
     slides = abs(motion.v) > borders.fast and is_steady(bristles, motion)
     push(pool, SLIDING if slides else FOLLOWED, number)
+    return number
 
 
 @compiled
@@ -170,7 +178,7 @@ def leave(pool, stack, block, over, on):
 
 
 @allocating
-def known_forces(terms, axis, guide, forces, points, known):
+def known_forces(terms, axis, guide, way, points, known):
     """Have the motor's forces at points from and to `points`: overlapping stretches share what is known already.
 
     guide: as in `Scheme`; known: from and to which point forces are known; returns the same, as it is then.
@@ -181,7 +189,8 @@ def known_forces(terms, axis, guide, forces, points, known):
         begin = end = start
     if stop > end:
         currents = (guide[1, end:stop], guide[2, end:stop], guide[3, end:stop])
-        forces_along(terms, axis, guide[0, end:stop], currents, forces[end:stop])
+        forces_along(terms, axis, guide[0, end:stop], currents, way.forces[end:stop])
+        terms.beside.pushed(terms, axis, way.beside, guide, way.forces, (end, stop))
         end = stop
     return begin, end
 
@@ -201,66 +210,89 @@ def open_task(terms, tasks, number, motor, known, way, pool):
     powered, p = inputs.powered[r], candidates.params[candidate]
     axis = Axis(0, powered, motor.motor, motor.harmonics, motor.wavenumber, motor.phase, p, motor.table)
     bristles = bristles_of(terms, axis, inputs.added_mass[r])
-    currents = 0.0, 0.0, 0.0
+    currents, point = (0.0, 0.0, 0.0), pieces * interval + r
     if powered and count > 1:
-        point = pieces * interval + r
         points = point, point + pieces * (count - 1) + 1
-        known = known_forces(terms, axis, scheme.guide, way.forces, points, known)
+        known = known_forces(terms, axis, scheme.guide, way, points, known)
         currents = inputs_at(inputs.coefficients, interval, 0.0)
-    motion = started(terms, axis, bristles, 0.0, starts.values[candidate, s], starts.kept, currents)
-    a = offsets[s]
+    start, a = starts.values[candidate, s], offsets[s]
+    motion = started(terms, axis, bristles, 0.0, start, starts.kept, currents)
     way.y_out[candidate, a] = motion.y
     if way.v_out.size > 0:
         way.v_out[candidate, a] = motion.v
     borders = borders_of(terms, axis, bristles)
-    if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
+    rests = borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE  # nothing ever moves it
+    terms.beside.begun(way.beside, bristles, motion, (s, start[2], point if powered else -1), a)
+    if rests:
+        terms.beside.kept(way.beside, a + 1, a + count)
         for k in range(a + 1, a + count):
             way.y_out[candidate, k] = motion.y
             if way.v_out.size > 0:
                 way.v_out[candidate, k] = 0.0
     elif count > 1:
         moment = float(interval), float(r), inputs.dts[r] / (scheme.substeps << FINEST)
-        put_in(pool, motion, bristles, borders, moment, (candidate, a + 1, a + count))
+        place = put_in(pool, motion, bristles, borders, moment, (candidate, a + 1, a + count))
+        terms.beside.put_in(way.beside, pool.values, place)
     return known
+
+
+@allocating
+def simulate_all(terms, tasks, begin, end, way, rows):
+    """Simulate tasks begin..end-1; returns the number of steps. rows: that blocks hold of a simulation."""
+    candidates, segments = tasks.candidates, tasks.segments
+    powered = way.forces.size > 2
+    pool, sliding, following = new_pool(rows), new_block(rows), new_block(rows)
+    steps, number = 0, np.int64(begin)
+    while number < end:
+        # Simulations that are open together share the forces of one candidate, where there are any.
+        candidate = number // segments.recording.size
+        until = min(end, (candidate + 1) * segments.recording.size) if powered else end
+        motor = motor_axis(terms, candidates.motor, candidates.params[candidate])
+        known = np.int64(0), np.int64(0)
+        while True:
+            while number < until and pool.stacks[SIZES, FREE] > 0:
+                known = open_task(terms, tasks, number, motor, known, way, pool)
+                number += 1
+            slides, follows = enter(pool, SLIDING, sliding), enter(pool, FOLLOWED, following)
+            if slides + follows == 0:
+                break
+            if follows == LANES or slides == 0:
+                over, on, more = follow(terms, motor, following, way)
+                leave(pool, FOLLOWED, following, over, on)
+            else:
+                over, on, more = slide(terms, sliding, way)
+                leave(pool, SLIDING, sliding, over, on)
+            steps += more
+    return steps
+
+
+@allocating
+def way_of(inputs, scheme, traces, beside):
+    """What all simulations share; traces: y and v as in `Traces`; beside: what goes along with them."""
+    powered = False
+    for r in range(inputs.powered.size):
+        powered = powered or inputs.powered[r]
+    forces = np.empty(max(scheme.guide.shape[1], 3) if powered else 2)
+    pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
+    return Way(inputs.coefficients, forces, pieces, whole, scheme.tolerance, traces[0], traces[1], beside)
+
+
+@inlined
+def _nothing(*_):
+    """Where nothing goes along."""
 
 
 def lockstep_tasks_with(terms: Bundle) -> Any:
     """`lockstep_tasks` with these terms, for Python to call."""
+    beside = Bundle(**{name: _nothing for name in BESIDE})
+    terms = Bundle(**dict(terms), beside=beside)
 
     def lockstep_tasks(candidates, inputs, segments, starts, scheme, begin, end, out):
         """Simulate tasks begin..end-1; task = candidate * segments + segment. Results land in `out`.
 
         Arguments and result as those of `simulate_tasks`.
         """
-        powered = False
-        for r in range(inputs.powered.size):
-            powered = powered or inputs.powered[r]
-        pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
-        forces = np.empty(scheme.guide.shape[1] if powered else 2)
-        way = Way(inputs.coefficients, forces, pieces, whole, scheme.tolerance, out.y, out.v)
         tasks = Tasks(candidates, inputs, segments, starts, scheme, out.offsets)
-        pool, sliding, following = new_pool(), new_block(), new_block()
-        steps, number = 0, np.int64(begin)
-        while number < end:
-            # Simulations that are open together share the forces of one candidate, where there are any.
-            candidate = number // segments.recording.size
-            until = min(end, (candidate + 1) * segments.recording.size) if powered else end
-            motor = motor_axis(terms, candidates.motor, candidates.params[candidate])
-            known = np.int64(0), np.int64(0)
-            while True:
-                while number < until and pool.stacks[SIZES, FREE] > 0:
-                    known = open_task(terms, tasks, number, motor, known, way, pool)
-                    number += 1
-                slides, follows = enter(pool, SLIDING, sliding), enter(pool, FOLLOWED, following)
-                if slides + follows == 0:
-                    break
-                if follows == LANES or slides == 0:
-                    over, on, more = follow(terms, motor, following, way)
-                    leave(pool, FOLLOWED, following, over, on)
-                else:
-                    over, on, more = slide(sliding, way)
-                    leave(pool, SLIDING, sliding, over, on)
-                steps += more
-        return steps
+        return simulate_all(terms, tasks, begin, end, way_of(inputs, scheme, (out.y, out.v), 0.0), ROWS)
 
     return lockstep_tasks

@@ -30,8 +30,8 @@ SPLINES = 17  # rows: of which interval, and its four splines' coefficients
 
 
 class Block(NamedTuple):
-    """What `LANES` simulations side by side are: values (ROWS, LANES); places (PLACES, LANES); splines (SPLINES,
-    LANES); room (2, LANES)."""
+    """What `LANES` simulations side by side are: values (ROWS or more, LANES); places (PLACES, LANES); splines
+    (SPLINES, LANES); room (2, LANES)."""
 
     values: Any
     places: Any
@@ -42,7 +42,7 @@ class Block(NamedTuple):
 class Way(NamedTuple):
     """What all simulations share: the recordings' coefficients; forces in N at all points, `pieces` per sample; whole:
     finest steps per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples) in m
-    and m/s, v_out (1, 0) if not wanted."""
+    and m/s, v_out (1, 0) if not wanted; beside: what goes along with simulations."""
 
     coefficients: Any
     forces: Any
@@ -51,6 +51,7 @@ class Way(NamedTuple):
     tolerance: Any
     y_out: Any
     v_out: Any
+    beside: Any
 
 
 @inlined
@@ -155,7 +156,7 @@ def forces_at(way, values, ahead, powered):
 
 
 @compiled
-def write_samples(block, way, came, strayed_bits, rest_bits):
+def write_samples(terms, block, way, came, strayed_bits, rest_bits):
     """Write the sample that the lanes of the bits `came` have come to, and all still to come of those that strayed and
     of those that rest for good."""
     for lane in range(block.places.shape[1]):
@@ -170,6 +171,7 @@ def write_samples(block, way, came, strayed_bits, rest_bits):
                 until = block.places[END, lane]
             for sample in range(k, until):
                 way.y_out[candidate, sample] = y
+            terms.beside.written(way.beside, block, lane, k, until, strayed_bits >> lane & 1)
             if way.v_out.size > 0:
                 way.v_out[candidate, k] = v
                 for sample in range(k + 1, until):
@@ -177,13 +179,13 @@ def write_samples(block, way, came, strayed_bits, rest_bits):
 
 
 @inlined
-def at_samples(block, way, moving, ends):
+def at_samples(terms, block, way, moving, ends):
     """What happens where lanes have come to a sample; the mask of those whose simulation is over."""
     values = block.values
     stray = ends & strayed(moving)
     rests = (row(values, ALONE) > 0.0) & (abs(moving.v) < REST_SPEED) & (abs(moving.w) < REST_BRISTLE)
     rests = rests & ends
-    write_samples(block, way, bits_of(ends), bits_of(stray), bits_of(rests))
+    write_samples(terms, block, way, bits_of(ends), bits_of(stray), bits_of(rests))
     left = select(ends, row(values, LEFT) - 1.0, row(values, LEFT))
     put_row(values, LEFT, left)
     put_row(values, DONE, select(ends, 0.0, row(values, DONE)))
@@ -192,7 +194,7 @@ def at_samples(block, way, moving, ends):
 
 
 @inlined
-def moved_on(block, way, moving, new, took, ahead):
+def moved_on(terms, block, way, moving, new, took, ahead):
     """Put the lanes of the mask `took` where a step has brought them; returns their motion, and the mask of those whose
     simulation is over."""
     values = block.values
@@ -210,7 +212,7 @@ def moved_on(block, way, moving, new, took, ahead):
     ends = took & (ahead == way.whole)
     over = ends & ~ends
     if bits_of(ends) != 0:
-        over = at_samples(block, way, new, ends)
+        over = at_samples(terms, block, way, new, ends)
     return new, over
 
 
@@ -235,7 +237,7 @@ def glides(values, bristles, h, going):
 
 
 @compiled
-def slide(block, way):
+def slide(terms, block, way):
     """Have all lanes slide fast until one has to leave; the bits of those whose simulation is over, of those that must
     be followed, and the number of steps."""
     values = block.values
@@ -247,10 +249,12 @@ def slide(block, way):
         h = size * row(values, TICK)
         ahead = done + size
         weights = glides(values, bristles, h, going)
-        new = slid(bristles, moving, h, weights, forces_at(way, values, ahead, going & ~alone))
+        forces = forces_at(way, values, ahead, going & ~alone)
+        new = slid(bristles, moving, h, weights, forces)
         slow = (math.copysign(new.v, moving.v) != new.v) | (abs(new.v) <= row(values, SLOWEST))
         took = going & ~slow
-        new, over = moved_on(block, way, moving, new, took, ahead)
+        terms.beside.slid(way, values, bristles, moving, weights, (h, ahead, forces), (took, going & ~alone))
+        new, over = moved_on(terms, block, way, moving, new, took, ahead)
         steps += count_of(took)
         leave = going & ~over & (slow | ~is_sliding(values, bristles, new))
         if bits_of(leave | over) != 0:
@@ -275,12 +279,13 @@ def follow(terms, axis, block, way):
             forces = forces_within(terms, axis, block, way, within, (x - 0.5 * middle.h, x))
             mid, end = select(within, forces[0], mid), select(within, forces[1], end)
         new = followed(bristles, moving, middle, (mid, end), going)
+        terms.beside.followed(way, values, bristles, moving, middle, (mid, end), (going, going & ~alone))
         twice = 2.0 * middle.size
         pairs = ahead / twice
         # Whether that is a whole number: 2^52 takes halves away.
         longer = middle.calm & (middle.size < WHOLE) & ((pairs + 2.0**52) - 2.0**52 == pairs)
         put_row(values, SIZE, select(longer, twice, middle.size))
-        new, over = moved_on(block, way, moving, new, going, ahead)
+        new, over = moved_on(terms, block, way, moving, new, going, ahead)
         steps += count_of(going)
         leave = going & ~over & is_sliding(values, bristles, new)
         if bits_of(leave | over) != 0:

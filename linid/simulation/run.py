@@ -20,7 +20,15 @@ from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, STRIBEC
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
 from linid.simulation.along_motion import MeasuredMotion
-from linid.simulation.compiled import Kernel, load_along_slopes, load_kernel, load_lockstep, load_slopes
+from linid.simulation.along_told import AlongMotion
+from linid.simulation.compiled import (
+    Kernel,
+    load_along_slopes,
+    load_kernel,
+    load_lockstep,
+    load_lockstep_slopes,
+    load_slopes,
+)
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.lanes import LANES, padded
@@ -58,37 +66,6 @@ def whole_recordings(inputs: Inputs) -> Segments:
     """One segment per recording, from its first to its last sample."""
     n = inputs.counts
     return Segments(np.arange(n.size, dtype=np.int64), np.zeros(n.size, dtype=np.int64), n)
-
-
-@dataclass(frozen=True)
-class AlongMotion:
-    """What the model says along a measured motion, for C candidates.
-
-    acceleration: (C, samples) m/s^2; bristle: (C, samples) deflection in m; states: (C, samples, hidden) hidden states
-    of the active effects; reading_error: (C, samples) reading minus position in m, or None where no effect has one.
-    """
-
-    acceleration: Array
-    bristle: Array
-    states: Array
-    reading_error: Array | None
-
-    def starts(self, samples: Integers, y: Array, v: Array, dts: Array) -> Array:
-        """Start states (C, S, 3 + states) of predictions from measured samples (S,), for `Simulator.run`.
-
-        y, v: (samples,) measured motion of all recordings in m and m/s; dts: (S,) sampling period in s. The starts are
-        freed of the reading error.
-        """
-        out = np.empty((self.bristle.shape[0], samples.size, 3 + self.states.shape[2]))
-        out[:, :, 0], out[:, :, 1] = y[samples], v[samples]
-        out[:, :, 2] = self.bristle[:, samples]
-        out[:, :, 3:] = self.states[:, samples] if self.states.shape[2] else 0.0
-        if self.reading_error is not None:
-            error = self.reading_error
-            out[:, :, 0] -= error[:, samples]
-            before, after = np.maximum(samples - 1, 0), np.minimum(samples + 1, error.shape[1] - 1)
-            out[:, :, 1] -= (error[:, after] - error[:, before]) / ((after - before) * dts)
-        return out
 
 
 @dataclass(frozen=True)
@@ -222,24 +199,33 @@ class Simulator:
         of the motor, what effects do and how their hidden states go on by differences, to some 1e-7.
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
-        count, width = tangents.shape[0], padded(tangents.shape[0])
-        offsets = segments.out_offsets
-        out = offsets, np.empty(int(offsets[-1])), np.empty((int(offsets[-1]), width))
+        powered, bare = bool(np.any(self.inputs.powered)), self.model.mask == 0
+        told = np.ones(len(tangents), dtype=np.bool_)
+        if bare and not powered:  # a motor's parameters say nothing
+            told = np.any(tangents[:, :MOTOR_START] != 0.0, axis=1) | np.any(start_slopes != 0.0, axis=(0, 1))
+        tangents = tangents[told]
+        count, samples = len(tangents), int(segments.out_offsets[-1])
+        width = count if bare else padded(count)
+        out = segments.out_offsets, np.empty(samples), np.empty((samples, width))
         table, moved = np.zeros((8, width)), np.zeros((*starts.shape, width))
-        table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes
+        table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes[:, :, told]
         touched, begins = self._touched(tangents), np.ascontiguousarray(starts)
         along = Tangents(count, table, touched, self._fast, begins, moved, *self._hidden)
-        guide = self._guide if np.any(self.inputs.powered) else np.empty((4, 1))
+        guide = self._guide if powered else np.empty((4, 1))
         scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
-        kernel = load_slopes(self.model.mask == 0)
+        kernel = load_lockstep_slopes() if bare else load_slopes()
 
         def work(piece: tuple[int, int]) -> int:
             kernel(candidates, self.inputs, segments, scheme, along, *piece, out)
             return 0
 
         summed(work, self._by_recording(segments), self.jobs)
-        return out[1], out[2][:, :count]
+        slopes = out[2][:, :count]
+        if not np.all(told):
+            slopes = np.zeros((samples, told.size))
+            slopes[:, told] = out[2]
+        return out[1], slopes
 
     def run_by_voltage(
         self, params: Array, segments: Segments, starts: Array, start_currents: Array, *, guided: bool = False

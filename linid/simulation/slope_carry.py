@@ -299,28 +299,20 @@ def within_base_step(course, place, halvings):
 def carry_followed(terms, along, place, motion, followed):
     """Take the slopes along a followed step from `motion` to what `followed_step` gave."""
     axis, course, table, carried = along.axis, along.course, along.table, along.carried
-    bristles = strong = along.bristles
+    bristles = along.bristles
     reached, middle = followed
-    width, known = table.shape[1], middle.halvings == 0 and course.forces.size > 0
-    at, shares = within_base_step(course, place, middle.halvings)
-    reach = reach_of(course, place, motion, middle, course.guided and not known)
-    h, force, currents = reach.h, 0.0, motion.currents
-    if known:
-        force = course.forces[at + 1]
-    elif axis.powered:
+    width, (at, shares) = table.shape[1], within_base_step(course, place, middle.halvings)
+    reach = reach_of(course, place, motion, middle, course.guided)
+    h, currents = reach.h, motion.currents
+    if axis.powered:
         currents = inputs_then(terms, axis, course, place.n, reach.x, 0.5 * h)
     level, level_mid = curve_at(bristles, motion.v, carried.bent), curve_at(bristles, middle.v, carried.bent)
-    answers = unanswered(width, along.acting)
-    if axis.on & terms.acts.any:
-        force, answers = answers_of_step(terms, along, motion, followed, reach, currents, (at, shares))
-    elif axis.powered and not known:
-        force = force_once(terms, axis, reach.t_mid, reach.y_mid, middle.v, currents)
+    force, answers = answers_of_step(terms, along, motion, followed, reach, currents, (at, shares))
     push_mid, push_end, first, second, (factor, stronger) = answers
-    if axis.on & terms.acts.any:
-        level, level_mid = with_answer(level, first), with_answer(level_mid, second)
-        strong = scaled_bristles(bristles, factor)
-        high, fall = factor * level_mid.level, factor * level_mid.fall
-        middle = Middle(middle.v, middle.w, high, fall, middle.halvings, middle.swing, middle.allowed)
+    level, level_mid = with_answer(level, first), with_answer(level_mid, second)
+    strong = scaled_bristles(bristles, factor)
+    high, fall = factor * level_mid.level, factor * level_mid.fall
+    middle = Middle(middle.v, middle.w, high, fall, middle.halvings, middle.swing, middle.allowed)
     predictor = predictor_of(bristles, motion, middle, h, level.level)
     mean, rise = impulse(motion.force, force, reached.force)
     linear = linear_of(strong, motion, middle, mean, rise, h)
@@ -331,25 +323,23 @@ def carry_followed(terms, along, place, motion, followed):
         start = lanes_at(carried.force, block)
         motor, half, end = pushes_between(along, at, shares, block)
         steady = level_lanes(level.level_by, motions.v, columns)
-        if axis.on & terms.acts.any:
-            steady = steady + beyond(along, first.level, block, motor, motions.y, AT_START)
+        steady = steady + beyond(along, first.level, block, motor, motions.y, AT_START)
         spring = scaled_columns(bristles, columns, last, lanes_at(carried.factor, block))
         v_mid, w_mid = predicted_lanes(predictor, motions, start, steady, columns, spring)
         high, fall = level_lanes(level_mid.level_by, v_mid, columns), level_lanes(level_mid.fall_by, v_mid, columns)
-        if axis.on & terms.acts.any:
-            y_mid = motions.y + 0.25 * h * (motions.v + v_mid)
-            if axis.on & terms.acts.advance:
-                carry_to_end(along, block, h, motions, v_mid)
-            high = high + beyond(along, second.level, block, half, y_mid, AT_MIDDLE)
-            fall = fall + beyond(along, second.fall, block, half, y_mid, AT_MIDDLE)
-            if axis.on & terms.acts.friction:
-                by = answered(along, stronger, block, half, v_mid, y_mid, AT_MIDDLE)
-                put_lanes(carried.factor, block, by)
-                columns = scaled_columns(bristles, columns, factor, by)
-                high, fall = factor * high + level_mid.level * by, factor * fall + level_mid.fall * by
-            if axis.on & terms.acts.push:
-                half = answered(along, push_mid, block, half, v_mid, y_mid, AT_MIDDLE)
-                end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid, AT_END)
+        y_mid = motions.y + 0.25 * h * (motions.v + v_mid)
+        if axis.on & terms.acts.advance:
+            carry_to_end(along, block, h, motions, v_mid)
+        high = high + beyond(along, second.level, block, half, y_mid, AT_MIDDLE)
+        fall = fall + beyond(along, second.fall, block, half, y_mid, AT_MIDDLE)
+        if axis.on & terms.acts.friction:
+            by = answered(along, stronger, block, half, v_mid, y_mid, AT_MIDDLE)
+            put_lanes(carried.factor, block, by)
+            columns = scaled_columns(bristles, columns, factor, by)
+            high, fall = factor * high + level_mid.level * by, factor * fall + level_mid.fall * by
+        if axis.on & terms.acts.push:
+            half = answered(along, push_mid, block, half, v_mid, y_mid, AT_MIDDLE)
+            end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid, AT_END)
         rates = (*bristle_lanes(linear, strong, middle, (v_mid, w_mid, high, fall), columns), v_mid)
         new = linear_lanes(linear, strong, base, h, rates, motions, Pushes(start, half, end), columns)
         if axis.on & terms.acts.advance:

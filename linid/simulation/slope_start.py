@@ -128,8 +128,7 @@ def start_bristles(terms, along, at, motion, motor, factor):
         most = answer.factor * columns.static
         if slides:
             most = level_lanes(level.level_by, motions.v, columns)
-        if axis.on & terms.acts.any:
-            most = most + beyond(along, answer.level, block, lanes_at(motor, block), motions.y, AT_START)
+        most = most + beyond(along, answer.level, block, lanes_at(motor, block), motions.y, AT_START)
         held = turn * most
         if not slides:
             free = (1.0 / factor) * (lanes_at(carried.force, block) - asked * lanes_at(carried.factor, block))

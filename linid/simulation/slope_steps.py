@@ -65,6 +65,32 @@ class Predictor(NamedTuple):
     inverse: Any
 
 
+class AtMiddle(NamedTuple):
+    """The bristle in the middle of a step, in the names of `Linear`; by_rate: how the bound that moves hangs on the
+    bristle's rate."""
+
+    turn: Any
+    rate: Any
+    load: Any
+    share: Any
+    over: Any
+    by_rate: Any
+
+
+class Matrix(NamedTuple):
+    """The linearised step, in the names of `Linear`; half_trace, square: of its matrix (`phi_slopes`)."""
+
+    w_rate: Any
+    v_rate: Any
+    damping: Any
+    spring: Any
+    difference: Any
+    v_turn: Any
+    w_turn: Any
+    half_trace: Any
+    square: Any
+
+
 class Linear(NamedTuple):
     """What the step of the linearised equations is made of, in the names of `lugre_step` and `linear_step`."""
 
@@ -170,30 +196,61 @@ def predicted_lanes(p, motion, force, level, columns, spring):
 
 
 @inlined
-def linear_of(bristles, motion, middle, mean, rise, h):
-    """What the linearised step (`lugre_step`) of h seconds hangs on; mean, rise: of the outer force, in N."""
-    sigma_0, sigma_1, sigma_2, mass = bristles[4:]
-    v, w = motion.v, motion.w
-    turn = 0.0 if middle.v == 0.0 else math.copysign(1.0, middle.v)
-    rate = sigma_0 * abs(middle.v) / middle.level
-    load = turn * sigma_0 * middle.w / middle.level
-    share, over = middle.fall / middle.level, 1.0 / (sigma_0 + sigma_1 * rate)
-    by_rate = -0.5 * mass * over / h
+def bound_of(load, share, by_rate, rate):
+    """The bristle's slope by speed and what holds it: `Linear`'s slope, free, lowest and lowest_by_rate."""
     wished = 1.0 - load * (1.0 - share)
     lowest = max(-1.0, by_rate * rate)
     slope = min(max(wished, lowest), 2.0)
     free = 1.0 if slope == wished else 0.0
     moves = 1.0 if slope == lowest and lowest > -1.0 and free == 0.0 else 0.0
+    return slope, free, moves * lowest, moves * by_rate
+
+
+@inlined
+def linear_of(bristles, motion, middle, mean, rise, h):
+    """What the linearised step (`lugre_step`) of h seconds hangs on; mean, rise: of the outer force, in N."""
+    turn = 0.0 if middle.v == 0.0 else math.copysign(1.0, middle.v)
+    bristle = bristle_of_step(bristles, middle, turn, h)
+    bound = bound_of(bristle.load, bristle.share, bristle.by_rate, bristle.rate)
+    matrix = matrix_of(bristles, motion, middle, (mean, rise, h), bristle, bound[0])
+    return joined(bristle, bound, matrix, phi_slopes(matrix.half_trace, matrix.square), rise / bristles.mass)
+
+
+@inlined
+def bristle_of_step(bristles, middle, turn, h):
+    """The bristle in the middle of a step of h seconds; turn: sign of the speed then, or 0."""
+    sigma_0, sigma_1, _, mass = bristles[4:]
+    rate = sigma_0 * abs(middle.v) / middle.level
+    over = 1.0 / (sigma_0 + sigma_1 * rate)
+    load = turn * sigma_0 * middle.w / middle.level
+    return AtMiddle(turn, rate, load, middle.fall / middle.level, over, -0.5 * mass * over / h)
+
+
+@inlined
+def matrix_of(bristles, motion, middle, outer, bristle, slope):
+    """The linearised step's matrix and rates; outer: mean and rise of the outer force in N, and the step's seconds."""
+    sigma_0, sigma_1, sigma_2, mass = bristles[4:]
+    mean, rise, h = outer
+    v, w, rate = motion.v, motion.w, bristle.rate
     w_rate = middle.v - rate * w + slope * (v - middle.v)
     v_rate = (mean - 0.5 * rise - sigma_0 * w - sigma_1 * w_rate - sigma_2 * v) / mass
     damping = (sigma_1 * slope + sigma_2) / mass * h
     spring = (sigma_0 - sigma_1 * rate) / mass * h
     difference = 0.5 * (rate * h - damping)
-    phi = phi_slopes(-0.5 * (damping + rate * h), difference * difference - spring * slope * h)
     v_turn, w_turn = difference * v_rate - spring * w_rate, slope * h * v_rate - difference * w_rate
+    half_trace, square = -0.5 * (damping + rate * h), difference * difference - spring * slope * h
+    return Matrix(w_rate, v_rate, damping, spring, difference, v_turn, w_turn, half_trace, square)
+
+
+@inlined
+def joined(bristle, bound, matrix, phi, jerk):
+    """All of it together."""
+    turn, rate, load, share, over, _ = bristle
+    slope, free, lowest, lowest_by_rate = bound
+    w_rate, v_rate, damping, spring, difference, v_turn, w_turn, _, _ = matrix
     return Linear(
-        turn, rate, load, share, free, moves * lowest, moves * by_rate, over, slope, w_rate, v_rate, rise / mass,
-        damping, spring, difference, v_turn, w_turn, phi,
+        turn, rate, load, share, free, lowest, lowest_by_rate, over, slope, w_rate, v_rate, jerk, damping, spring,
+        difference, v_turn, w_turn, phi,
     )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """The compiled simulation with its derivatives: positions of one candidate, and how they change by many columns.
 
-For LuGre friction, where measured positions and inputs alone decide the motor's force or there is no motor, and with
-those effects that slope_effects.py and slope_states.py know. The positions are those of `simulate_tasks` to the bit.
+For LuGre friction, where measured positions and inputs alone decide the motor's force or there is no motor, with
+effects that slope_effects.py and slope_states.py know; models without any are for lockstep_slopes.py. The positions are
+those of `simulate_tasks` to the bit.
 """
 
 from __future__ import annotations
@@ -258,8 +259,7 @@ def carry_one(terms, stretches, tangents, s, scheme, known, acting, out):
     stretch = stretch_of(candidates, inputs, 0, r, first, count)
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    given = known[0][0:0] if axis.on & terms.acts.any else known[0]
-    course = course_of(terms, axis, stretch, scheme, given)
+    course = course_of(terms, axis, stretch, scheme, known[0][0:0])
     t = stretch.t_start + first * stretch.dt
     currents = first_inputs(terms, axis, course, stretch)
     motion = started(terms, axis, bristles, t, start, tangents.kept, currents)
@@ -278,7 +278,7 @@ def carry_one(terms, stretches, tangents, s, scheme, known, acting, out):
         n = first + k
         if k > 0:
             motion = going.motion
-            if stretch.steps and course.forces.size == 0:
+            if stretch.steps:
                 motion = stepped(terms, along, n - 1, motion)
             going = Under(going.borders, motion, going.follow, going.halvings, going.weights, going.weights_h)
             going = carry_over_sample(terms, along, n - 1, going)

@@ -247,7 +247,7 @@ def test_windows_of_one_sample_and_axes_at_rest() -> None:
     assert v[0, 0] == 1.0 and np.all(v[0, 1:] == 0.0) and steps == 0
 
 
-# Positions of windows of the stand under scattered candidates, as bits.
+# Positions and slopes of windows of the stand under scattered candidates, as bits.
 RUN = """
 import hashlib, numpy
 from tests.simulation.test_lockstep import ahead, scattered
@@ -256,7 +256,11 @@ params = scattered(objective.model, vector, 3, 10.0, 8)
 starts = numpy.zeros((3, objective.segments.count.size, 3))
 starts[:, :, 0], starts[:, :, 1] = objective.motion.y[objective.flat_first], objective.motion.v[objective.flat_first]
 y = objective.simulator.run(params, objective.segments, starts, guided=True)[0]
-print(numpy.isfinite(y).mean(), hashlib.sha256(y.tobytes()).hexdigest())
+moved = numpy.ones((*starts.shape[1:], 2))
+tangents = numpy.vstack([params[1], params[2]])
+slopes = objective.simulator.slopes(params[0], tangents, objective.segments, starts[0], moved)[1]
+both = [hashlib.sha256(numbers.tobytes()).hexdigest() for numbers in (y, slopes)]
+print(numpy.isfinite(y).mean(), numpy.isfinite(slopes).mean(), *both)
 """
 
 
@@ -268,4 +272,4 @@ def test_bits_do_not_hang_on_the_processors_registers(tmp_path: Path) -> None:
         environment = {**os.environ, "PYTHONPATH": str(ROOT), **more}
         done = subprocess.run([sys.executable, "-c", RUN], env=environment, capture_output=True, text=True, check=True)
         said.append(done.stdout.split())
-    assert said[0] == said[1] and float(said[0][0]) > 0.9
+    assert said[0] == said[1] and float(said[0][0]) > 0.9 and float(said[0][1]) > 0.9

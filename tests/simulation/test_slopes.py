@@ -141,10 +141,7 @@ def test_positions_are_those_of_the_simulation_to_the_bit() -> None:
     simulator = Simulator(model, pack_inputs([recording(True)]), SUBSTEPS)
     whole, start = whole_recordings(simulator.inputs), np.array([[0.0, 0.1, 0.0]])
     y = simulator.slopes(params, np.ones((3, params.size)), whole, start, np.zeros((1, 3, 3)))[0]
-    alone = Simulator(model, simulator.inputs, SUBSTEPS, specialised=True)
-    assert np.array_equal(y, alone.run(params[None], whole, start[None], guided=True)[0][0])
-    # Simulations side by side have exponentials of their own, which differ in the last bit.
-    assert y == pytest.approx(simulator.run(params[None], whole, start[None], guided=True)[0][0], rel=1e-12, abs=1e-15)
+    assert np.array_equal(y, simulator.run(params[None], whole, start[None], guided=True)[0][0])
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 2 * LANES + 3))

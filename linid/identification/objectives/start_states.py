@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from linid.arrays import Array, Integers
 from linid.identification.signals.motion import Motion
 from linid.recording.motion import SMOOTHING_REACH
-from linid.simulation.run import AlongMotion, Segments, Simulator
+from linid.simulation.along_told import AlongMotion
+from linid.simulation.run import Segments, Simulator
 
 # s; longer stretches average more noise, but a model that is somewhat off (frequency, damping, friction) strays from
 # the axis within them: a measured axis with a load that swings at 53 Hz was predicted worse from 50 ms and more.

@@ -120,6 +120,63 @@ def phase_forces(
                     sine[j] = turned
 
 
+@kept(error_model="numpy")
+def phase_force_slopes(
+    y: Array,
+    currents: tuple[Array, Array, Array],
+    wavenumber: float,
+    phase: float,
+    table: Array,
+    harmonics: int,
+    moved: Array,
+    out: Array,
+) -> None:
+    """How the thrusts of `phase_forces` change, per unit of each direction: eqs. 44 and 45, differentiated.
+
+    y: (n,) m; currents: each (n,) in A; wavenumber: rad/m; phase: rad; table: (3, MAX_HARMONICS), the amplitudes in N/A,
+    and harmonics as there; moved: (directions, 4, MAX_HARMONICS), per unit of a direction the changes of the amplitudes
+    in N/A, of their products with cosine and with sine of the phase step, and in the last row those of wavenumber in
+    rad/m and phase in rad; out: (directions, n) N is filled.
+    """
+    sine, cosine, sine_2, cosine_2 = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    middle, shared, apart, turned = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
+    for begin in range(0, y.size, _BLOCK):
+        size = min(_BLOCK, y.size - begin)
+        end = begin + size
+        place = y[begin:end]
+        u, v, w = currents[0][begin:end], currents[1][begin:end], currents[2][begin:end]
+        for j in range(size):
+            sine[j], cosine[j] = sine_cosine(wavenumber * place[j] + phase)
+        for j in range(size):
+            sine_2[j], cosine_2[j] = 2.0 * sine[j] * cosine[j], 1.0 - 2.0 * sine[j] * sine[j]
+            turned[j] = 0.0
+        for k in range(harmonics):
+            amplitude, along, across = (2 * k + 1) * table[0, k], table[1, k], table[2, k]
+            for j in range(size):
+                both, between = u[j] + w[j], w[j] - u[j]
+                middle[j], shared[j], apart[j] = sine[j] * v[j], sine[j] * both, cosine[j] * between
+                turned[j] += amplitude * (cosine[j] * (v[j] + along * both) - sine[j] * across * between)
+            for m in range(moved.shape[0]):
+                of_middle, of_shared, of_apart, slope = (
+                    moved[m, 0, k],
+                    moved[m, 1, k],
+                    moved[m, 2, k],
+                    out[m, begin:end],
+                )
+                for j in range(size):
+                    part = of_middle * middle[j] + of_shared * shared[j] + of_apart * apart[j]
+                    slope[j] = part + (slope[j] if k > 0 else 0.0)
+            if k + 1 < harmonics:
+                for j in range(size):
+                    ahead = sine[j] * cosine_2[j] + cosine[j] * sine_2[j]
+                    cosine[j] = cosine[j] * cosine_2[j] - sine[j] * sine_2[j]
+                    sine[j] = ahead
+        for m in range(moved.shape[0]):
+            by_wavenumber, by_phase, slope = moved[m, 3, 0], moved[m, 3, 1], out[m, begin:end]
+            for j in range(size):
+                slope[j] += (by_wavenumber * place[j] + by_phase) * turned[j]
+
+
 @kept()
 def phase_constants(
     y: float, wavenumber: float, phase: float, table: Array, harmonics: int
