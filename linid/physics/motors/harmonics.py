@@ -133,10 +133,10 @@ def phase_force_slopes(
 ) -> None:
     """How the thrusts of `phase_forces` change, per unit of each direction: eqs. 44 and 45, differentiated.
 
-    y: (n,) m; currents: each (n,) in A; wavenumber: rad/m; phase: rad; table: (3, MAX_HARMONICS), the amplitudes in N/A,
-    and harmonics as there; moved: (directions, 4, MAX_HARMONICS), per unit of a direction the changes of the amplitudes
-    in N/A, of their products with cosine and with sine of the phase step, and in the last row those of wavenumber in
-    rad/m and phase in rad; out: (directions, n) N is filled.
+    y: (n,) m; currents: each (n,) in A; wavenumber: rad/m; phase: rad; table: (3, MAX_HARMONICS), the amplitudes in
+    N/A, and harmonics as there; moved: (directions, 4, MAX_HARMONICS), per unit of a direction the changes of the
+    amplitudes in N/A, of their products with cosine and with sine of the phase step, and in the last row those of
+    wavenumber in rad/m and phase in rad; out: (directions, n) N is filled.
     """
     sine, cosine, sine_2, cosine_2 = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
     middle, shared, apart, turned = np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK), np.empty(_BLOCK)
