@@ -15,7 +15,7 @@ from linid.arrays import Array, Flags, Integers
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
-from linid.physics.model import MOTOR_START, STATE_PLACES, Model
+from linid.physics.model import EFFECT_START, MOTOR_START, STATE_PLACES, VECTOR_SIZE, Model
 from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
@@ -41,6 +41,7 @@ from linid.simulation.threads import summed
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
 _NO_STATES = ("drive", "field", "friction")  # terms whose hidden states no derivative is carried for
+_OF_MOTOR = {"delay", "drive", "field", "thrust"}  # terms that only a motor with inputs shows
 _ROUNDS = 4  # of lanes, which a thread takes at a time: fewer would leave lanes free too often
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
@@ -137,6 +138,18 @@ class Simulator:
             touched[np.any(tangents[:, places] != 0.0, axis=1)] |= bits
         return touched
 
+    @cached_property
+    def _telling(self) -> Flags:
+        """Which parameters (VECTOR_SIZE,) a simulation hangs on: without inputs not on the motor's, nor on those of
+        effects on inputs, field and thrust alone."""
+        telling = np.ones(VECTOR_SIZE, dtype=np.bool_)
+        if not np.any(self.inputs.powered):
+            telling[MOTOR_START:EFFECT_START] = False
+            for effect in map(find_effect, self.model.effects):
+                if effect.terms.keys() <= _OF_MOTOR:
+                    telling[[self.model.slot(parameter.name) for parameter in effect.parameters]] = False
+        return telling
+
     @property
     def _reads(self) -> bool:
         """Whether an effect has a reading error."""
@@ -200,9 +213,7 @@ class Simulator:
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         powered, bare = bool(np.any(self.inputs.powered)), self.model.mask == 0
-        told = np.ones(len(tangents), dtype=np.bool_)
-        if bare and not powered:  # a motor's parameters say nothing
-            told = np.any(tangents[:, :MOTOR_START] != 0.0, axis=1) | np.any(start_slopes != 0.0, axis=(0, 1))
+        told = np.any(tangents[:, self._telling] != 0.0, axis=1) | np.any(start_slopes != 0.0, axis=(0, 1))
         tangents = tangents[told]
         count, samples = len(tangents), int(segments.out_offsets[-1])
         width = count if bare else padded(count)
@@ -224,7 +235,7 @@ class Simulator:
         slopes = out[2][:, :count]
         if not np.all(told):
             slopes = np.zeros((samples, told.size))
-            slopes[:, told] = out[2]
+            slopes[:, told] = out[2][:, :count]
         return out[1], slopes
 
     def run_by_voltage(
