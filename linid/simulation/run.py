@@ -15,7 +15,7 @@ from linid.arrays import Array, Flags, Integers
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
-from linid.physics.model import EFFECT_START, MOTOR_START, STATE_PLACES, VECTOR_SIZE, Model
+from linid.physics.model import EFFECT_START, MOTOR_START, STATE_PLACES, Model
 from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
@@ -139,16 +139,16 @@ class Simulator:
         return touched
 
     @cached_property
-    def _telling(self) -> Flags:
-        """Which parameters (VECTOR_SIZE,) a simulation hangs on: without inputs not on the motor's, nor on those of
-        effects on inputs, field and thrust alone."""
-        telling = np.ones(VECTOR_SIZE, dtype=np.bool_)
-        if not np.any(self.inputs.powered):
-            telling[MOTOR_START:EFFECT_START] = False
-            for effect in map(find_effect, self.model.effects):
-                if effect.terms.keys() <= _OF_MOTOR:
-                    telling[[self.model.slot(parameter.name) for parameter in effect.parameters]] = False
-        return telling
+    def _silent(self) -> list[int]:
+        """Places of parameters that say nothing: without inputs those of the motor, and of effects on inputs, field and
+        thrust alone."""
+        if np.any(self.inputs.powered):
+            return []
+        silent = list(range(MOTOR_START, EFFECT_START))
+        for effect in map(find_effect, self.model.effects):
+            if effect.terms.keys() <= _OF_MOTOR:
+                silent += [self.model.slot(parameter.name) for parameter in effect.parameters]
+        return silent
 
     @property
     def _reads(self) -> bool:
@@ -213,7 +213,8 @@ class Simulator:
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         powered, bare = bool(np.any(self.inputs.powered)), self.model.mask == 0
-        told = np.any(tangents[:, self._telling] != 0.0, axis=1) | np.any(start_slopes != 0.0, axis=(0, 1))
+        told = np.any(np.delete(tangents, self._silent, axis=1) != 0.0, axis=1)
+        told |= np.any(start_slopes != 0.0, axis=(0, 1))
         tangents = tangents[told]
         count, samples = len(tangents), int(segments.out_offsets[-1])
         width = count if bare else padded(count)

@@ -219,3 +219,22 @@ def test_one_that_runs_away_and_one_sample() -> None:
     one = Segments(segments.recording[:2], segments.first[:2], np.ones(2, dtype=np.int64))
     found = simulator.slopes(vector, tangents, one, starts[:2], moved[:2])[1]
     assert np.array_equal(found, moved[:2, 0])
+
+
+@pytest.mark.parametrize("effects", [(), ("phase_gain_imbalance",), ("input_delay", "quadratic_drag")])
+def test_a_coast_down_tells_nothing_of_its_motor(effects: tuple[str, ...]) -> None:
+    """Nor of effects on inputs alone: whole runs do not change, and the other columns are as without these."""
+    model = Model("theta", effects)
+    simulator = Simulator(model, pack_inputs([r for r in stand().recordings if r.name in FREE_WHEELS]), 2)
+    whole = whole_recordings(simulator.inputs)
+    params = model.vector({p.name: stand().truth.get(p.name, p.default) for p in model.parameters})
+    starts = np.tile([0.1, 0.4, 1e-6], (whole.count.size, 1))
+    tangents = directions(model, params)
+    still = np.zeros((*starts.shape, len(tangents)))
+    slopes = simulator.slopes(params, tangents, whole, starts, still, guided=False)[1]
+    moved = simulator.run(params + 1e-4 * tangents, whole, np.repeat(starts[None], len(tangents), 0))[0]
+    silent = np.all(moved == simulator.run(params[None], whole, starts[None])[0], axis=1)
+    assert np.array_equal(silent, np.all(slopes == 0.0, axis=0)) and silent.sum() >= 6
+    told = tangents[~silent]
+    expected = simulator.slopes(params, told, whole, starts, still[:, :, ~silent], guided=False)[1]
+    assert np.array_equal(slopes[:, ~silent], expected)
