@@ -240,7 +240,7 @@ def open_task(terms, tasks, number, motor, known, way, pool):
 def simulate_all(terms, tasks, begin, end, way, rows):
     """Simulate tasks begin..end-1; returns the number of steps. rows: that blocks hold of a simulation."""
     candidates, segments = tasks.candidates, tasks.segments
-    powered = way.forces.size > 2
+    powered = way.powered
     pool, sliding, following = new_pool(rows), new_block(rows), new_block(rows)
     steps, number = 0, np.int64(begin)
     while number < end:
@@ -272,9 +272,9 @@ def way_of(inputs, scheme, traces, beside):
     powered = False
     for r in range(inputs.powered.size):
         powered = powered or inputs.powered[r]
-    forces = np.empty(max(scheme.guide.shape[1], 3) if powered else 2)
+    forces = np.empty(scheme.guide.shape[1] if powered else 2)
     pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
-    return Way(inputs.coefficients, forces, pieces, whole, scheme.tolerance, traces[0], traces[1], beside)
+    return Way(inputs.coefficients, powered, forces, pieces, whole, scheme.tolerance, traces[0], traces[1], beside)
 
 
 @inlined

@@ -40,11 +40,13 @@ class Block(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What all simulations share: the recordings' coefficients; forces in N at all points, `pieces` per sample; whole:
-    finest steps per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples) in m
-    and m/s, v_out (1, 0) if not wanted; beside: what goes along with simulations."""
+    """What all simulations share: the recordings' coefficients; powered: whether any has inputs; forces in N at all
+    points, `pieces` per sample; whole: finest steps per sample; tolerance of a followed step; y_out, v_out: where
+    results go, (candidates, samples) in m and m/s, v_out (1, 0) if not wanted; beside: what goes along with
+    simulations."""
 
     coefficients: Any
+    powered: Any
     forces: Any
     pieces: Any
     whole: Any

@@ -13,6 +13,7 @@ from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import COORDINATE_STEP, OFFSET_STEP, Cost, Problem
+from linid.identification.optimise.rotation import rotated
 from linid.identification.result import Generation
 from linid.identification.settings import Ending
 from linid.identification.space.field_vector import FieldVector, field_vector
@@ -33,7 +34,6 @@ _CURVE_PROBE = 0.1
 _LARGEST_BEND = 0.375
 _WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
 _LEFT_OUT = "left out as asked; intervals hold at a minimum only"
-_BLOCK = 512  # rows
 _BEYOND_MEASURE = 1e100  # of a slope: its square and sums of these are still numbers
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
@@ -68,6 +68,7 @@ class Linearisation:
         self.cost = cost
         self.p = len(problem.space.parameters)
         self.k = problem.nuisances
+        self.jobs = max(getattr(part, "jobs", 1) for part in problem.parts)
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
         self._carried_at: tuple[Array, list[Array], tuple[Array, Array]] | None = None
@@ -118,7 +119,7 @@ class Linearisation:
 
     def rotated_jacobian(self, x: Array) -> Array:
         """(p + k + 1, p + k) in the axes of `length`."""
-        residual, jacobian = rotated(*self.differences(x))
+        residual, jacobian = rotated(*self.differences(x), self.jobs)
         return jacobian * (1.0 if residual[0] >= 0.0 else -1.0)
 
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
@@ -218,22 +219,6 @@ def _finite(residuals: Array, slopes: Array) -> tuple[Array, Array]:
     return residuals, np.where(np.abs(slopes) < _BEYOND_MEASURE, slopes, 0.0)
 
 
-def rotated(base: Array, slopes: Array) -> tuple[Array, Array]:
-    """Residuals (N,) and Jacobian (N, n) in axes (n + 1,), the first one along the residuals: all that least squares
-    needs to know of the long ones.
-
-    base: (N,), slopes: (N, n). Source: QR decomposition (Golub 1965, Numer. Math. 7, 206), by blocks of rows that stay
-    in the processor's cache (Demmel et al. 2012, SIAM J. Sci. Comput. 34, A206).
-    """
-    rows = np.column_stack([base, slopes])
-    whole = len(rows) - len(rows) % _BLOCK
-    if whole > _BLOCK:
-        blocks = rows[:whole].reshape(-1, _BLOCK, rows.shape[1])
-        rows = np.concatenate([*np.linalg.qr(blocks, mode="r"), rows[whole:]])
-    triangle: Array = np.asarray(np.linalg.qr(rows, mode="r"))
-    return triangle[:, 0], triangle[:, 1:]
-
-
 def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
     """Weights of residuals (N,) by Huber's rule on whole groups: 1 up to `_OUTLIER` times the median power.
 
@@ -316,7 +301,7 @@ class _Steps:
         """The next point (p + k,), what it gains in the sum of squares, and why it is the last (else empty)."""
         line, lower, upper = self.line, self.lower, self.upper
         base, slopes = line.differences(x)
-        residual, jacobian = rotated(base, slopes)
+        residual, jacobian = rotated(base, slopes, line.jobs)
         before = float(residual @ residual)
         outlooks = (_damped_step(residual, jacobian, d, lower - x, upper - x)[1] for d in (_UNDAMPED, self.damping))
         if all(predicted < self.precision for predicted in outlooks):
