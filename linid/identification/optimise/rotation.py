@@ -30,7 +30,8 @@ def rotated(base: Array, slopes: Array, jobs: int = 1) -> tuple[Array, Array]:
         own = slice(first * _BLOCK, end * _BLOCK)
         block[:, :, 0] = base[own].reshape(-1, _BLOCK)
         block[:, :, 1:] = slopes[own].reshape(-1, _BLOCK, width - 1)
-        rows[first * width : end * width] = np.linalg.qr(block, mode="r").reshape(-1, width)
+        triangles: Array = np.asarray(np.linalg.qr(block, mode="r"))
+        rows[first * width : end * width] = triangles.reshape(-1, width)
         return 0
 
     summed(work, range(0, blocks, _AT_ONCE), jobs)
