@@ -90,7 +90,7 @@ def phi_slopes(half_trace: float, square: float) -> PhiSlopes:
     if square > 0.0625:
         return _of_two_eigenvalues(half_trace, square)
     if abs(half_trace) < 0.5 and square > -0.0625:
-        return _of_small_matrix(half_trace, square)
+        return phi_of_small(half_trace, square)
     even, odd = exponential(half_trace, square)
     inverse = 1.0 / (half_trace * half_trace - square)
     e_1, o_1 = next_phi(half_trace, square, inverse, even - 1.0, odd)
@@ -129,12 +129,11 @@ def joined_phi(even, odd, odd_by_square):
     )
 
 
-@compiled
-def _of_two_eigenvalues(half_trace: float, square: float) -> PhiSlopes:
-    """`phi_slopes` of a matrix whose two real eigenvalues lie apart."""
-    root = math.sqrt(square)
-    p_1, p_2, p_3, p_4 = phi_to_4(half_trace + root)
-    q_1, q_2, q_3, q_4 = phi_to_4(half_trace - root)
+@inlined
+def phi_of_two(slow, fast, root, square):
+    """All slopes of a matrix with two real eigenvalues, given phi_1 to phi_4 of both; root: of the square."""
+    p_1, p_2, p_3, p_4 = slow
+    q_1, q_2, q_3, q_4 = fast
     half, scale = 0.5 / root, 0.5 / square
     e_1, e_2, e_3, e_4 = 0.5 * (p_1 + q_1), 0.5 * (p_2 + q_2), 0.5 * (p_3 + q_3), 0.5 * (p_4 + q_4)
     o_1, o_2, o_3, o_4 = half * (p_1 - q_1), half * (p_2 - q_2), half * (p_3 - q_3), half * (p_4 - q_4)
@@ -143,10 +142,17 @@ def _of_two_eigenvalues(half_trace: float, square: float) -> PhiSlopes:
 
 
 @compiled
-def _of_small_matrix(half_trace: float, square: float) -> PhiSlopes:
-    """`phi_slopes` by the series of phi_4, and from there down."""
-    e_4 = o_4 = e_by = o_by = 0.0
-    coefficient = 1.0 / 355687428096000.0
+def _of_two_eigenvalues(half_trace: float, square: float) -> PhiSlopes:
+    """`phi_slopes` of a matrix whose two real eigenvalues lie apart."""
+    root = math.sqrt(square)
+    return phi_of_two(phi_to_4(half_trace + root), phi_to_4(half_trace - root), root, square)
+
+
+@compiled
+def phi_of_small(half_trace, square):
+    """All slopes of a small matrix, by the series of phi_4 and from there down."""
+    e_4 = o_4 = e_by = o_by = 0.0 * square
+    coefficient = 1.0 / 355687428096000.0  # 1 / 17!
     for k in range(17, 3, -1):
         e_by, o_by = half_trace * e_by + o_4 + square * o_by, e_by + half_trace * o_by
         e_4, o_4 = coefficient + half_trace * e_4 + square * o_4, e_4 + half_trace * o_4

@@ -9,7 +9,7 @@ import math
 
 from linid.physics.friction import DECAYED
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.friction_slopes import LevelSlopes, PhiSlopes, joined_phi, next_phi
+from linid.simulation.friction_slopes import LevelSlopes, PhiSlopes, joined_phi, next_phi, phi_of_small, phi_of_two
 from linid.simulation.lane_functions import exp_lanes, exponential_lanes, log_lanes, phi_of_lanes, power_lanes
 from linid.simulation.lanes import bits_of, select
 
@@ -59,32 +59,8 @@ def _apart(half_trace, square, asked):
     """Slopes of a matrix whose two real eigenvalues lie apart."""
     root = math.sqrt(square)
     slow, fast = half_trace + root, half_trace - root
-    p_1, p_2, p_3 = phi_of_lanes(slow, asked)
-    q_1, q_2, q_3 = phi_of_lanes(fast, asked)
-    p_4, q_4 = phi_4_lanes(slow, p_3), phi_4_lanes(fast, q_3)
-    half, scale = 0.5 / root, 0.5 / square
-    e_1, e_2, e_3, e_4 = 0.5 * (p_1 + q_1), 0.5 * (p_2 + q_2), 0.5 * (p_3 + q_3), 0.5 * (p_4 + q_4)
-    o_1, o_2, o_3, o_4 = half * (p_1 - q_1), half * (p_2 - q_2), half * (p_3 - q_3), half * (p_4 - q_4)
-    by_square = scale * (e_1 - e_2 - o_1), scale * (e_2 - 2.0 * e_3 - o_2), scale * (e_3 - 3.0 * e_4 - o_3)
-    return joined_phi((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), by_square)
-
-
-@inlined
-def _small(half_trace, square):
-    """Slopes by the series of phi_4, and from there down."""
-    e_4 = o_4 = e_by = o_by = 0.0 * square
-    coefficient = 1.0 / 355687428096000.0  # 1 / 17!
-    for k in range(17, 3, -1):
-        e_by, o_by = half_trace * e_by + o_4 + square * o_by, e_by + half_trace * o_by
-        e_4, o_4 = coefficient + half_trace * e_4 + square * o_4, e_4 + half_trace * o_4
-        coefficient *= k
-    e_3, o_3 = 1.0 / 6.0 + half_trace * e_4 + square * o_4, e_4 + half_trace * o_4
-    e_2, o_2 = 0.5 + half_trace * e_3 + square * o_3, e_3 + half_trace * o_3
-    e_1, o_1 = 1.0 + half_trace * e_2 + square * o_2, e_2 + half_trace * o_2
-    third = e_by + half_trace * o_by
-    second = 0.5 * (o_3 - 3.0 * o_4) + half_trace * third
-    first = 0.5 * (o_2 - 2.0 * o_3) + half_trace * second
-    return joined_phi((e_1, e_2, e_3, e_4), (o_1, o_2, o_3, o_4), (first, second, third))
+    p, q = phi_of_lanes(slow, asked), phi_of_lanes(fast, asked)
+    return phi_of_two((*p, phi_4_lanes(slow, p[2])), (*q, phi_4_lanes(fast, q[2])), root, square)
 
 
 @inlined
@@ -140,7 +116,7 @@ def phi_slopes_lanes(half_trace, square, asked):
     if bits_of(apart & asked) != 0:
         out = _apart(half_trace, square, asked & apart)
     if bits_of(small & asked) != 0:
-        out = _chosen(small, _small(half_trace, square), out)
+        out = _chosen(small, phi_of_small(half_trace, square), out)
     if bits_of(near & asked) != 0:
         out = _chosen(near, _near(half_trace, square, asked & near), out)
     return out
