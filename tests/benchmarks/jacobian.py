@@ -25,6 +25,7 @@ from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.simulation.lanes import LANES
+from linid.simulation.run import Simulator
 from tests.benchmarks.__main__ import as_sine
 from tests.identification.stand import FREE_WHEELS, stand
 from tests.simulation.axis_with_effects import SAMPLES
@@ -101,6 +102,13 @@ def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str,
     tangents = np.zeros((len(names), vector.size))
     for k, name in enumerate(names):
         tangents[k, ahead.model.slot(name)] = vector[ahead.model.slot(name)]
+    alone = Simulator(simulator.model, simulator.inputs, simulator.substeps, simulator.jobs, specialised=True)
+    windows = {
+        name: least(lambda of=of: of.run(vector[None], segments, starts[None], guided=True), calls)  # type: ignore[misc]
+        for name, of in (("side by side", simulator), ("one at a time", alone))
+    }
+    still_starts = np.zeros((segments.count.size, 3, len(names)))
+    of_windows = least(lambda: simulator.slopes(vector, tangents, segments, starts, still_starts), calls)
     still = ahead.motion.y, ahead.motion.v, ahead.motion.standstill
     moved_too = np.vstack([vector, vector + 1e-4 * tangents])
     begins = np.full((len(moved_too), len(ahead.recordings)), np.nan)
@@ -110,6 +118,8 @@ def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str,
         "columns": len(point) + 2.0,
         "simulations by differences": differences / one,
         "simulations carried along": carried / one,
+        "windows alone, in simulations side by side": of_windows / windows["side by side"],
+        "windows alone, in simulations one at a time": of_windows / windows["one at a time"],
         "ns per internal step": 1e9 * one / steps,
         "ns per internal step and column": 1e9 * column,
         "along, by differences": least(lambda: simulator.along(moved_too, *still, begins), calls) / along,
