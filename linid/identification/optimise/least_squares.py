@@ -162,7 +162,7 @@ class Linearisation:
                 out[:, column] = (values[1 + column] - base) / steps[column]
         for kind in range(kinds):
             self._share_out(out, kind, (values[1 + p + kind] - base) / OFFSET_STEP)
-        return _finite(base, out)
+        return _finite(base, out)[:2]
 
     def _carried(self, x: Array) -> tuple[Array, Array]:
         """`differences` with exact derivatives; each counts as an evaluation."""
@@ -180,8 +180,8 @@ class Linearisation:
         for kind, change in enumerate(changes):
             self._share_out(out, kind, change)
         base = np.concatenate([row * weight for (row, _), weight in zip(found, self.weights, strict=True)])
-        base, out = _finite(base, out)
-        out[:, np.einsum("nk,nk->k", out, out) < _UNTOLD**2] = 0.0
+        base, out, power = _finite(base, out)
+        out[:, power < _UNTOLD**2] = 0.0
         return base, out
 
     def _share_out(self, out: Array, kind: int, change: Array) -> None:
@@ -210,13 +210,15 @@ class Linearisation:
         return np.concatenate(owners)
 
 
-def _finite(residuals: Array, slopes: Array) -> tuple[Array, Array]:
+def _finite(residuals: Array, slopes: Array) -> tuple[Array, Array, Array]:
     """Both without what a failed simulation leaves: large residuals that nothing changes; nor do slopes tell anything
-    that have grown beyond all measure in a run that any change sends elsewhere."""
+    that have grown beyond all measure in a run that any change sends elsewhere. With the slopes' power (n,)."""
     residuals = np.nan_to_num(residuals, nan=1e3, posinf=1e3, neginf=-1e3)
-    if max(float(slopes.max(initial=0.0)), -float(slopes.min(initial=0.0))) < _BEYOND_MEASURE:
-        return residuals, slopes
-    return residuals, np.where(np.abs(slopes) < _BEYOND_MEASURE, slopes, 0.0)
+    power = np.einsum("nk,nk->k", slopes, slopes)
+    if not float(np.sum(power)) < _BEYOND_MEASURE**2:
+        slopes = np.where(np.abs(slopes) < _BEYOND_MEASURE, slopes, 0.0)
+        power = np.einsum("nk,nk->k", slopes, slopes)
+    return residuals, slopes, power
 
 
 def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
