@@ -11,7 +11,17 @@ PACKAGE = Path(__file__).resolve().parents[1] / "linid"
 # Left to right; those of one place do not import each other. `stand` sits beside identification.
 ORDER = (
     ("arrays",),
-    ("digests", "errors", "former_names", "kernel_cache", "parallel_tasks", "statistics", "stop_signals", "threads"),
+    (
+        "digests",
+        "errors",
+        "former_names",
+        "kernel_cache",
+        "own_process",
+        "parallel_tasks",
+        "statistics",
+        "stop_signals",
+        "threads",
+    ),
     ("config", "entry_points"),
     ("recording",),
     ("physics",),

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.kernel_cache import cache_folder
+from linid.own_process import own_python
 from linid.physics.laws.registry import LAWS, LUGRE
 from linid.physics.model import VECTOR_SIZE, Model
 from linid.simulation.compiled import (
@@ -173,7 +174,7 @@ def _is_kept(kernel: _Kernel) -> bool:
 
 def _begun(names: Sequence[str]) -> subprocess.Popen[bytes] | None:
     try:
-        helper = subprocess.Popen([sys.executable, "-c", _SERVE, *names], stdout=subprocess.PIPE)
+        helper = subprocess.Popen([*own_python(_SERVE), *names], stdout=subprocess.PIPE)
     except OSError:  # no process to be had: what it would compile is compiled here when it is needed
         return None
     atexit.register(_end, helper)

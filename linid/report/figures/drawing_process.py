@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 if TYPE_CHECKING:
     from linid.report.figures.write import Drawing, Progress
 
+from linid.own_process import own_python
+
 _SERVE = "from linid.report.figures.drawing_process import serve; serve()"
 _waiting: list[subprocess.Popen[bytes]] = []  # one at most, that has begun and was not asked yet
 
@@ -68,9 +70,8 @@ def begin() -> None:
     """Begin a process that will draw: what it loads takes half a second, on another core."""
     if _waiting or not sys.executable:
         return
-    command = [sys.executable, "-c", _SERVE]
     try:
-        _waiting.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE))
+        _waiting.append(subprocess.Popen(own_python(_SERVE), stdin=subprocess.PIPE, stdout=subprocess.PIPE))
     except OSError:  # no process to be had
         return
 

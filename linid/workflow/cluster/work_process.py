@@ -17,6 +17,7 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from linid.errors import LinidError
+from linid.own_process import own_python
 from linid.threads import ONE_THREAD
 
 
@@ -30,7 +31,7 @@ class WorkProcess:
     def __init__(self) -> None:
         # A session of its own: Ctrl-C is for the program that asks, which passes it on.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "linid.workflow.cluster.work_process"],
+            own_python("from linid.workflow.cluster.work_process import serve; serve()"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**os.environ, **ONE_THREAD},
@@ -65,7 +66,7 @@ def _read(requests: BinaryIO, calls: SimpleQueue[Any]) -> None:
         os._exit(1)
 
 
-def _serve() -> None:
+def serve() -> None:
     """Answer calls for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # while nothing is being done; jobs listen
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
@@ -82,7 +83,3 @@ def _serve() -> None:
             answer = pickle.dumps((RuntimeError(f"{type(error).__name__}: {error}"), None))
         answers.write(answer)
         answers.flush()
-
-
-if __name__ == "__main__":
-    _serve()
