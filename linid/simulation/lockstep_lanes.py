@@ -146,12 +146,17 @@ def forces_within(terms, axis, block, way, within, x):
 
 
 @inlined
+def point_at(way, values, ahead):
+    """Each lane's number of the point of base steps that lies so many finest steps after the sample before."""
+    return way.pieces * row(values, INTERVAL) + row(values, RECORDING) + ahead * (2.0 / WHOLE)
+
+
+@inlined
 def forces_at(way, values, ahead, powered):
     """Forces in N in the middle and at the end of base steps, 0 where none acts; ahead: where they end."""
     mid = end = 0.0 * ahead
     if bits_of(powered) != 0:
-        point = way.pieces * row(values, INTERVAL) + row(values, RECORDING) + ahead * (2.0 / WHOLE)
-        point = select(powered, point, 1.0)
+        point = select(powered, point_at(way, values, ahead), 1.0)
         mid = select(powered, gathered(way.forces, point - 1.0), 0.0)
         end = select(powered, gathered(way.forces, point), 0.0)
     return mid, end

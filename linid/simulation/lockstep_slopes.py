@@ -21,7 +21,7 @@ from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.lane_slopes import level_slopes_lanes, phi_4_lanes, phi_slopes_lanes
 from linid.simulation.lanes import LANES, bits_of, gathered, put_lanes, select
 from linid.simulation.lockstep import Tasks, simulate_all, way_of
-from linid.simulation.lockstep_lanes import DONE, INTERVAL, RECORDING, ROWS, row
+from linid.simulation.lockstep_lanes import DONE, ROWS, point_at, row
 from linid.simulation.lockstep_steps import WHOLE
 from linid.simulation.slope_carry import parabola_at
 from linid.simulation.slope_effects import FORCE_STEP
@@ -203,8 +203,7 @@ def carry_slid(way, values, bristles, moving, weights, step, masks):
     by = z * (first - second), z * (second - 2.0 * third), z * (third - 3.0 * phi_4_lanes(z, third))
     mean, rise = impulse(moving.force, *forces)
     driven = bits_of(powered) != 0
-    point = way.pieces * row(values, INTERVAL) + row(values, RECORDING) + ahead * (2.0 / WHOLE)
-    point = select(powered, point, 1.0)
+    point = select(powered, point_at(way, values, ahead), 1.0)
     points = beside.forces.shape[1]
     for c in range(beside.out.shape[1]):
         at = ROWS + PER_COLUMN * c
@@ -248,16 +247,15 @@ def linear_of_lanes(bristles, moving, middle, outer, asked):
 
 
 @inlined
-def shares_of(way, values, ahead, middle):
+def shares_of(way, values, middle):
     """The first point of each lane's base step as a number, and weights of its three points in the middle and at the
     end of the step."""
-    begin = (ahead - middle.size) * (1.0 / WHOLE)
+    begin = row(values, DONE) * (1.0 / WHOLE)
     whole = (begin + 2.0**52) - 2.0**52
     whole = select(whole > begin, whole - 1.0, whole)
     share = begin - whole
     size = middle.size * (1.0 / WHOLE)
-    point = way.pieces * row(values, INTERVAL) + row(values, RECORDING) + 2.0 * whole
-    return point, parabola_at(share + 0.5 * size), parabola_at(share + size)
+    return point_at(way, values, WHOLE * whole), parabola_at(share + 0.5 * size), parabola_at(share + size)
 
 
 @inlined
@@ -271,7 +269,6 @@ def carry_followed_lanes(way, values, bristles, moving, middle, forces, masks):
     """Take the slopes along a step in which the bristle is followed. masks: lanes that take it, and those with a
     motor."""
     beside, (going, powered), h = way.beside, masks, middle.h
-    ahead = row(values, DONE) + middle.size
     mean, rise = impulse(moving.force, *forces)
     level = level_slopes_lanes(moving.v, bristles, beside.bent)
     level_mid = level_slopes_lanes(middle.v, bristles, beside.bent)
@@ -281,7 +278,7 @@ def carry_followed_lanes(way, values, bristles, moving, middle, forces, masks):
     linear = linear_of_lanes(bristles, moving, middle, (mean, rise, h), going)
     base = moving.v, moving.w, middle.v
     driven = bits_of(powered) != 0
-    point, mid_weights, end_weights = shares_of(way, values, ahead, middle)
+    point, mid_weights, end_weights = shares_of(way, values, middle)
     point = select(powered, point, 0.0)
     points = beside.forces.shape[1]
     for c in range(beside.out.shape[1]):
