@@ -20,13 +20,14 @@ from textwrap import dedent
 import pytest
 
 from linid.cli.main import cli
+from linid.installed_kernels import SWITCH
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-LEFT_OUT = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "linid_*")
+LEFT_OUT = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "linid_*", "kernels")
 # What lies about in a checkout and must not be packed: machine code, a run's folder, notes.
 STRAY = ("linid/__pycache__/x.cpython-311.pyc", "linid/physics/__pycache__/kernel.nbi", "linid_batch_x/notes.py")
-UNREACHABLE = ("No matching distribution found for setuptools", "Could not find a version that satisfies")
+UNREACHABLE = ("No matching distribution found for", "Could not find a version that satisfies")
 GENERATED = ("freewheel_2", "freewheel_4", "freewheel_6", "sine_current_2", "sine_current_3")
 # Two models with two seeds each in four threads at once, and one after the other.
 THREADS = """
@@ -60,9 +61,21 @@ print(linid.__file__)
 """
 
 
-def run(*command: object, cwd: Path, timeout: float = 600.0) -> str:
-    """Standard output of a program that knows nothing of the checkout; fails with all it said."""
+# What of the kernels needs to be compiled, and how many came with the installation.
+LACKING = """
+from numba.core.registry import cpu_target
+from linid.installed_kernels import installed_folder
+from linid.simulation.compile_ahead import ALL, lacking
+found = installed_folder(cpu_target.target_context.codegen())
+print([name for names in lacking(ALL) for name in names], len(list(found.glob("*.nbi"))) if found else 0)
+"""
+
+
+def run(*command: object, cwd: Path, timeout: float = 600.0, **variables: str) -> str:
+    """Standard output of a program that knows nothing of the checkout; fails with all it said. variables: of its
+    environment; no kernels are compiled unless these ask for it."""
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")}
+    environment |= {SWITCH: "0", **variables}
     done = subprocess.run(
         [str(part) for part in command], cwd=cwd, env=environment, capture_output=True, text=True, timeout=timeout
     )
@@ -70,14 +83,14 @@ def run(*command: object, cwd: Path, timeout: float = 600.0) -> str:
     return done.stdout
 
 
-def build(source: Path, *options: str, out: Path) -> None:
+def build(source: Path, *options: str, out: Path, **variables: str) -> None:
     """`python -m build` in an environment of its own; skips where that cannot be had."""
     pytest.importorskip("build", reason='needs build (the extra `test`: pip install -e ".[test]")')
     try:
-        run(sys.executable, "-m", "build", *options, "--outdir", out, source, cwd=source)
+        run(sys.executable, "-m", "build", *options, "--outdir", out, source, cwd=source, **variables)
     except AssertionError as error:
         if any(words in str(error) for words in UNREACHABLE):
-            pytest.skip("setuptools, which builds, cannot be had: no network, no package index")
+            pytest.skip("what builds cannot be had: no network, no package index")
         raise
 
 
@@ -152,7 +165,7 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     files = {p.relative_to(ROOT).as_posix() for p in (ROOT / "linid").rglob("*") if p.is_file()}
-    files = {name for name in files if "__pycache__" not in name}
+    files = {name for name in files if "__pycache__" not in name and not name.startswith("linid/kernels/")}
     found = {name for name in contents(wheel) if ".dist-info/" not in name}
     assert found == files and "linid/py.typed" in files and any(name.endswith(".j2") for name in files)
     with zipfile.ZipFile(wheel) as archive:
@@ -182,6 +195,40 @@ def test_what_the_wheel_declares_is_enough_for_its_modules_and_commands(environm
     assert run(environment / "linid", "--version", cwd=tmp_path).split()[-1] == PROJECT["version"]
     said = run(environment / "linid", "--help", cwd=tmp_path)
     assert [name for name in cli.commands if not re.search(rf"^  {name} ", said, re.M)] == []
+
+
+@pytest.mark.slow
+def test_an_installation_brings_the_kernels_of_its_machine(
+    source: Path, wheel: Path, environment: Path, tmp_path: Path
+) -> None:
+    """Next to the files of a wheel for any machine; no command compiles on an empty cache then."""
+    shutil.copytree(source, tmp_path / "source")
+    build(tmp_path / "source", "--wheel", out=tmp_path, **{SWITCH: "1"})
+    (built,) = tmp_path.glob("*.whl")
+    assert not built.name.endswith("-none-any.whl")
+    plain, full = contents(wheel), contents(built)
+    kernels = [name for name in full if name.startswith("linid/kernels/")]
+    assert {name for name in full if "dist-info" not in name} == {
+        *kernels,
+        *(name for name in plain if "dist-info" not in name),
+    }
+    assert {Path(name).suffix for name in kernels} == {".nbi", ".nbc", ".txt"}
+
+    with zipfile.ZipFile(built) as archive:
+        archive.extractall(tmp_path / "installed")
+    said = [
+        run(
+            environment / "python",
+            "-P",
+            "-c",
+            f"import sys; sys.path[:0] = [{str(tmp_path / 'installed')!r}]\n{LACKING}",
+            cwd=tmp_path,
+            **{SWITCH: switch, "LINID_CACHE_DIR": str(tmp_path / f"cache_{switch}")},
+        )
+        for switch in "10"
+    ]
+    assert said[0].split() == ["[]", str(sum(name.endswith(".nbi") for name in kernels))]
+    assert said[1].startswith("['along under lugre', ") and said[1].endswith(" 0\n")
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ ORDER = (
         "digests",
         "errors",
         "former_names",
+        "installed_kernels",
         "kernel_cache",
         "own_process",
         "parallel_tasks",

@@ -16,7 +16,8 @@ from linid.cli.options import debug_option, verbosity_options
 def compile_kernels(quiet: bool, verbose: bool) -> None:
     """Compile the whole simulation for this machine's processor, so that no later command waits for it.
 
-    What is compiled already is left as it is. It is kept in LINID_CACHE_DIR, else in the user's cache.
+    What is compiled already, when linid was installed or later, is left as it is. It is kept in LINID_CACHE_DIR,
+    else in the user's cache.
 
     \b
     Example:

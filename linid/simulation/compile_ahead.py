@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from linid.installed_kernels import PROCESSOR_FILE, processor_of
 from linid.kernel_cache import cache_folder
 from linid.own_process import own_python
 from linid.physics.laws.registry import LAWS, LUGRE
@@ -130,18 +132,24 @@ _EFFECTS = (
 )
 DIAGNOSIS = Plan((_along_under(LUGRE), "windows", "run", *_LAWS), (*_EFFECTS, "run with effects"), wait=False)
 PLANS = {"fit-friction": FRICTION, "fit-motor": MOTOR, "diagnose": DIAGNOSIS}
-ALL = DIAGNOSIS._replace(wait=True)
+ALL = Plan((*DIAGNOSIS.here, _EFFECTS[0]), (*_EFFECTS[1:], "run with effects"), wait=True)  # as long in both
+
+
+def lacking(plan: Plan) -> tuple[list[str], list[str]]:
+    """Kernels of a plan that are not on this machine yet: to be compiled here, and beside."""
+    kernels = _kernels()
+    here, beside = ([name for name in names if not _is_kept(kernels[name])] for names in plan[:2])
+    return here, beside
 
 
 class Compilation:
     """Kernels of a plan that are not on this machine yet, being compiled beside this process from now on."""
 
     def __init__(self, plan: Plan) -> None:
-        kernels = _kernels()
-        here, beside = ([n for n in names if not _is_kept(kernels[n])] for names in plan[:2])
+        here, beside = lacking(plan)
         if kernel_folder() != cache_folder():  # what another process compiles would be lost
             beside = []
-        self._plan, self._kernels, self._here = plan, kernels, here
+        self._plan, self._kernels, self._here = plan, _kernels(), here
         self._total = len(here) + len(beside)
         self._helper = _begun(beside) if beside and sys.executable else None
 
@@ -156,6 +164,27 @@ class Compilation:
             step(len(self._here), self._total)
             for more, _ in enumerate(self._helper.stdout, 1):  # a line for each; none where it is lost
                 step(len(self._here) + more, self._total)
+
+
+def install() -> None:
+    """Compile all kernels into LINID_CACHE_DIR for an installation, and leave nothing else there.
+
+    Where those of this source and processor are there, nothing is done.
+    Raises OSError where that folder cannot be written.
+    """
+    from numba.core.registry import cpu_target
+
+    folder, processor = cache_folder(), processor_of(cpu_target.target_context.codegen())
+    told = folder / PROCESSOR_FILE
+    if told.is_file() and told.read_text(encoding="utf-8") == processor and not any(lacking(ALL)):
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    Compilation(ALL).finish(lambda done, total: print(f"{done} of {total} kernels", flush=True))
+    shutil.rmtree(folder / "numba", ignore_errors=True)
+    for lock in folder.glob("*.lock"):
+        lock.unlink()
+    told.write_text(processor, encoding="utf-8")
 
 
 def serve() -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile, _CacheLocator
 
+from linid.installed_kernels import installed_folder
 from linid.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
@@ -57,11 +58,8 @@ class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         self._filename_base = self.get_filename_base(function.__name__, getattr(sys, "abiflags", ""))
 
 
-class KernelCache(SharedCache):
-    """numba's disk cache under a key of our own: closures over functions are not found again otherwise.
-
-    While one process compiles a kernel, others that need it wait; they may compile other ones.
-    """
+class _KeyedCache(SharedCache):
+    """numba's disk cache under a key of our own: closures over functions are not found again otherwise."""
 
     def __init__(self, function: Any, folder: Path, key: str) -> None:
         place = _Place(folder, key)
@@ -71,8 +69,6 @@ class KernelCache(SharedCache):
         self._cache_path = place.get_cache_path()
         self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, place.get_source_stamp())
         self._key = key
-        self._lock_file = folder / f"{function.__name__}-{key}.lock"
-        self._lock: Any = None  # held while this process compiles
         self.enable()
 
     @property
@@ -80,9 +76,31 @@ class KernelCache(SharedCache):
         """Whether anything is kept under this key."""
         return Path(self._cache_file._index_path).exists()
 
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        return signature, codegen.magic_tuple(), self._key
+
+
+class KernelCache(_KeyedCache):
+    """Kernels kept on disk, after those in the folder `installed`, which are taken as they are.
+
+    While one process compiles a kernel, others that need it wait; they may compile other ones.
+    """
+
+    def __init__(self, function: Any, folder: Path, key: str, installed: Path | None = None) -> None:
+        super().__init__(function, folder, key)
+        self._installed = None if installed is None else _KeyedCache(function, installed, key)
+        self._lock_file = folder / f"{function.__name__}-{key}.lock"
+        self._lock: Any = None  # held while this process compiles
+
+    @property
+    def begun(self) -> bool:
+        """Whether anything is kept under this key, or came with the installation."""
+        return super().begun or (self._installed is not None and self._installed.begun)
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """What is in the cache for these types, or None, once it is said that it will be compiled."""
-        found = super().load_overload(sig, target_context)
+        """What is there for these types, or None, once it is said that it will be compiled."""
+        found = None if self._installed is None else self._installed.load_overload(sig, target_context)
+        found = found or super().load_overload(sig, target_context)
         if found is None:
             announce_compilation()
             self.release()
@@ -104,9 +122,6 @@ class KernelCache(SharedCache):
         if self._lock is not None:
             self._lock.release()
             self._lock = None
-
-    def _index_key(self, signature: Any, codegen: Any) -> Any:
-        return signature, codegen.magic_tuple(), self._key
 
 
 def fingerprint(*functions: Any) -> str:
@@ -174,9 +189,10 @@ def _names(code: types.CodeType) -> set[str]:
 
 
 def entry_of(function: Any) -> Any:
-    """A function of closures compiled for Python to call, kept in `kernel_folder`."""
+    """A function of closures compiled for Python to call: that of the installation, else kept in `kernel_folder`."""
     compiled: Any = njit(error_model="numpy", nogil=True)(function)
-    cache = KernelCache(function, kernel_folder(), fingerprint(function))
+    installed = installed_folder(compiled.targetctx.codegen())
+    cache = KernelCache(function, kernel_folder(), fingerprint(function), installed)
     compile_it = compiled.compile
 
     def compile_and_release(signature: Any) -> Any:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from linid.installed_kernels import SWITCH
 from linid.simulation import compile_ahead
 from linid.simulation.compile_ahead import ALL, FRICTION, PLANS, Compilation, _kernels
 
@@ -33,7 +34,7 @@ def test_plans_name_kernels_that_there_are() -> None:
 
 
 def test_two_processes_compile_each_its_part_and_the_second_time_nothing(tmp_path: Path) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(tmp_path)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(tmp_path), SWITCH: "0"}
     names = ["along under lugre", "readings with effects"]
 
     def run() -> str:
@@ -55,7 +56,7 @@ def test_a_lost_process_leaves_its_kernels_to_be_compiled_when_they_are_needed(m
 def test_without_a_folder_to_keep_kernels_in_no_process_is_begun(tmp_path: Path) -> None:
     in_the_way = tmp_path / "file"
     in_the_way.touch()
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(in_the_way)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(in_the_way), SWITCH: "0"}
     command = "from linid.simulation.compile_ahead import ALL, Compilation; print(Compilation(ALL)._helper)"
     done = subprocess.run([sys.executable, "-c", command], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "None"

@@ -12,6 +12,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from linid.installed_kernels import SWITCH
 from linid.kernel_cache import before_compilation
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.model import Model
@@ -41,7 +42,7 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()), repr(flo
 
 
 def started(cache: Path) -> subprocess.Popen[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(cache)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LINID_CACHE_DIR": str(cache), SWITCH: "0"}
     return subprocess.Popen([sys.executable, "-c", RUN], env=environment, stdout=subprocess.PIPE, text=True)
 
 
