@@ -33,6 +33,7 @@ from linid.simulation.compiled import (
 )
 from linid.simulation.inputs import Inputs
 from linid.simulation.run import Simulator, whole_recordings
+from linid.simulation.steering import UNSTEERED
 
 _SERVE = "from linid.simulation.compile_ahead import serve; serve()"
 _SAMPLES, _PERIOD = 9, 1e-3  # of the motion that kernels are tried on; s
@@ -56,19 +57,23 @@ class _Kernel(NamedTuple):
     use: Callable[[], object]
 
 
-def _simulator(model: Model) -> Simulator:
-    """A model over a motor that rests."""
+def _simulator(model: Model, steered: bool = False) -> Simulator:
+    """A model over a motor that rests; steered: by a drive."""
     n = _SAMPLES
     one, none = np.ones(1), np.zeros(1)
     ends = np.array([0, n - 1]), np.array([0, n])
     flags = np.ones(1, dtype=np.bool_), np.zeros(1, dtype=np.bool_)
     coefficients, sampled = np.zeros((n - 1, 4, 4)), np.zeros((3, n))
     inputs = Inputs(coefficients, sampled, *ends, none, _PERIOD * one, none, *flags, none, none)
-    return Simulator(model, inputs)
+    course = np.zeros(n - 1)
+    drive = UNSTEERED._replace(
+        y=course, v=course, ahead=course, current=np.zeros(n - 1), integral=np.zeros(1), phases=3
+    )
+    return Simulator(model, inputs, steering=drive if steered else UNSTEERED)
 
 
-def _run(model: Model, guided: bool = False) -> object:
-    simulator = _simulator(model)
+def _run(model: Model, guided: bool = False, steered: bool = False) -> object:
+    simulator = _simulator(model, steered)
     params, starts = np.full((1, VECTOR_SIZE), _VALUE), np.zeros((1, 1, 3))
     return simulator.run(params, whole_recordings(simulator.inputs), starts, guided=guided)
 
@@ -99,7 +104,9 @@ def _kernels() -> dict[str, _Kernel]:
     plain, full = Model("theta"), Model("theta", (_EFFECT,))
     found = {
         "windows": _Kernel(load_lockstep, partial(_run, plain, guided=True)),
-        "run": _Kernel(lambda: load_kernel(None, bare=True).simulate_tasks, partial(_run, plain)),
+        "closed loops": _Kernel(
+            lambda: load_kernel(None, bare=True).simulate_tasks, partial(_run, plain, steered=True)
+        ),
         "derivatives": _Kernel(load_lockstep_slopes, partial(_slopes, plain)),
         "derivatives with effects": _Kernel(load_slopes, partial(_slopes, full)),
         "run with effects": _Kernel(lambda: load_kernel().simulate_tasks, partial(_run, full)),
@@ -121,8 +128,7 @@ def _along_under(law: str) -> str:
 
 
 _LAWS = tuple(_along_under(law) for law in _STEPS if law != LUGRE)
-FRICTION = Plan(("windows", _along_under(LUGRE)), ("derivatives",), wait=True)
-MOTOR = Plan((*FRICTION.here, "run"), FRICTION.beside, wait=True)
+FIT = Plan(("windows", _along_under(LUGRE)), ("derivatives",), wait=True)
 _EFFECTS = (
     "derivatives",
     "along with effects",
@@ -130,8 +136,8 @@ _EFFECTS = (
     "readings with effects",
     "derivatives with effects",
 )
-DIAGNOSIS = Plan((_along_under(LUGRE), "windows", "run", *_LAWS), (*_EFFECTS, "run with effects"), wait=False)
-PLANS = {"fit-friction": FRICTION, "fit-motor": MOTOR, "diagnose": DIAGNOSIS}
+DIAGNOSIS = Plan((_along_under(LUGRE), "windows", *_LAWS, "closed loops"), (*_EFFECTS, "run with effects"), wait=False)
+PLANS = {"fit-friction": FIT, "fit-motor": FIT, "diagnose": DIAGNOSIS}
 ALL = Plan((*DIAGNOSIS.here, _EFFECTS[0]), (*_EFFECTS[1:], "run with effects"), wait=True)  # as long in both
 
 

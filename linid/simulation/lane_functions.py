@@ -10,7 +10,7 @@ import math
 from linid.physics.friction import DECAYED
 from linid.physics.motors.harmonics import HALF_PI
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.lanes import bits_of, has_bit, parts_of, scaled, select
+from linid.simulation.lanes import LANES, bits_of, has_bit, lanes_at, parts_of, scaled, select
 
 _NEAREST = 6755399441055744.0  # 1.5 2^52: what is added to it is rounded to a whole number, found in the last bits
 _LN_2 = (0.6931471803691238, 1.9082149292705877e-10)  # 32 bits and the rest
@@ -77,18 +77,27 @@ def sine_cosine_lanes(angle):
 
 
 @inlined
-def phase_force_lanes(y, currents, axis):
-    """Thrust in N at positions y in m under three phase currents in A each: `phase_force` for lanes."""
+def phase_force_lanes(y, currents, field, harmonics):
+    """Thrust in N at positions y in m under three phase currents in A each: `phase_force` for lanes.
+
+    field: (rows, LANES), each lane's wavenumber in rad/m, phase in rad, and of `harmonics` harmonics the amplitude in
+    N/A, cosine and sine of the phase step.
+    """
     u, v, w = currents
-    table = axis.table
-    sine, cosine = sine_cosine_lanes(axis.wavenumber * y + axis.phase)
+    sine, cosine = sine_cosine_lanes(lanes_at(field, 0) * y + lanes_at(field, LANES))
     both, across = u + w, w - u
-    force = table[0, 0] * (sine * (v + table[1, 0] * both) + cosine * table[2, 0] * across)
-    if axis.harmonics > 1:
+    at = 2 * LANES
+    force = lanes_at(field, at) * (
+        sine * (v + lanes_at(field, at + LANES) * both) + cosine * lanes_at(field, at + 2 * LANES) * across
+    )
+    if harmonics > 1:
         sine_2, cosine_2 = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
-        for k in range(1, axis.harmonics):
+        for _ in range(1, harmonics):
+            at += 3 * LANES
             sine, cosine = sine * cosine_2 + cosine * sine_2, cosine * cosine_2 - sine * sine_2
-            force = force + table[0, k] * (sine * (v + table[1, k] * both) + cosine * table[2, k] * across)
+            force = force + lanes_at(field, at) * (
+                sine * (v + lanes_at(field, at + LANES) * both) + cosine * lanes_at(field, at + 2 * LANES) * across
+            )
     return force
 
 

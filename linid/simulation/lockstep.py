@@ -1,6 +1,7 @@
 """Many simulations at once, each in a lane of its own: LuGre friction without effects.
 
-For models whose outer forces measured positions and inputs alone decide, or that have none. A lane keeps its own place
+For models whose outer forces position and inputs alone decide, or that have none. Where that is the measured position,
+all forces are known beforehand; where it is the simulated one, a lane has them as it goes. A lane keeps its own place
 in time and its own length of step. Two blocks of lanes are driven in turn, one of simulations that slide fast and one
 of those whose bristle is followed; one that has come to its end, or must go over to the other kind, leaves its lane to
 the next. What goes along with each simulation, such as its derivatives (lockstep_slopes.py), is told by functions that
@@ -26,10 +27,12 @@ from linid.simulation.lockstep_lanes import (
     DONE,
     END,
     FAST,
+    FIELD,
     FORCE,
     GLIDE_H,
     GOING,
     INTERVAL,
+    LEAPS,
     LEFT,
     NEXT,
     PLACES,
@@ -99,7 +102,12 @@ def new_pool(rows):
 def new_block(rows):
     """A block whose lanes are free; with what they hold is computed all the same."""
     block = Block(
-        np.empty((rows, LANES)), np.empty((PLACES, LANES), np.int64), np.empty((SPLINES, LANES)), np.empty((2, LANES))
+        np.empty((rows, LANES)),
+        np.empty((PLACES, LANES), np.int64),
+        np.empty((SPLINES, LANES)),
+        np.zeros((FIELD, LANES)),
+        np.full(LANES, -1),
+        np.empty((4, LANES)),
     )
     for lane in range(LANES):
         for k in range(rows):
@@ -126,16 +134,16 @@ def pop(pool, stack):
 
 @compiled
 def put_in(pool, motion, bristles, borders, moment, places):
-    """Put a simulation that begins into the pool; returns its number there. moment: its interval, its recording and s
-    of its finest step; places: its candidate, the number of its next sample in the results and of that behind the
-    last."""
+    """Put a simulation that begins into the pool; returns its number there. moment: its interval, its recording, s of
+    its finest step, and 1 where inputs leap at samples; places: its candidate, the number of its next sample in the
+    results and of that behind the last."""
     number = pop(pool, FREE)
     of, to = pool.values, pool.places
     to[number, CANDIDATE], to[number, NEXT], to[number, END] = places
     of[number, Y], of[number, V], of[number, W], of[number, FORCE] = motion.y, motion.v, motion.w, motion.force
     of[number, SIZE], of[number, DONE], of[number, LEFT] = WHOLE, 0.0, places[2] - places[1]
-    of[number, INTERVAL], of[number, RECORDING], of[number, TICK] = moment
-    of[number, GOING], of[number, ALONE] = 1.0, 1.0 if borders.alone else 0.0
+    of[number, INTERVAL], of[number, RECORDING], of[number, TICK] = moment[:3]
+    of[number, GOING], of[number, ALONE], of[number, LEAPS] = 1.0, 1.0 if borders.alone else 0.0, moment[3]
     of[number, FAST], of[number, SLOWEST], of[number, GLIDE_H] = borders.fast, borders.slowest, 0.0
     for k, value in enumerate(bristles):
         of[number, BRISTLES + k] = value
@@ -144,9 +152,19 @@ def put_in(pool, motion, bristles, borders, moment, places):
     return number
 
 
+@inlined
+def put_field(block, lane, fields):
+    """Have the motor's field of the candidate that a lane simulates. fields: as in `Way`."""
+    candidate = block.places[CANDIDATE, lane]
+    if block.owners[lane] != candidate:
+        block.owners[lane] = candidate
+        for k in range(fields.shape[1]):
+            block.field[k, lane] = fields[candidate, k]
+
+
 @compiled
-def enter(pool, stack, block):
-    """Put simulations that wait into free lanes of a block; how many lanes are taken then."""
+def enter(pool, stack, block, fields):
+    """Put simulations that wait into free lanes of a block; how many lanes are taken then. fields: as in `Way`."""
     taken = 0
     places, lanes = block.places.shape  # not constants, as short loops of known length would be unrolled
     for lane in range(lanes):
@@ -157,6 +175,7 @@ def enter(pool, stack, block):
                 block.values[k, lane] = pool.values[number, k]
             for k in range(places):
                 block.places[k, lane] = pool.places[number, k]
+            put_field(block, lane, fields)
         taken += pool.lanes[stack, lane] >= 0
     return taken
 
@@ -212,8 +231,9 @@ def open_task(terms, tasks, number, motor, known, way, pool):
     bristles = bristles_of(terms, axis, inputs.added_mass[r])
     currents, point = (0.0, 0.0, 0.0), pieces * interval + r
     if powered and count > 1:
-        points = point, point + pieces * (count - 1) + 1
-        known = known_forces(terms, axis, scheme.guide, way, points, known)
+        if not way.free:
+            points = point, point + pieces * (count - 1) + 1
+            known = known_forces(terms, axis, scheme.guide, way, points, known)
         currents = inputs_at(inputs.coefficients, interval, 0.0)
     start, a = starts.values[candidate, s], offsets[s]
     motion = started(terms, axis, bristles, 0.0, start, starts.kept, currents)
@@ -230,51 +250,75 @@ def open_task(terms, tasks, number, motor, known, way, pool):
             if way.v_out.size > 0:
                 way.v_out[candidate, k] = 0.0
     elif count > 1:
-        moment = float(interval), float(r), inputs.dts[r] / (scheme.substeps << FINEST)
+        tick, leaps = inputs.dts[r] / (scheme.substeps << FINEST), 1.0 if inputs.steps[r] else 0.0
+        moment = float(interval), float(r), tick, leaps
         place = put_in(pool, motion, bristles, borders, moment, (candidate, a + 1, a + count))
         terms.beside.put_in(way.beside, pool.values, place)
     return known
 
 
 @allocating
+def motor_of(terms, way, candidate, before):
+    """The motor of a candidate, whose field is put into `way.fields`. before: the one of the candidate before, -1 for
+    none; its number of harmonics is kept where it is larger, as lanes then hold both."""
+    axis = motor_axis(terms, way.candidates.motor, way.candidates.params[candidate])
+    if way.fields.shape[1] > 0:
+        field = way.fields[candidate]
+        field[0], field[1] = axis.wavenumber, axis.phase
+        for k in range(axis.table.shape[1]):
+            for j in range(axis.table.shape[0]):
+                field[2 + 3 * k + j] = axis.table[j, k]
+    harmonics = axis.harmonics
+    if way.free:
+        harmonics = max(harmonics, before)
+    return Axis(0, True, axis.motor, harmonics, axis.wavenumber, axis.phase, axis.p, axis.table)
+
+
+@allocating
 def simulate_all(terms, tasks, begin, end, way, rows):
     """Simulate tasks begin..end-1; returns the number of steps. rows: that blocks hold of a simulation."""
-    candidates, segments = tasks.candidates, tasks.segments
-    powered = way.powered
+    of_each = tasks.segments.recording.size
     pool, sliding, following = new_pool(rows), new_block(rows), new_block(rows)
     steps, number = 0, np.int64(begin)
     while number < end:
-        # Simulations that are open together share the forces of one candidate, where there are any.
-        candidate = number // segments.recording.size
-        until = min(end, (candidate + 1) * segments.recording.size) if powered else end
-        motor = motor_axis(terms, candidates.motor, candidates.params[candidate])
+        candidate = number // of_each
+        motor = motor_of(terms, way, candidate, 0)
+        # Where forces are known beforehand, simulations that are open together share those of one candidate.
+        until = min(end, (candidate + 1) * of_each) if way.powered and not way.free else end
         known = np.int64(0), np.int64(0)
         while True:
             while number < until and pool.stacks[SIZES, FREE] > 0:
+                if number // of_each != candidate:
+                    candidate = number // of_each
+                    motor = motor_of(terms, way, candidate, motor.harmonics)
                 known = open_task(terms, tasks, number, motor, known, way, pool)
                 number += 1
-            slides, follows = enter(pool, SLIDING, sliding), enter(pool, FOLLOWED, following)
+            slides = enter(pool, SLIDING, sliding, way.fields)
+            follows = enter(pool, FOLLOWED, following, way.fields)
             if slides + follows == 0:
                 break
             if follows == LANES or slides == 0:
                 over, on, more = follow(terms, motor, following, way)
                 leave(pool, FOLLOWED, following, over, on)
             else:
-                over, on, more = slide(terms, sliding, way)
+                over, on, more = slide(terms, motor, sliding, way)
                 leave(pool, SLIDING, sliding, over, on)
             steps += more
     return steps
 
 
 @allocating
-def way_of(inputs, scheme, traces, beside):
+def way_of(candidates, inputs, scheme, traces, beside):
     """What all simulations share; traces: y and v as in `Traces`; beside: what goes along with them."""
     powered = False
     for r in range(inputs.powered.size):
         powered = powered or inputs.powered[r]
-    forces = np.empty(scheme.guide.shape[1] if powered else 2)
+    free = powered and not scheme.guided
+    forces = np.empty(scheme.guide.shape[1] if powered and not free else 2)
+    fields = np.empty((candidates.params.shape[0], FIELD if powered else 0))
     pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
-    return Way(inputs.coefficients, powered, forces, pieces, whole, scheme.tolerance, traces[0], traces[1], beside)
+    inner = candidates, inputs.coefficients, powered, free, fields, forces, pieces, whole
+    return Way(*inner, scheme.tolerance, traces[0], traces[1], beside)
 
 
 @inlined
@@ -293,6 +337,6 @@ def lockstep_tasks_with(terms: Bundle) -> Any:
         Arguments and result as those of `simulate_tasks`.
         """
         tasks = Tasks(candidates, inputs, segments, starts, scheme, out.offsets)
-        return simulate_all(terms, tasks, begin, end, way_of(inputs, scheme, (out.y, out.v), 0.0), ROWS)
+        return simulate_all(terms, tasks, begin, end, way_of(candidates, inputs, scheme, (out.y, out.v), 0.0), ROWS)
 
     return lockstep_tasks

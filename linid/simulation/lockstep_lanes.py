@@ -7,46 +7,57 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from linid.physics.motors.motor import MAX_HARMONICS
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.forces import Bristles, force_once
+from linid.simulation.forces import Axis, Bristles
 from linid.simulation.lane_functions import phase_force_lanes, phi_of_lanes
 from linid.simulation.lanes import LANES, bits_of, count_of, gathered, lanes_at, put_lanes, select
 from linid.simulation.lockstep_steps import WHOLE, Moving, followed, foreseen, slid, strayed
-from linid.simulation.splines_at import inputs_at, spline_at
+from linid.simulation.splines_at import inputs_at
 from linid.simulation.steps import REST_BRISTLE, REST_SPEED, is_steady
 
 # Rows of what a block holds of its simulations. SIZE: finest steps of the next step; DONE: of them since the sample
 # before; INTERVAL: of the recordings' that it is in; LEFT: samples still to come; RECORDING: its number; GOING, ALONE:
-# 1 where a lane is taken, and where no force acts; GLIDE: three weights of fast sliding, over GLIDE_H seconds.
+# 1 where a lane is taken, and where no force acts; GLIDE: three weights of fast sliding, over GLIDE_H seconds; LEAPS: 1
+# where inputs differ before and after a sample.
 # Python's own integers would be types of their own, for each of which all is compiled.
 _ROWS = np.arange(27)
 Y, V, W, FORCE, SIZE, DONE, INTERVAL, LEFT, RECORDING, GOING, ALONE, TICK, FAST, SLOWEST, GLIDE_H = _ROWS[:15]
 GLIDE, GLIDE_2, GLIDE_3, BRISTLES = _ROWS[15:19]
+LEAPS = _ROWS[26]
 ROWS = 27
 # Whole numbers: which candidate, and of the next sample in its results and of that behind the last.
 CANDIDATE, NEXT, END = np.arange(3)
 PLACES = 3
 SPLINES = 17  # rows: of which interval, and its four splines' coefficients
+FIELD = 2 + 3 * MAX_HARMONICS  # rows: wavenumber, phase, and of each harmonic its amplitude and phase step
 
 
 class Block(NamedTuple):
     """What `LANES` simulations side by side are: values (ROWS or more, LANES); places (PLACES, LANES); splines
-    (SPLINES, LANES); room (2, LANES)."""
+    (SPLINES, LANES); field (FIELD, LANES) of the motor, and of which candidate in each lane, owners (LANES,); room (4,
+    LANES)."""
 
     values: Any
     places: Any
     splines: Any
+    field: Any
+    owners: Any
     room: Any
 
 
 class Way(NamedTuple):
-    """What all simulations share: the recordings' coefficients; powered: whether any has inputs; forces in N at all
-    points, `pieces` per sample; whole: finest steps per sample; tolerance of a followed step; y_out, v_out: where
-    results go, (candidates, samples) in m and m/s, v_out (1, 0) if not wanted; beside: what goes along with
-    simulations."""
+    """What all simulations share: the candidates; the recordings' coefficients; powered: whether any has inputs; free:
+    whether the motor's force acts at the simulated position, in place of the measured one; fields: (candidates, FIELD)
+    as in `Block`; forces in N at all points, `pieces` per sample, where they are known beforehand; whole: finest steps
+    per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples) in m and m/s, v_out
+    (1, 0) if not wanted; beside: what goes along with simulations."""
 
+    candidates: Any
     coefficients: Any
     powered: Any
+    free: Any
+    fields: Any
     forces: Any
     pieces: Any
     whole: Any
@@ -110,39 +121,76 @@ def spline_lanes(splines, first, x):
 
 
 @inlined
-def tabled_force(axis, splines, x):
-    """Force in N at x s after the sample of a motor whose field is a table of harmonics."""
+def currents_lanes(splines, x):
+    """The three inputs x s after each lane's sample."""
     first = np.int64(1)
     u, v = spline_lanes(splines, first, x), spline_lanes(splines, first + 4, x)
-    currents = u, v, spline_lanes(splines, first + 8, x)
-    return phase_force_lanes(spline_lanes(splines, first + 12, x), currents, axis)
+    return u, v, spline_lanes(splines, first + 8, x)
 
 
 @compiled
-def other_forces(terms, axis, block, coefficients, bits):
-    """The same of any motor, lane by lane; they take the place of the times that `block.room` holds."""
+def other_forces(terms, motor, block, way, bits):
+    """Forces in N of a motor whose field is no table of harmonics, lane by lane, at two positions and times; they take
+    the place of the times that `block.room` holds behind the positions."""
     for lane in range(block.places.shape[1]):
         if bits >> lane & 1:
             n = int(block.values[INTERVAL, lane])
-            for k in range(block.room.shape[0]):
-                x = block.room[k, lane]
-                inputs = inputs_at(coefficients, n, x)
-                block.room[k, lane] = force_once(terms, axis, 0.0, spline_at(coefficients, n, 3, x), 0.0, inputs)
+            p = way.candidates.params[block.places[CANDIDATE, lane]]
+            axis = Axis(0, True, motor.motor, motor.harmonics, motor.wavenumber, motor.phase, p, motor.table)
+            for k in range(2):
+                inputs = inputs_at(way.coefficients, n, block.room[2 + k, lane])
+                block.room[2 + k, lane] = terms.motor.untabled(axis, block.room[k, lane], inputs)
 
 
 @compiled
-def forces_within(terms, axis, block, way, within, x):
+def forces_where(terms, motor, block, way, asked, y, x):
+    """Forces in N in the middle and at the end of steps at the positions y in m, x: s from the sample before to both;
+    where the mask `asked` holds. motor: an axis that it drives."""
+    splines = block.splines
+    if motor.harmonics > 0:
+        first, second = currents_lanes(splines, x[0]), currents_lanes(splines, x[1])
+        return (
+            phase_force_lanes(y[0], first, block.field, motor.harmonics),
+            phase_force_lanes(y[1], second, block.field, motor.harmonics),
+        )
+    put_lanes(block.room, 0, y[0])
+    put_lanes(block.room, LANES, y[1])
+    put_lanes(block.room, 2 * LANES, x[0])
+    put_lanes(block.room, 3 * LANES, x[1])
+    other_forces(terms, motor, block, way, bits_of(asked))
+    return lanes_at(block.room, 2 * LANES), lanes_at(block.room, 3 * LANES)
+
+
+@inlined
+def come_to_splines(block, way, asked):
+    """Have the splines of the intervals that the lanes of the mask `asked` are in."""
+    other = asked & (lanes_at(block.splines, 0) != row(block.values, INTERVAL))
+    if bits_of(other) != 0:
+        new_splines(block, way.coefficients, bits_of(other))
+
+
+@inlined
+def forces_within(terms, motor, block, way, within, x):
     """Forces in N in the middle and at the end of steps that are no base steps, where measured positions have them; x:
     s from the sample before to both."""
-    if axis.harmonics > 0:
-        other = within & (lanes_at(block.splines, 0) != row(block.values, INTERVAL))
-        if bits_of(other) != 0:
-            new_splines(block, way.coefficients, bits_of(other))
-        return tabled_force(axis, block.splines, x[0]), tabled_force(axis, block.splines, x[1])
-    put_lanes(block.room, 0, x[0])
-    put_lanes(block.room, LANES, x[1])
-    other_forces(terms, axis, block, way.coefficients, bits_of(within))
-    return lanes_at(block.room, 0), lanes_at(block.room, LANES)
+    come_to_splines(block, way, within)
+    y = spline_lanes(block.splines, np.int64(13), x[0]), spline_lanes(block.splines, np.int64(13), x[1])
+    return forces_where(terms, motor, block, way, within, y, x)
+
+
+@inlined
+def forces_free(terms, motor, block, way, powered, step):
+    """Forces in N in the middle and at the end of steps where the simulation itself will be, 0 where none acts. step:
+    the motion, the predicted speed in its middle, and s from the sample before to its end and from its begin."""
+    moving, v_mid, x, h = step
+    mid = end = 0.0 * x
+    if bits_of(powered) != 0:
+        come_to_splines(block, way, powered)
+        half = 0.5 * h
+        y = moving.y + 0.5 * half * (moving.v + v_mid), moving.y + h * v_mid
+        mid, end = forces_where(terms, motor, block, way, powered, y, (x - half, x))
+        mid, end = select(powered, mid, 0.0), select(powered, end, 0.0)
+    return mid, end
 
 
 @inlined
@@ -185,8 +233,17 @@ def write_samples(terms, block, way, came, strayed_bits, rest_bits):
                     way.v_out[candidate, sample] = 0.0 * v
 
 
+@compiled
+def leap(terms, motor, block, way, moving, leaps):
+    """Put the force of the inputs that act from the sample on, where these differ from those before it."""
+    come_to_splines(block, way, leaps)
+    now = 0.0 * moving.y
+    force, _ = forces_where(terms, motor, block, way, leaps, (moving.y, moving.y), (now, now))
+    put_row(block.values, FORCE, select(leaps, force, row(block.values, FORCE)))
+
+
 @inlined
-def at_samples(terms, block, way, moving, ends):
+def at_samples(terms, motor, block, way, moving, ends):
     """What happens where lanes have come to a sample; the mask of those whose simulation is over."""
     values = block.values
     stray = ends & strayed(moving)
@@ -197,11 +254,16 @@ def at_samples(terms, block, way, moving, ends):
     put_row(values, LEFT, left)
     put_row(values, DONE, select(ends, 0.0, row(values, DONE)))
     put_row(values, INTERVAL, select(ends, row(values, INTERVAL) + 1.0, row(values, INTERVAL)))
-    return ends & (stray | rests | (left < 0.5))
+    over = ends & (stray | rests | (left < 0.5))
+    if way.free:
+        leaps = ends & ~over & (row(values, LEAPS) > 0.0)
+        if bits_of(leaps) != 0:
+            leap(terms, motor, block, way, moving, leaps)
+    return over
 
 
 @inlined
-def moved_on(terms, block, way, moving, new, took, ahead):
+def moved_on(terms, motor, block, way, moving, new, took, ahead):
     """Put the lanes of the mask `took` where a step has brought them; returns their motion, and the mask of those whose
     simulation is over."""
     values = block.values
@@ -219,7 +281,7 @@ def moved_on(terms, block, way, moving, new, took, ahead):
     ends = took & (ahead == way.whole)
     over = ends & ~ends
     if bits_of(ends) != 0:
-        over = at_samples(terms, block, way, new, ends)
+        over = at_samples(terms, motor, block, way, new, ends)
     return new, over
 
 
@@ -244,9 +306,9 @@ def glides(values, bristles, h, going):
 
 
 @compiled
-def slide(terms, block, way):
+def slide(terms, motor, block, way):
     """Have all lanes slide fast until one has to leave; the bits of those whose simulation is over, of those that must
-    be followed, and the number of steps."""
+    be followed, and the number of steps. motor: an axis that it drives."""
     values = block.values
     steps = 0
     while True:
@@ -256,12 +318,19 @@ def slide(terms, block, way):
         h = size * row(values, TICK)
         ahead = done + size
         weights = glides(values, bristles, h, going)
-        forces = forces_at(way, values, ahead, going & ~alone)
+        powered = going & ~alone
+        if way.free:
+            drag = math.copysign(bristles.coulomb, moving.v)
+            v_mid = moving.v + 0.5 * h * (moving.force - drag - bristles.sigma_2 * moving.v) / bristles.mass
+            step = moving, v_mid, ahead * row(values, TICK), h
+            forces = forces_free(terms, motor, block, way, powered, step)
+        else:
+            forces = forces_at(way, values, ahead, powered)
         new = slid(bristles, moving, h, weights, forces)
         slow = (math.copysign(new.v, moving.v) != new.v) | (abs(new.v) <= row(values, SLOWEST))
         took = going & ~slow
-        terms.beside.slid(way, values, bristles, moving, weights, (h, ahead, forces), (took, going & ~alone))
-        new, over = moved_on(terms, block, way, moving, new, took, ahead)
+        terms.beside.slid(way, values, bristles, moving, weights, (h, ahead, forces), (took, powered))
+        new, over = moved_on(terms, motor, block, way, moving, new, took, ahead)
         steps += count_of(took)
         leave = going & ~over & (slow | ~is_sliding(values, bristles, new))
         if bits_of(leave | over) != 0:
@@ -269,9 +338,9 @@ def slide(terms, block, way):
 
 
 @compiled
-def follow(terms, axis, block, way):
+def follow(terms, motor, block, way):
     """Have the bristle followed in all lanes until one has to leave; the bits of those whose simulation is over, of
-    those that slide fast, and the number of steps."""
+    those that slide fast, and the number of steps. motor: an axis that it drives."""
     values = block.values
     steps = 0
     while True:
@@ -279,20 +348,23 @@ def follow(terms, axis, block, way):
         bristles, moving, tick = bristles_in(values), moving_in(values), row(values, TICK)
         middle = foreseen(bristles, moving, row(values, SIZE), tick, way.tolerance, going)
         ahead = done + middle.size
-        within = going & ~alone & (middle.size < WHOLE)
-        mid, end = forces_at(way, values, ahead, going & ~alone & ~within)
-        if bits_of(within) != 0:
-            x = ahead * tick
-            forces = forces_within(terms, axis, block, way, within, (x - 0.5 * middle.h, x))
-            mid, end = select(within, forces[0], mid), select(within, forces[1], end)
+        powered, x = going & ~alone, ahead * tick
+        if way.free:
+            mid, end = forces_free(terms, motor, block, way, powered, (moving, middle.v, x, middle.h))
+        else:
+            within = powered & (middle.size < WHOLE)
+            mid, end = forces_at(way, values, ahead, powered & ~within)
+            if bits_of(within) != 0:
+                forces = forces_within(terms, motor, block, way, within, (x - 0.5 * middle.h, x))
+                mid, end = select(within, forces[0], mid), select(within, forces[1], end)
         new = followed(bristles, moving, middle, (mid, end), going)
-        terms.beside.followed(way, values, bristles, moving, middle, (mid, end), (going, going & ~alone))
+        terms.beside.followed(way, values, bristles, moving, middle, (mid, end), (going, powered))
         twice = 2.0 * middle.size
         pairs = ahead / twice
         # Whether that is a whole number: 2^52 takes halves away.
         longer = middle.calm & (middle.size < WHOLE) & ((pairs + 2.0**52) - 2.0**52 == pairs)
         put_row(values, SIZE, select(longer, twice, middle.size))
-        new, over = moved_on(terms, block, way, moving, new, going, ahead)
+        new, over = moved_on(terms, motor, block, way, moving, new, going, ahead)
         steps += count_of(going)
         leave = going & ~over & is_sliding(values, bristles, new)
         if bits_of(leave | over) != 0:

@@ -322,7 +322,7 @@ def lockstep_slope_tasks_with(terms: Bundle) -> Any:
         starts = Starts(tangents.begins.reshape(1, -1, 3), tangents.kept, np.empty((1, 0, 3)))
         tasks = Tasks(candidates, inputs, segments, starts, scheme, out[0])
         beside = beside_of(terms, candidates, tangents, scheme.guide.shape[1], out[2])
-        way = way_of(inputs, scheme, (out[1].reshape(1, -1), np.empty((1, 0))), beside)
+        way = way_of(candidates, inputs, scheme, (out[1].reshape(1, -1), np.empty((1, 0))), beside)
         return simulate_all(terms, tasks, begin, end, way, ROWS + beside.now.size)
 
     return lockstep_slope_tasks

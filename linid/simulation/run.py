@@ -268,11 +268,12 @@ class Simulator:
         return self._spread(work, params.shape[0] * segments.count.size, least)
 
     def _simulation(self, guided: bool) -> tuple[Callable[..., int], int]:
-        """The compiled simulation, and how many tasks it should have at a time.
+        """The compiled simulation, and how many tasks it should have at a time: side by side where it can be.
 
         It never hangs on how many there are: the two kernels differ by rounding.
         """
-        if self.model.mask == 0 and self.has_slopes(guided) and not self.specialised:
+        plain = self.model.mask == 0 and not self.model.winding and find_law(self.model.law).steps == LUGRE
+        if plain and self.steering.y.size == 0 and not self.specialised:
             return load_lockstep(), _ROUNDS * LANES
         return self._kernel().simulate_tasks, 1
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from linid.installed_kernels import SWITCH
 from linid.simulation import compile_ahead
-from linid.simulation.compile_ahead import ALL, FRICTION, PLANS, Compilation, _kernels
+from linid.simulation.compile_ahead import ALL, FIT, PLANS, Compilation, _kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 PLAN = """
@@ -49,7 +49,7 @@ def test_a_lost_process_leaves_its_kernels_to_be_compiled_when_they_are_needed(m
     monkeypatch.setattr(compile_ahead, "_is_kept", lambda kernel: False)
     monkeypatch.setattr(compile_ahead, "_SERVE", "raise SystemExit(3)")
     told: list[tuple[int, int]] = []
-    Compilation(FRICTION).finish(lambda *done: told.append(done))
+    Compilation(FIT).finish(lambda *done: told.append(done))
     assert told == [(0, 3), (1, 3), (2, 3)]
 
 

@@ -145,25 +145,51 @@ def scattered(model: Model, vector: np.ndarray, count: int, spread: float, seed:
     return params
 
 
-def differences(simulator: Simulator, params: np.ndarray, segments: Segments, starts: np.ndarray) -> np.ndarray:
+def differences(
+    simulator: Simulator, params: np.ndarray, segments: Segments, starts: np.ndarray, guided: bool = True
+) -> np.ndarray:
     """Of positions in m (C, N) from those of the kernel of one at a time; as many steps, diverged where they are."""
-    together, speeds, steps = simulator.run(params, segments, starts, velocity=True, guided=True)
+    together, speeds, steps = simulator.run(params, segments, starts, velocity=True, guided=guided)
     alone, alone_speeds, alone_steps = one_at_a_time(simulator).run(
-        params, segments, starts, velocity=True, guided=True
+        params, segments, starts, velocity=True, guided=guided
     )
     assert np.array_equal(np.isnan(together), np.isnan(alone)) and abs(steps - alone_steps) < 1e-6 * steps + 1
     assert np.nan_to_num(np.abs(speeds - alone_speeds)).max() < 1e-6 * np.nan_to_num(np.abs(alone_speeds)).max()
     return np.nan_to_num(together - alone)
 
 
+@pytest.mark.parametrize("guided", [True, False])
 @pytest.mark.parametrize("kind", ["sine", "theta"])
-def test_windows_of_the_stand_are_as_one_at_a_time(kind: str) -> None:
+def test_windows_of_the_stand_are_as_one_at_a_time(kind: str, guided: bool) -> None:
     objective, vector = ahead(kind)
-    found = differences(objective.simulator, vector, objective.segments, objective._starts(vector))
+    found = differences(objective.simulator, vector, objective.segments, objective._starts(vector), guided)
     assert np.abs(found).max() < 1e-12 and np.sqrt(np.mean(found**2)) < 1e-15
     params = scattered(objective.model, vector, 24, 10.0, 2)
-    found = differences(objective.simulator, params, objective.segments, objective._starts(params))
+    found = differences(objective.simulator, params, objective.segments, objective._starts(params), guided)
     assert np.abs(found).max() < 1e-10 and np.sqrt(np.mean(found**2)) < 1e-13
+
+
+def test_motors_with_fields_of_their_own_run_side_by_side_where_they_are() -> None:
+    """Lanes hold candidates whose fields differ, in their number of harmonics too, over whole recordings, of which one
+    has inputs that step."""
+    objective, vector = ahead("theta")
+    campaign, model = stand(), objective.model
+    recordings = [r for r in campaign.recordings if r.name in ("square_current_1", "moves_1", "freewheel_1")]
+    simulator = Simulator(model, pack_inputs(recordings), 3)
+    assert list(simulator.inputs.steps) == [r.name == "square_current_1" for r in recordings]
+    params = np.repeat(vector, 11, axis=0)
+    scale = 1.0 + 0.04 * np.random.default_rng(4).uniform(-1.0, 1.0, (len(params), 3))
+    for name, column in zip(("force_constant", "winding_displacement", "mass"), scale.T, strict=True):
+        params[:, model.slot(name)] *= column
+    params[:, model.slot("nome")] = np.linspace(0.05, 0.9, len(params))
+    first = simulator.inputs.sample_offsets[:-1]
+    motion = [(float(r.y[0]), float(r.motion.v[0]), np.nan) for r in recordings]
+    assert first.size == len(motion)
+    starts = np.tile(motion, (len(params), 1, 1))
+    segments = Segments(np.arange(3), np.zeros(3, dtype=np.int64), np.full(3, 500))
+    found = differences(simulator, params, segments, starts, guided=False)
+    assert np.abs(found).max() < 1e-12
+    assert np.ptp(simulator.run(params, segments, starts)[0][:, segments.count[0] - 1]) > 1e-4
 
 
 @pytest.mark.parametrize("spread", [3.0, 1e3])
@@ -187,37 +213,40 @@ def test_free_wheels_are_as_one_at_a_time(spread: float) -> None:
     assert np.all(found <= np.maximum(1e-12, 10.0 * decided)) and np.median(found) < 1e-15
 
 
+@pytest.mark.parametrize("guided", [True, False])
+@pytest.mark.parametrize("between", ["spline", "hold"])
 @pytest.mark.parametrize("kind", [kind for kind, motor in MOTORS.items() if motor.inputs])
-def test_every_motor(kind: str) -> None:
-    """Those whose field is no table of harmonics too."""
+def test_every_motor(kind: str, between: Any, guided: bool) -> None:
+    """Those whose field is no table of harmonics too, and inputs that step at each sample."""
     model, t = Model(kind), np.arange(0.0, 0.3, 1e-3)
     currents = 2.0 * np.sin(60.0 * t + np.array([[0.0], [2.0], [4.0]]))
     y = 0.01 * np.sin(60.0 * t)
-    driven = Recording("r", t, y, phase_currents=currents)
+    driven = Recording("r", t, y, phase_currents=currents, between_samples=between)
     if MOTORS[kind].inputs == 1:
-        driven = Recording("r", t, y, drive_input=currents[0], input_unit="A")
+        driven = Recording("r", t, y, drive_input=currents[0], input_unit="A", between_samples=between)
     simulator = Simulator(model, pack_inputs([driven, Recording("w", t, y, kind="free_wheel")]), 2)
     whole = whole_recordings(simulator.inputs)
     starts = np.tile([0.0, 0.1, np.nan], (1, whole.count.size, 1))
-    found = differences(simulator, model.vector({})[None], whole, starts)
+    found = differences(simulator, model.vector({})[None], whole, starts, guided)
     assert np.abs(found).max() < 1e-12
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.sampled_from([1, 2]))
-@settings(max_examples=25, deadline=None)
-def test_a_window_has_the_same_bits_in_any_company(seed: int, company: int, jobs: int) -> None:
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.sampled_from([1, 2]), st.booleans())
+@settings(max_examples=40, deadline=None)
+def test_a_window_has_the_same_bits_in_any_company(seed: int, company: int, jobs: int, guided: bool) -> None:
     """In any order, in any number, beside any candidates, in any number of threads."""
     generator = np.random.default_rng(seed)
     objective, vector = ahead("theta")
     params = scattered(objective.model, vector, 3, 30.0, seed)
+    params[:, objective.model.slot("nome")] = generator.uniform(0.05, 0.9, len(params))
     starts = objective._starts(params)
     simulator = Simulator(objective.model, objective.simulator.inputs, 2, jobs)
     chosen = generator.permutation(objective.segments.count.size)[:company]
     part = Segments(*(column[chosen] for column in objective.segments))
-    together = simulator.run(params, part, starts[:, chosen], guided=True)[0]
+    together = simulator.run(params, part, starts[:, chosen], guided=guided)[0]
     c, s = int(generator.integers(3)), int(generator.integers(company))
     one = Segments(*(column[s : s + 1] for column in part))
-    alone = objective.simulator.run(params[c : c + 1], one, starts[c : c + 1, chosen[s : s + 1]], guided=True)[0]
+    alone = objective.simulator.run(params[c : c + 1], one, starts[c : c + 1, chosen[s : s + 1]], guided=guided)[0]
     a, b = part.out_offsets[s : s + 2]
     assert np.array_equal(together[c, a:b], alone[0], equal_nan=True)
 
@@ -255,12 +284,12 @@ objective, vector = ahead("theta")
 params = scattered(objective.model, vector, 3, 10.0, 8)
 starts = numpy.zeros((3, objective.segments.count.size, 3))
 starts[:, :, 0], starts[:, :, 1] = objective.motion.y[objective.flat_first], objective.motion.v[objective.flat_first]
-y = objective.simulator.run(params, objective.segments, starts, guided=True)[0]
+y = [objective.simulator.run(params, objective.segments, starts, guided=guided)[0] for guided in (True, False)]
 moved = numpy.ones((*starts.shape[1:], 2))
 tangents = numpy.vstack([params[1], params[2]])
 slopes = objective.simulator.slopes(params[0], tangents, objective.segments, starts[0], moved)[1]
-both = [hashlib.sha256(numbers.tobytes()).hexdigest() for numbers in (y, slopes)]
-print(numpy.isfinite(y).mean(), numpy.isfinite(slopes).mean(), *both)
+all_three = [hashlib.sha256(numbers.tobytes()).hexdigest() for numbers in (*y, slopes)]
+print(numpy.isfinite(y).mean(), numpy.isfinite(slopes).mean(), *all_three)
 """
 
 
