@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,12 +49,21 @@ class PlaceTables:
         return max(len(self.force), len(self.thrust), len(self.friction))
 
 
+@cache
+def _compiled(function: Callable[..., float]) -> Callable[..., float]:
+    """A term for Python to call, its machine code kept on disk."""
+    from linid.simulation.compiled import entry_of
+
+    entry: Callable[..., float] = entry_of(function)
+    return entry
+
+
 def _term_over(exported: Exported, name: str, term: str, values: dict[str, float], y: Array) -> Array:
     """A term of an effect of the library at positions (n,) in m, at rest and without current."""
     from linid.physics.effects.registry import find_effect
 
     effect = find_effect(name)
-    function = getattr(effect, term)
+    function = _compiled(getattr(effect, term).py_func)
     parameters = [values.get(p.name, p.default) for p in effect.parameters]
     return np.array([function(0.0, float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *parameters) for x in y])
 
