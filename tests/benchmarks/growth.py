@@ -28,7 +28,6 @@ from linid.identification.guess.first_values import guess_effects
 from linid.identification.objectives.choose import make_parts
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import Linearisation
-from linid.identification.optimise.rotation import rotated
 from linid.identification.settings import FitSettings
 from linid.identification.space.bounds import build_space
 from linid.physics.model import Model
@@ -215,7 +214,7 @@ def effects_point(size: int, folder: Path) -> dict[str, float]:
     cost = ready_cost(problem, point)
     line = Linearisation(problem, cost)
     line.reweight(point)
-    triangle = processor_seconds(lambda: rotated(*line.differences(point)))
+    triangle = processor_seconds(lambda: line.tangent(point).rotated)
     return {
         "parameters": float(len(point)),
         "one candidate": processor_seconds(lambda: cost(point)),
@@ -233,7 +232,7 @@ def parameters_point(size: int, folder: Path) -> dict[str, float]:
     line = Linearisation(problem, Cost(problem))
     start = few.encode(values)
     line.reweight(start)
-    return {"Jacobian": processor_seconds(lambda: rotated(*line.differences(start)))}
+    return {"Jacobian": processor_seconds(lambda: line.tangent(start).rotated)}
 
 
 POINTS: dict[str, Callable[[int, Path], dict[str, float]]] = {
@@ -254,7 +253,7 @@ def warm_up(series: str, folder: Path) -> None:
     if series == "read":
         return
     problem, point = make_problem([load_data(folder)])
-    rotated(*Linearisation(problem, Cost(problem)).differences(point))
+    assert Linearisation(problem, Cost(problem)).tangent(point).rotated
 
 
 def peak_mb() -> float:

@@ -81,9 +81,9 @@ def costs(kind: str, effects: tuple[str, ...] = (), calls: int = 7) -> dict[str,
     line.reweight(x)
     one = least(lambda: line.batch(x[None]), calls)
     number = count(1)
-    carried = least(lambda: line.differences(x + 1e-12 * next(number)), calls)  # that of the last point is kept
+    carried = least(lambda: line.tangent(x + 1e-12 * next(number)), calls)  # that of the last point is kept
     with mock.patch.object(Problem, "carries_slopes", False):
-        differences = least(lambda: line.differences(x), calls)
+        differences = least(lambda: line.tangent(x), calls)
     ahead = problem.parts[1]
     assert isinstance(ahead, Ahead)
     vector = problem.space.vectors(point)[0]

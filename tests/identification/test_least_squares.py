@@ -7,14 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from linid.identification.objectives.objective import Directions
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
-from linid.identification.optimise.rotation import rotated
 from linid.identification.signals.motion import Motion
 from linid.identification.space.field_vector import FieldVector, field_vector
 from linid.identification.space.search_space import SearchParameter, SearchSpace
@@ -148,20 +145,3 @@ def test_slopes_beyond_all_measure_tell_nothing() -> None:
     start = space.encode({"coulomb_force": 1.1, "viscous_friction": 1.21})
     result = levenberg_marquardt(problem, Cost(problem), start, final=False)
     assert space.vectors(result.point)[0][slots] == pytest.approx([3.2, 7.0], abs=0.01)
-
-
-@given(st.integers(1, 30_000), st.integers(1, 20), st.integers(0, 2**32 - 1))
-@settings(max_examples=20, deadline=None)
-def test_few_rows_say_what_the_long_ones_do(rows: int, columns: int, seed: int) -> None:
-    """Lengths and products of residuals and Jacobian are kept, with the same bits in two threads."""
-    generator = np.random.default_rng(seed)
-    base = generator.standard_normal(rows)
-    slopes = generator.standard_normal((rows, columns)) * 10.0 ** generator.uniform(-6, 6, columns)
-    few, turned = rotated(base, slopes)
-    assert len(few) == min(rows, columns + 1)
-    long, short = np.column_stack([base, slopes]), np.column_stack([few, turned])
-    sizes = np.linalg.norm(long, axis=0)
-    assert np.allclose((short / sizes).T @ (short / sizes), (long / sizes).T @ (long / sizes), atol=1e-12)
-    assert abs(abs(few[0]) - np.linalg.norm(base)) < 1e-12 * np.linalg.norm(base) and np.all(few[1:] == 0.0)
-    two = rotated(base, slopes, 2)
-    assert np.array_equal(few, two[0]) and np.array_equal(turned, two[1])

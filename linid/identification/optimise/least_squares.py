@@ -3,8 +3,9 @@ re-estimated."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +14,11 @@ from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import COORDINATE_STEP, OFFSET_STEP, Cost, Problem
-from linid.identification.optimise.rotation import rotated
+from linid.identification.optimise.tangent import Block, Tangent, finite
 from linid.identification.result import Generation
 from linid.identification.settings import Ending
 from linid.identification.space.field_vector import FieldVector, field_vector
 
-# Standard deviations by which all residuals together change over the search box, of a coordinate that is left where it
-# is: exact derivatives tell a direction however little it matters, and steps would go as far as they may.
-_UNTOLD = 1e-6
 _OFFSET_LIMIT = 1e4
 _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _UNDAMPED = 1e-12
@@ -34,7 +32,6 @@ _CURVE_PROBE = 0.1
 _LARGEST_BEND = 0.375
 _WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
 _LEFT_OUT = "left out as asked; intervals hold at a minimum only"
-_BEYOND_MEASURE = 1e100  # of a slope: its square and sums of these are still numbers
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
@@ -71,7 +68,7 @@ class Linearisation:
         self.jobs = max(getattr(part, "jobs", 1) for part in problem.parts)
         self.weights = [np.ones(part.classes.size) for part in problem.parts]
         self._latest: tuple[Array, list[Array]] | None = None
-        self._carried_at: tuple[Array, list[Array], tuple[Array, Array]] | None = None
+        self._carried_at: tuple[Array, list[Array], Tangent] | None = None
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -109,7 +106,7 @@ class Linearisation:
         """Weighted residuals (N,) at x = search coordinates and offsets; a failed simulation gives large ones."""
         rows = self.rows(x)
         joined = np.concatenate([row[0] * weight for row, weight in zip(rows, self.weights, strict=True)])
-        return np.asarray(np.nan_to_num(joined, nan=1e3, posinf=1e3, neginf=-1e3))
+        return finite(joined)
 
     def length(self, x: Array) -> Array:
         """The weighted residuals (p + k + 1,) in axes whose first one points along them: their length, then zeros."""
@@ -119,24 +116,25 @@ class Linearisation:
 
     def rotated_jacobian(self, x: Array) -> Array:
         """(p + k + 1, p + k) in the axes of `length`."""
-        residual, jacobian = rotated(*self.differences(x), self.jobs)
+        residual, jacobian = self.tangent(x).rotated
         return jacobian * (1.0 if residual[0] >= 0.0 else -1.0)
 
     def jacobian(self, x: Array, *, central: bool = False) -> Array:
-        """(N, p + k) of the weighted residuals."""
-        return self.differences(x, central=central)[1]
+        """(N, p + k) of the weighted residuals; central: where it is by differences, these are to both sides."""
+        return self.tangent(x, central=central).dense[1]
 
-    def differences(self, x: Array, *, central: bool = False) -> tuple[Array, Array]:
-        """Weighted residuals (N,) and their Jacobian (N, p + k): as the simulation carries it along, or by finite
-        differences in one batch.
+    def tangent(self, x: Array, *, central: bool = False) -> Tangent:
+        """Weighted residuals and their Jacobian: as the simulation carries it along, or by finite differences in one
+        batch; central: differences to both sides."""
+        if not self.problem.carries_slopes:
+            return self._differences(x, central)
+        kept = self._carried_at
+        if kept is None or kept[1] is not self.weights or not np.array_equal(kept[0], x):
+            kept = self._carried_at = x.copy(), self.weights, self._carried(x)
+        return kept[2]
 
-        central: differences to both sides. Offsets of all recordings are shifted together.
-        """
-        if self.problem.carries_slopes:
-            kept = self._carried_at
-            if kept is None or kept[1] is not self.weights or not np.array_equal(kept[0], x):
-                kept = self._carried_at = x.copy(), self.weights, self._carried(x)
-            return kept[2]
+    def _differences(self, x: Array, central: bool) -> Tangent:
+        """By finite differences. Offsets of all recordings are shifted together."""
         p, k = self.p, self.k
         steps = np.full(p, COORDINATE_STEP)
         if not central:
@@ -150,46 +148,42 @@ class Linearisation:
             rows.append(x + shift)
         if central:
             rows += [x - np.concatenate([row, np.zeros(k)]) for row in np.diag(steps)]
-        batch = np.array(rows)
-        values = self.batch(batch)
+        values = self.batch(np.array(rows))
         base = values[0]
-        out = np.zeros((base.size, p + k))
-        if central:
-            for column in range(p):
-                out[:, column] = (values[1 + column] - values[1 + p + kinds + column]) / (2.0 * steps[column])
-        else:
-            for column in range(p):
-                out[:, column] = (values[1 + column] - base) / steps[column]
+        slopes = np.empty((base.size, p + kinds))
+        for column in range(p):
+            before, width = (values[1 + p + kinds + column], 2.0) if central else (base, 1.0)
+            slopes[:, column] = (values[1 + column] - before) / (width * steps[column])
         for kind in range(kinds):
-            self._share_out(out, kind, (values[1 + p + kind] - base) / OFFSET_STEP)
-        return _finite(base, out)[:2]
+            slopes[:, p + kind] = (values[1 + p + kind] - base) / OFFSET_STEP
+        sizes = [part.classes.size for part in self.problem.parts]
+        edges = np.cumsum([0, *sizes])
+        found = [(base[a:b], slopes[a:b]) for a, b in pairwise(edges)]
+        return self._of_parts(found, [np.ones(size) for size in sizes])
 
-    def _carried(self, x: Array) -> tuple[Array, Array]:
-        """`differences` with exact derivatives; each counts as an evaluation."""
+    def _carried(self, x: Array) -> Tangent:
+        """With exact derivatives; each counts as an evaluation."""
         p, k = self.p, self.k
         shifts = np.array([np.arange(k) % 2 == kind for kind in range(2)], dtype=float)[: 2 if k else 0]
         self.cost.evaluations += 1 + p + len(shifts)
-        found = self.problem.slopes(x[:p], x[p:], shifts)
-        out, at = np.zeros((sum(row.size for row, _ in found), p + k)), 0
-        changes = np.zeros((len(shifts), len(out)))
-        for (row, slopes), weight in zip(found, self.weights, strict=True):
-            rows = slice(at, at + row.size)
-            np.multiply(slopes[:, :p], weight[:, None], out=out[rows, :p])
-            changes[: slopes.shape[1] - p, rows] = slopes[:, p:].T * weight
-            at += row.size
-        for kind, change in enumerate(changes):
-            self._share_out(out, kind, change)
-        base = np.concatenate([row * weight for (row, _), weight in zip(found, self.weights, strict=True)])
-        base, out, power = _finite(base, out)
-        out[:, power < _UNTOLD**2] = 0.0
-        return base, out
+        return self._of_parts(self.problem.slopes(x[:p], x[p:], shifts), self.weights)
 
-    def _share_out(self, out: Array, kind: int, change: Array) -> None:
-        """Give each recording its rows of what shifting all start positions (kind 0) or speeds (1) changes, (N,)."""
-        owner = self._nuisance_owner()
-        for recording in range(self.k // 2):
-            mask = owner == recording
-            out[mask, self.p + 2 * recording + kind] = change[mask]
+    def _of_parts(self, found: Sequence[tuple[Array, Array]], weights: Sequence[Array]) -> Tangent:
+        """A tangent of each part's residuals (n,) and slopes (n, p) or, where it has offsets, (n, p + 2), by shifting
+        the start positions and the start speeds of all recordings together."""
+        blocks, at, coordinates = [], self.p, np.arange(self.p)
+        for part, (row, slopes), weight in zip(self.problem.parts, found, weights, strict=True):
+            residuals = finite(row * weight)
+            if not part.nuisances:
+                blocks.append(Block(residuals, slopes[:, : self.p], weight, coordinates))
+                continue
+            owner = part.group_recording[part.groups]
+            edges = np.concatenate([[0], np.flatnonzero(np.diff(owner)) + 1, [owner.size]])
+            for a, b in pairwise(edges):
+                columns = np.concatenate([coordinates, at + 2 * owner[a] + np.arange(2)])
+                blocks.append(Block(residuals[a:b], slopes[a:b], weight[a:b], columns))
+            at += part.nuisances
+        return Tangent(tuple(blocks), self.p + self.k, self.jobs)
 
     def batch(self, batch: Array) -> Array:
         """Weighted residuals (C, N) of a batch (C, p + k) of search coordinates and offsets."""
@@ -197,28 +191,6 @@ class Linearisation:
         parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
         weighted = [part * weight for part, weight in zip(parts, self.weights, strict=True)]
         return weighted[0] if len(weighted) == 1 else np.concatenate(weighted, axis=1)
-
-    def _nuisance_owner(self) -> NDArray[np.int64]:
-        """Per residual: index of the recording whose start offsets act on it, -1 if none."""
-        owners, base = [], 0
-        for part in self.problem.parts:
-            if part.nuisances:
-                owners.append(part.group_recording[part.groups] + base)
-                base += part.nuisances // 2
-            else:
-                owners.append(np.full(part.classes.size, -1, dtype=np.int64))
-        return np.concatenate(owners)
-
-
-def _finite(residuals: Array, slopes: Array) -> tuple[Array, Array, Array]:
-    """Both without what a failed simulation leaves: large residuals that nothing changes; nor do slopes tell anything
-    that have grown beyond all measure in a run that any change sends elsewhere. With the slopes' power (n,)."""
-    residuals = np.nan_to_num(residuals, nan=1e3, posinf=1e3, neginf=-1e3)
-    power = np.einsum("nk,nk->k", slopes, slopes)
-    if not float(np.sum(power)) < _BEYOND_MEASURE**2:
-        slopes = np.where(np.abs(slopes) < _BEYOND_MEASURE, slopes, 0.0)
-        power = np.einsum("nk,nk->k", slopes, slopes)
-    return residuals, slopes, power
 
 
 def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
@@ -302,8 +274,8 @@ class _Steps:
     def next(self, x: Array) -> tuple[Array, float, str]:
         """The next point (p + k,), what it gains in the sum of squares, and why it is the last (else empty)."""
         line, lower, upper = self.line, self.lower, self.upper
-        base, slopes = line.differences(x)
-        residual, jacobian = rotated(base, slopes, line.jobs)
+        tangent = line.tangent(x)
+        residual, jacobian = tangent.rotated
         before = float(residual @ residual)
         outlooks = (_damped_step(residual, jacobian, d, lower - x, upper - x)[1] for d in (_UNDAMPED, self.damping))
         if all(predicted < self.precision for predicted in outlooks):
@@ -313,7 +285,7 @@ class _Steps:
             move, predicted = _damped_step(residual, jacobian, self.damping, *room)
             if self.bend and predicted > _WORTH_BENDING:
                 probed = line.residuals(_moved(self.field, x, _CURVE_PROBE * move, lower, upper))
-                move = _bent(move, probed, base, slopes, jacobian, self.damping)
+                move = _bent(move, tangent.pulled(probed), residual, jacobian, self.damping)
             trial = _moved(self.field, x, move, lower, upper)
             gain = before - float(np.sum(line.residuals(trial) ** 2))
             gain_ratio = gain / predicted
@@ -332,20 +304,20 @@ def _moved(field: FieldVector | None, x: Array, move: Array, lower: Array, upper
     return np.clip(x + move if field is None else field.moved(x, move), lower, upper)
 
 
-def _bent(move: Array, probed: Array, base: Array, slopes: Array, jacobian: Array, damping: float) -> Array:
+def _bent(move: Array, pulled: Array, residual: Array, jacobian: Array, damping: float) -> Array:
     """The step (n,) bent along the valley that it follows: with half the geodesic acceleration added.
 
-    probed: residuals (N,) at `_CURVE_PROBE` of the step; base, slopes: residuals and Jacobian (N, n) at its start;
-    jacobian: that in rotated axes. The step as it is, where the acceleration is not small beside it.
+    pulled: (n,) transposed Jacobian times the residuals at `_CURVE_PROBE` of the step; residual, jacobian: (m,), (m, n)
+    in rotated axes at its start. The step as it is, where the acceleration is not small beside it.
     Source: Transtrum and Sethna 2012, arXiv:1201.5885.
     """
     free = move != 0.0
-    second = 2.0 / _CURVE_PROBE * ((probed - base) / _CURVE_PROBE - slopes @ move)
+    second = (pulled - jacobian.T @ residual) / _CURVE_PROBE - jacobian.T @ (jacobian @ move)
     norms = np.linalg.norm(jacobian[:, free], axis=0)
     norms[norms == 0.0] = 1.0
     scaled = jacobian[:, free] / norms
     normal = scaled.T @ scaled + damping * np.eye(norms.size)
-    bend = -0.5 * np.linalg.lstsq(normal, (slopes[:, free].T @ second) / norms, rcond=None)[0]
+    bend = -np.linalg.lstsq(normal, second[free] / (_CURVE_PROBE * norms), rcond=None)[0]
     if not np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(move[free] * norms):
         return move
     out = move.copy()
