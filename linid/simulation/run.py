@@ -99,10 +99,15 @@ class Simulator:
     def _by_recording(self, segments: Segments) -> list[tuple[int, int]]:
         """Pieces of whole recordings, where there are enough of them: each piece computes the motor's forces, and their
         slopes, at all points of its recordings."""
-        edges = np.concatenate([[0], np.flatnonzero(np.diff(segments.recording)) + 1, [segments.recording.size]])
-        if edges.size - 1 < 2 * self.jobs:
-            return self._split(segments.recording.size, 1)
-        return [(int(a), int(b)) for a, b in pairwise(edges)]
+        count = segments.recording.size
+        least = LANES if self.model.mask == 0 else 1  # side by side, fewer would leave lanes free
+        edges = [0]
+        for edge in np.flatnonzero(np.diff(segments.recording)) + 1:
+            if edge - edges[-1] >= least and count - edge >= least:
+                edges.append(int(edge))
+        if len(edges) < 2 * self.jobs:
+            return self._split(count, least)
+        return list(pairwise([*edges, count]))
 
     @cached_property
     def _guide(self) -> Array:

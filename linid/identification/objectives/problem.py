@@ -141,8 +141,12 @@ class Cost:
 
     def of_residuals(self, rows: list[Array]) -> Array:
         """Costs (C,) of residuals per part; rows: residuals (C, N) of each part."""
-        total, weight = np.zeros(rows[0].shape[0]), 0.0
-        for rms, counts, reference in zip(self.class_rms(rows), self.counts, self.references, strict=True):
+        return self.of_class_rms(self.class_rms(rows))
+
+    def of_class_rms(self, found: list[Array]) -> Array:
+        """Costs (C,) of the RMS (C, classes) of each part."""
+        total, weight = np.zeros(found[0].shape[0]), 0.0
+        for rms, counts, reference in zip(found, self.counts, self.references, strict=True):
             total += np.log(rms / np.maximum(reference, 1e-300)) @ counts
             weight += float(counts.sum())
         cost = np.exp(total / weight)

@@ -80,7 +80,8 @@ class Linearisation:
         """Set the weights from the class RMS at x; returns the cost there."""
         self._carried_at = None
         rows = self.rows(x)
-        for index, rms in enumerate(self.cost.class_rms(rows)):
+        found = self.cost.class_rms(rows)
+        for index, rms in enumerate(found):
             part = self.problem.parts[index]
             sizes = np.maximum(np.bincount(part.classes, minlength=rms.shape[1]), 1)
             counts = self.cost.counts[index]
@@ -93,7 +94,7 @@ class Linearisation:
             if part.robust:
                 relative = rows[index][0] / rms[0][part.classes]
                 self.weights[index] *= _group_weights(relative * trust, part.groups)
-        return float(self.cost.of_residuals(rows)[0])
+        return float(self.cost.of_class_rms(found)[0])
 
     def rows(self, x: Array) -> list[Array]:
         """Residuals (1, N) of each part at x = search coordinates and offsets, without weights."""

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.identification.space.search_space import SearchSpace
@@ -76,23 +77,40 @@ def profile_intervals(
     return _ends(gram, room[0]), _ends(turned, room[1])
 
 
-def _profile(gram: Array, d: float) -> float:
-    """Least value over e of z' gram z with z = (1, d, e, d^2/2, d e, e^2/2)."""
-    constant = np.array([1.0, d, 0.0, 0.5 * d * d, 0.0, 0.0])
-    linear = np.array([0.0, 0.0, 1.0, 0.0, d, 0.0])
+def _profiles(gram: Array, d: Array) -> Array:
+    """Least values (D,) over e of z' gram z with z = (1, d, e, d^2/2, d e, e^2/2), for d (D,)."""
+    none, one = np.zeros_like(d), np.ones_like(d)
+    constant = np.stack([one, d, none, 0.5 * d * d, none, none], axis=1)
+    linear = np.stack([none, none, one, none, d, none], axis=1)
     square = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.5])
-    quartic = np.array(
+    quartics = np.stack(
         [
-            square @ gram @ square,
+            (square @ gram @ square) * one,
             2.0 * linear @ gram @ square,
-            linear @ gram @ linear + 2.0 * constant @ gram @ square,
-            2.0 * constant @ gram @ linear,
-            constant @ gram @ constant,
+            np.sum((linear @ gram) * linear, axis=1) + 2.0 * constant @ gram @ square,
+            2.0 * np.sum((constant @ gram) * linear, axis=1),
+            np.sum((constant @ gram) * constant, axis=1),
         ]
     )
-    turning = np.roots(np.polyder(quartic))
-    real = turning[np.abs(turning.imag) < 1e-6 * (1.0 + np.abs(turning.real))].real
-    return float(np.min(np.polyval(quartic, real))) if real.size else float(quartic[-1])
+    turning = _roots(quartics[:4] * np.array([[4.0], [3.0], [2.0], [1.0]]))
+    real = np.abs(turning.imag) < 1e-6 * (1.0 + np.abs(turning.real))
+    values = np.where(real, np.polyval(quartics[:, None], turning.real.T).T, math.inf)
+    return np.where(np.any(real, axis=1), np.min(values, axis=1), quartics[-1])
+
+
+def _roots(cubics: Array) -> NDArray[np.complex128]:
+    """Roots (D, 3) of polynomials (4, D), highest power first: eigenvalues of their companion matrices (as numpy's
+    `roots`); nan where a polynomial is of a lower degree and has fewer."""
+    if not np.all(cubics[0] != 0.0):
+        out = np.full((cubics.shape[1], 3), np.nan, dtype=np.complex128)
+        for row, cubic in zip(out, cubics.T, strict=True):
+            found = np.roots(cubic)
+            row[: found.size] = found
+        return out
+    companions = np.zeros((cubics.shape[1], 3, 3))
+    companions[:, 1, 0] = companions[:, 2, 1] = 1.0
+    companions[:, 0] = (-cubics[1:] / cubics[0]).T
+    return np.asarray(np.linalg.eigvals(companions), dtype=np.complex128)
 
 
 def _ends(gram: Array, room: Array) -> tuple[float, float]:
@@ -100,7 +118,7 @@ def _ends(gram: Array, room: Array) -> tuple[float, float]:
     in the flat valley a search may end beside the profile's lowest point."""
     outwards = np.geomspace(1e-6, 1.0, _POINTS)
     offsets = np.concatenate([room[0] * outwards[::-1], [0.0], room[1] * outwards])
-    profile = np.array([_profile(gram, float(d)) for d in offsets])
+    profile = _profiles(gram, offsets)
     inside = np.flatnonzero(profile <= float(np.min(profile)) + CHI_SQUARED_95)
     low = offsets[max(int(inside[0]) - 1, 0)]
     high = offsets[min(int(inside[-1]) + 1, offsets.size - 1)]
