@@ -275,6 +275,17 @@ def motor_of(terms, way, candidate, before):
 
 
 @allocating
+def open_tasks(terms, tasks, number, until, motor, known, way, pool):
+    """Open tasks from `number` on, all of one candidate, as long as there are any before `until` and room; the number
+    of the next one, and what is known of forces then. A function of its own: with the motor of other candidates in the
+    same loop, to open a simulation took ten times as long."""
+    while number < until and pool.stacks[SIZES, FREE] > 0:
+        known = open_task(terms, tasks, number, motor, known, way, pool)
+        number += 1
+    return number, known
+
+
+@allocating
 def simulate_all(terms, tasks, begin, end, way, rows):
     """Simulate tasks begin..end-1; returns the number of steps. rows: that blocks hold of a simulation."""
     of_each = tasks.segments.recording.size
@@ -284,15 +295,15 @@ def simulate_all(terms, tasks, begin, end, way, rows):
         candidate = number // of_each
         motor = motor_of(terms, way, candidate, 0)
         # Where forces are known beforehand, simulations that are open together share those of one candidate.
-        until = min(end, (candidate + 1) * of_each) if way.powered and not way.free else end
+        last = (candidate + 1) * of_each
+        until = min(end, last) if way.powered and not way.free else end
         known = np.int64(0), np.int64(0)
         while True:
-            while number < until and pool.stacks[SIZES, FREE] > 0:
-                if number // of_each != candidate:
-                    candidate = number // of_each
-                    motor = motor_of(terms, way, candidate, motor.harmonics)
-                known = open_task(terms, tasks, number, motor, known, way, pool)
-                number += 1
+            number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
+            while last < until and number == last and pool.stacks[SIZES, FREE] > 0:
+                motor = motor_of(terms, way, number // of_each, motor.harmonics)
+                last += of_each
+                number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
             slides = enter(pool, SLIDING, sliding, way.fields)
             follows = enter(pool, FOLLOWED, following, way.fields)
             if slides + follows == 0:

@@ -142,7 +142,7 @@ def other_forces(terms, motor, block, way, bits):
                 block.room[2 + k, lane] = terms.motor.untabled(axis, block.room[k, lane], inputs)
 
 
-@compiled
+@inlined
 def forces_where(terms, motor, block, way, asked, y, x):
     """Forces in N in the middle and at the end of steps at the positions y in m, x: s from the sample before to both;
     where the mask `asked` holds. motor: an axis that it drives."""
@@ -169,7 +169,7 @@ def come_to_splines(block, way, asked):
         new_splines(block, way.coefficients, bits_of(other))
 
 
-@inlined
+@compiled
 def forces_within(terms, motor, block, way, within, x):
     """Forces in N in the middle and at the end of steps that are no base steps, where measured positions have them; x:
     s from the sample before to both."""
@@ -178,7 +178,7 @@ def forces_within(terms, motor, block, way, within, x):
     return forces_where(terms, motor, block, way, within, y, x)
 
 
-@inlined
+@compiled
 def forces_free(terms, motor, block, way, powered, step):
     """Forces in N in the middle and at the end of steps where the simulation itself will be, 0 where none acts. step:
     the motion, the predicted speed in its middle, and s from the sample before to its end and from its begin."""
@@ -211,26 +211,32 @@ def forces_at(way, values, ahead, powered):
 
 
 @compiled
-def write_samples(terms, block, way, came, strayed_bits, rest_bits):
-    """Write the sample that the lanes of the bits `came` have come to, and all still to come of those that strayed and
-    of those that rest for good."""
-    for lane in range(block.places.shape[1]):
+def write_samples(terms, lanes, traces, beside, bits):
+    """Write the sample that lanes have come to, and all still to come of those that strayed and of those that rest for
+    good. lanes: the block's values and places; traces: y and v as in `Way`; bits: of the lanes of all three kinds.
+
+    Not the block and the way themselves: to hand on all that they hold takes longer than to write.
+    """
+    values, places = lanes
+    y_out, v_out = traces
+    came, strayed_bits, rest_bits = bits
+    for lane in range(places.shape[1]):
         if came >> lane & 1:
-            candidate, k = block.places[CANDIDATE, lane], block.places[NEXT, lane]
-            y, v = block.values[Y, lane], block.values[V, lane]
-            block.places[NEXT, lane] = until = k + 1
+            candidate, k = places[CANDIDATE, lane], places[NEXT, lane]
+            y, v = values[Y, lane], values[V, lane]
+            places[NEXT, lane] = until = k + 1
             if rest_bits >> lane & 1:
-                until = block.places[END, lane]
+                until = places[END, lane]
             if strayed_bits >> lane & 1:
                 y = v = np.nan
-                until = block.places[END, lane]
+                until = places[END, lane]
             for sample in range(k, until):
-                way.y_out[candidate, sample] = y
-            terms.beside.written(way.beside, block, lane, k, until, strayed_bits >> lane & 1)
-            if way.v_out.size > 0:
-                way.v_out[candidate, k] = v
+                y_out[candidate, sample] = y
+            terms.beside.written(beside, values, lane, k, until, strayed_bits >> lane & 1)
+            if v_out.size > 0:
+                v_out[candidate, k] = v
                 for sample in range(k + 1, until):
-                    way.v_out[candidate, sample] = 0.0 * v
+                    v_out[candidate, sample] = 0.0 * v
 
 
 @compiled
@@ -249,7 +255,8 @@ def at_samples(terms, motor, block, way, moving, ends):
     stray = ends & strayed(moving)
     rests = (row(values, ALONE) > 0.0) & (abs(moving.v) < REST_SPEED) & (abs(moving.w) < REST_BRISTLE)
     rests = rests & ends
-    write_samples(terms, block, way, bits_of(ends), bits_of(stray), bits_of(rests))
+    bits = bits_of(ends), bits_of(stray), bits_of(rests)
+    write_samples(terms, (values, block.places), (way.y_out, way.v_out), way.beside, bits)
     left = select(ends, row(values, LEFT) - 1.0, row(values, LEFT))
     put_row(values, LEFT, left)
     put_row(values, DONE, select(ends, 0.0, row(values, DONE)))

@@ -1,8 +1,8 @@
 """What simulations side by side save: `python -m tests.benchmarks.lockstep`.
 
-Of the generated stand: windows 0.1 s ahead along measured positions with the motor's forces filled in, one candidate,
-and free wheels from start to rest, by the kernel of one at a time and by that of many, in turn in one process: least
-processor time of several calls.
+Of the generated stand: windows 0.1 s ahead along measured positions with the motor's forces filled in, one candidate;
+windows and half a second of driven runs at the simulated position; and free wheels from start to rest: by the kernel of
+one at a time and by that of many, in turn in one process: least processor time of several calls.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from tests.benchmarks.jacobian import DRIVEN
 from tests.identification.stand import FREE_WHEELS, stand
 
 WINDOWS, CANDIDATES = (1, 4, 8, 32), (1, 4, 16)
+_SAMPLES = 500  # of a driven run: half a second, in which no last bit decides where it ends
 
 
 def least(functions: tuple[Callable[[], object], ...], calls: int) -> list[float]:
@@ -50,6 +51,15 @@ def compared(
     return {"one at a time, ms": 1e3 * single, "many, ms": 1e3 * many, "ratio": single / many, "apart, m": apart}
 
 
+def _runs(objective: Ahead, params: np.ndarray) -> tuple[Segments, np.ndarray]:
+    """The beginnings of all recordings, and start states (C, R, 3) there."""
+    count = objective.simulator.inputs.counts.size
+    runs = Segments(np.arange(count), np.zeros(count, dtype=np.int64), np.full(count, _SAMPLES))
+    first, motion = objective.simulator.inputs.sample_offsets[:-1], objective.motion
+    state = np.stack([motion.y[first], motion.v[first], np.full(count, np.nan)], axis=1)
+    return runs, np.tile(state, (len(params), 1, 1))
+
+
 def figures(calls: int = 25) -> dict[str, dict[str, float]]:
     """All of it, by name."""
     campaign, out = stand(), {}
@@ -64,6 +74,12 @@ def figures(calls: int = 25) -> dict[str, dict[str, float]]:
             part = Segments(*(column[first : first + count] for column in whole))
             some = starts[:, first : first + count]
             out[f"{kind}, {count} windows"] = compared(objective.simulator, vector, part, some, True, calls)
+        free = compared(objective.simulator, vector, whole, starts, False, calls)
+        out[f"{kind}, {whole.count.size} windows, free"] = free
+        for count in CANDIDATES:
+            runs, at = _runs(objective, np.repeat(vector, count, axis=0))
+            name = f"{kind}, {runs.count.size} driven runs, candidates: {count}"
+            out[name] = compared(objective.simulator, np.repeat(vector, count, axis=0), runs, at, False, calls)
     model = Model("friction")
     wheels = FreeRun(model, tuple(r for r in campaign.recordings if r.name in FREE_WHEELS), 2, 1)
     vector = model.vector({p.name: campaign.truth.get(p.name, p.default) for p in model.parameters})

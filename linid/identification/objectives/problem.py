@@ -144,7 +144,7 @@ class Cost:
         return self.of_class_rms(self.class_rms(rows))
 
     def of_class_rms(self, found: list[Array]) -> Array:
-        """Costs (C,) of the RMS (C, classes) of each part."""
+        """Costs (C,) of the RMS by class; found: (C, classes) of each part."""
         total, weight = np.zeros(found[0].shape[0]), 0.0
         for rms, counts, reference in zip(found, self.counts, self.references, strict=True):
             total += np.log(rms / np.maximum(reference, 1e-300)) @ counts

@@ -95,7 +95,7 @@ def _profiles(gram: Array, d: Array) -> Array:
     turning = _roots(quartics[:4] * np.array([[4.0], [3.0], [2.0], [1.0]]))
     real = np.abs(turning.imag) < 1e-6 * (1.0 + np.abs(turning.real))
     values = np.where(real, np.polyval(quartics[:, None], turning.real.T).T, math.inf)
-    return np.where(np.any(real, axis=1), np.min(values, axis=1), quartics[-1])
+    return np.asarray(np.where(np.any(real, axis=1), np.min(values, axis=1), quartics[-1]))
 
 
 def _roots(cubics: Array) -> NDArray[np.complex128]:
