@@ -35,6 +35,7 @@ from linid.simulation.lockstep_lanes import (
     LEAPS,
     LEFT,
     NEXT,
+    OWNER,
     PLACES,
     RECORDING,
     ROWS,
@@ -105,8 +106,7 @@ def new_block(rows):
         np.empty((rows, LANES)),
         np.empty((PLACES, LANES), np.int64),
         np.empty((SPLINES, LANES)),
-        np.zeros((FIELD, LANES)),
-        np.full(LANES, -1),
+        np.full((OWNER + 1, LANES), -1.0),
         np.empty((4, LANES)),
     )
     for lane in range(LANES):
@@ -156,8 +156,8 @@ def put_in(pool, motion, bristles, borders, moment, places):
 def put_field(block, lane, fields):
     """Have the motor's field of the candidate that a lane simulates. fields: as in `Way`."""
     candidate = block.places[CANDIDATE, lane]
-    if block.owners[lane] != candidate:
-        block.owners[lane] = candidate
+    if block.field[OWNER, lane] != candidate:
+        block.field[OWNER, lane] = candidate
         for k in range(fields.shape[1]):
             block.field[k, lane] = fields[candidate, k]
 
@@ -258,10 +258,10 @@ def open_task(terms, tasks, number, motor, known, way, pool):
 
 
 @allocating
-def motor_of(terms, way, candidate, before):
+def motor_of(terms, candidates, way, candidate, before):
     """The motor of a candidate, whose field is put into `way.fields`. before: the one of the candidate before, -1 for
     none; its number of harmonics is kept where it is larger, as lanes then hold both."""
-    axis = motor_axis(terms, way.candidates.motor, way.candidates.params[candidate])
+    axis = motor_axis(terms, candidates.motor, candidates.params[candidate])
     if way.fields.shape[1] > 0:
         field = way.fields[candidate]
         field[0], field[1] = axis.wavenumber, axis.phase
@@ -293,15 +293,16 @@ def simulate_all(terms, tasks, begin, end, way, rows):
     steps, number = 0, np.int64(begin)
     while number < end:
         candidate = number // of_each
-        motor = motor_of(terms, way, candidate, 0)
+        motor = motor_of(terms, tasks.candidates, way, candidate, 0)
         # Where forces are known beforehand, simulations that are open together share those of one candidate.
         last = (candidate + 1) * of_each
         until = min(end, last) if way.powered and not way.free else end
         known = np.int64(0), np.int64(0)
         while True:
-            number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
+            if number < until and pool.stacks[SIZES, FREE] > 0:
+                number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
             while last < until and number == last and pool.stacks[SIZES, FREE] > 0:
-                motor = motor_of(terms, way, number // of_each, motor.harmonics)
+                motor = motor_of(terms, tasks.candidates, way, number // of_each, motor.harmonics)
                 last += of_each
                 number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
             slides = enter(pool, SLIDING, sliding, way.fields)
@@ -328,7 +329,7 @@ def way_of(candidates, inputs, scheme, traces, beside):
     forces = np.empty(scheme.guide.shape[1] if powered and not free else 2)
     fields = np.empty((candidates.params.shape[0], FIELD if powered else 0))
     pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
-    inner = candidates, inputs.coefficients, powered, free, fields, forces, pieces, whole
+    inner = candidates.params, inputs.coefficients, powered, free, fields, forces, pieces, whole
     return Way(*inner, scheme.tolerance, traces[0], traces[1], beside)
 
 

@@ -30,30 +30,29 @@ ROWS = 27
 CANDIDATE, NEXT, END = np.arange(3)
 PLACES = 3
 SPLINES = 17  # rows: of which interval, and its four splines' coefficients
-FIELD = 2 + 3 * MAX_HARMONICS  # rows: wavenumber, phase, and of each harmonic its amplitude and phase step
+# Rows: wavenumber, phase, of each harmonic its amplitude and phase step, and which candidate's all that is.
+FIELD = OWNER = 2 + 3 * MAX_HARMONICS
 
 
 class Block(NamedTuple):
     """What `LANES` simulations side by side are: values (ROWS or more, LANES); places (PLACES, LANES); splines
-    (SPLINES, LANES); field (FIELD, LANES) of the motor, and of which candidate in each lane, owners (LANES,); room (4,
-    LANES)."""
+    (SPLINES, LANES); field (OWNER + 1, LANES) of the motor; room (4, LANES)."""
 
     values: Any
     places: Any
     splines: Any
     field: Any
-    owners: Any
     room: Any
 
 
 class Way(NamedTuple):
-    """What all simulations share: the candidates; the recordings' coefficients; powered: whether any has inputs; free:
-    whether the motor's force acts at the simulated position, in place of the measured one; fields: (candidates, FIELD)
-    as in `Block`; forces in N at all points, `pieces` per sample, where they are known beforehand; whole: finest steps
+    """What all simulations share: params of the candidates; the recordings' coefficients; powered: whether any has
+    inputs; free: whether the motor's force acts at the simulated position, in place of the measured one; fields:
+    (candidates, FIELD) as in `Block`; forces in N at all points, `pieces` per sample, where they are known beforehand; whole: finest steps
     per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples) in m and m/s, v_out
     (1, 0) if not wanted; beside: what goes along with simulations."""
 
-    candidates: Any
+    params: Any
     coefficients: Any
     powered: Any
     free: Any
@@ -135,7 +134,7 @@ def other_forces(terms, motor, block, way, bits):
     for lane in range(block.places.shape[1]):
         if bits >> lane & 1:
             n = int(block.values[INTERVAL, lane])
-            p = way.candidates.params[block.places[CANDIDATE, lane]]
+            p = way.params[block.places[CANDIDATE, lane]]
             axis = Axis(0, True, motor.motor, motor.harmonics, motor.wavenumber, motor.phase, p, motor.table)
             for k in range(2):
                 inputs = inputs_at(way.coefficients, n, block.room[2 + k, lane])
