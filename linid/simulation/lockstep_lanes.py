@@ -48,9 +48,9 @@ class Block(NamedTuple):
 class Way(NamedTuple):
     """What all simulations share: params of the candidates; the recordings' coefficients; powered: whether any has
     inputs; free: whether the motor's force acts at the simulated position, in place of the measured one; fields:
-    (candidates, FIELD) as in `Block`; forces in N at all points, `pieces` per sample, where they are known beforehand; whole: finest steps
-    per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples) in m and m/s, v_out
-    (1, 0) if not wanted; beside: what goes along with simulations."""
+    (candidates, FIELD) as in `Block`; forces in N at all points, `pieces` per sample, where they are known beforehand;
+    whole: finest steps per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples)
+    in m and m/s, v_out (1, 0) if not wanted; beside: what goes along with simulations."""
 
     params: Any
     coefficients: Any
