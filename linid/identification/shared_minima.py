@@ -14,6 +14,8 @@ from linid.identification.uncertainty.identifiability import RANGE_LIMIT, advice
 from linid.physics.field.sine_scope import NEGLIGIBLE
 from linid.statistics import NORMAL_97_5
 
+_COIL = "coil_length"
+
 
 def shared(
     best: FitResult, rival: FitResult, space: SearchSpace, ends: Sequence[Mapping[str, float]] = ()
@@ -57,7 +59,11 @@ def with_twin(result: FitResult, space: SearchSpace) -> FitResult:
     if not searched.lower <= 0.5 * math.pi - length <= searched.upper:
         return result
     mirrored = tuple(_mirrored(e) if e.name == searched.name else e for e in result.estimates)
-    return shared(result, replace(result, estimates=mirrored), space)
+    told = shared(result, replace(result, estimates=mirrored), space)
+    # A coil and its twin are pi / z_0 long together, those of a minimum that the result holds already among them.
+    both = math.pi / result.value("electrical_wavenumber")
+    derived = (_reaching(e, [both - e.high, both - e.low]) if e.name == _COIL else e for e in told.derived)
+    return replace(told, derived=tuple(derived))
 
 
 def with_plain(result: FitResult, space: SearchSpace) -> FitResult:

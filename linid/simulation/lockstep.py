@@ -42,6 +42,7 @@ from linid.simulation.lockstep_lanes import (
     SIZE,
     SLOWEST,
     SPLINES,
+    TABLED,
     TICK,
     Block,
     V,
@@ -258,20 +259,16 @@ def open_task(terms, tasks, number, motor, known, way, pool):
 
 
 @allocating
-def motor_of(terms, candidates, way, candidate, before):
-    """The motor of a candidate, whose field is put into `way.fields`. before: the one of the candidate before, -1 for
-    none; its number of harmonics is kept where it is larger, as lanes then hold both."""
+def motor_of(terms, candidates, way, candidate):
+    """The motor of a candidate, whose field is put into `way.fields`."""
     axis = motor_axis(terms, candidates.motor, candidates.params[candidate])
     if way.fields.shape[1] > 0:
         field = way.fields[candidate]
-        field[0], field[1] = axis.wavenumber, axis.phase
+        field[0], field[1], field[TABLED] = axis.wavenumber, axis.phase, 1.0 if axis.harmonics > 0 else 0.0
         for k in range(axis.table.shape[1]):
             for j in range(axis.table.shape[0]):
                 field[2 + 3 * k + j] = axis.table[j, k]
-    harmonics = axis.harmonics
-    if way.free:
-        harmonics = max(harmonics, before)
-    return Axis(0, True, axis.motor, harmonics, axis.wavenumber, axis.phase, axis.p, axis.table)
+    return axis
 
 
 @allocating
@@ -293,7 +290,8 @@ def simulate_all(terms, tasks, begin, end, way, rows):
     steps, number = 0, np.int64(begin)
     while number < end:
         candidate = number // of_each
-        motor = motor_of(terms, tasks.candidates, way, candidate, 0)
+        motor = motor_of(terms, tasks.candidates, way, candidate)
+        most = motor.harmonics  # of all whose simulations may be open
         # Where forces are known beforehand, simulations that are open together share those of one candidate.
         last = (candidate + 1) * of_each
         until = min(end, last) if way.powered and not way.free else end
@@ -302,7 +300,8 @@ def simulate_all(terms, tasks, begin, end, way, rows):
             if number < until and pool.stacks[SIZES, FREE] > 0:
                 number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
             while last < until and number == last and pool.stacks[SIZES, FREE] > 0:
-                motor = motor_of(terms, tasks.candidates, way, number // of_each, motor.harmonics)
+                motor = motor_of(terms, tasks.candidates, way, number // of_each)
+                most = max(most, motor.harmonics)
                 last += of_each
                 number, known = open_tasks(terms, tasks, number, min(until, last), motor, known, way, pool)
             slides = enter(pool, SLIDING, sliding, way.fields)
@@ -310,10 +309,10 @@ def simulate_all(terms, tasks, begin, end, way, rows):
             if slides + follows == 0:
                 break
             if follows == LANES or slides == 0:
-                over, on, more = follow(terms, motor, following, way)
+                over, on, more = follow(terms, (motor.motor, most, motor.table), following, way)
                 leave(pool, FOLLOWED, following, over, on)
             else:
-                over, on, more = slide(terms, motor, sliding, way)
+                over, on, more = slide(terms, (motor.motor, most, motor.table), sliding, way)
                 leave(pool, SLIDING, sliding, over, on)
             steps += more
     return steps

@@ -30,8 +30,10 @@ ROWS = 27
 CANDIDATE, NEXT, END = np.arange(3)
 PLACES = 3
 SPLINES = 17  # rows: of which interval, and its four splines' coefficients
-# Rows: wavenumber, phase, of each harmonic its amplitude and phase step, and which candidate's all that is.
-FIELD = OWNER = 2 + 3 * MAX_HARMONICS
+# Rows: wavenumber, phase, of each harmonic its amplitude and phase step, 1 where that is the field, and which
+# candidate's all that is.
+TABLED = np.int64(2 + 3 * MAX_HARMONICS)
+FIELD = OWNER = TABLED + 1
 
 
 class Block(NamedTuple):
@@ -131,11 +133,12 @@ def currents_lanes(splines, x):
 def other_forces(terms, motor, block, way, bits):
     """Forces in N of a motor whose field is no table of harmonics, lane by lane, at two positions and times; they take
     the place of the times that `block.room` holds behind the positions."""
+    code, _, table = motor
     for lane in range(block.places.shape[1]):
         if bits >> lane & 1:
             n = int(block.values[INTERVAL, lane])
             p = way.params[block.places[CANDIDATE, lane]]
-            axis = Axis(0, True, motor.motor, motor.harmonics, motor.wavenumber, motor.phase, p, motor.table)
+            axis = Axis(0, True, code, 0, 0.0, 0.0, p, table)
             for k in range(2):
                 inputs = inputs_at(way.coefficients, n, block.room[2 + k, lane])
                 block.room[2 + k, lane] = terms.motor.untabled(axis, block.room[k, lane], inputs)
@@ -144,20 +147,23 @@ def other_forces(terms, motor, block, way, bits):
 @inlined
 def forces_where(terms, motor, block, way, asked, y, x):
     """Forces in N in the middle and at the end of steps at the positions y in m, x: s from the sample before to both;
-    where the mask `asked` holds. motor: an axis that it drives."""
-    splines = block.splines
-    if motor.harmonics > 0:
-        first, second = currents_lanes(splines, x[0]), currents_lanes(splines, x[1])
-        return (
-            phase_force_lanes(y[0], first, block.field, motor.harmonics),
-            phase_force_lanes(y[1], second, block.field, motor.harmonics),
-        )
-    put_lanes(block.room, 0, y[0])
-    put_lanes(block.room, LANES, y[1])
-    put_lanes(block.room, 2 * LANES, x[0])
-    put_lanes(block.room, 3 * LANES, x[1])
-    other_forces(terms, motor, block, way, bits_of(asked))
-    return lanes_at(block.room, 2 * LANES), lanes_at(block.room, 3 * LANES)
+    where the mask `asked` holds. motor: its code, the most harmonics that a lane's field has, and a table's shape."""
+    mid = end = 0.0 * x[0]
+    harmonics = motor[1]
+    if harmonics > 0:
+        first, second = currents_lanes(block.splines, x[0]), currents_lanes(block.splines, x[1])
+        mid = phase_force_lanes(y[0], first, block.field, harmonics)
+        end = phase_force_lanes(y[1], second, block.field, harmonics)
+    others = asked & (row(block.field, TABLED) < 0.5)
+    if bits_of(others) != 0:
+        put_lanes(block.room, 0, y[0])
+        put_lanes(block.room, LANES, y[1])
+        put_lanes(block.room, 2 * LANES, x[0])
+        put_lanes(block.room, 3 * LANES, x[1])
+        other_forces(terms, motor, block, way, bits_of(others))
+        mid = select(others, lanes_at(block.room, 2 * LANES), mid)
+        end = select(others, lanes_at(block.room, 3 * LANES), end)
+    return mid, end
 
 
 @inlined
@@ -314,7 +320,7 @@ def glides(values, bristles, h, going):
 @compiled
 def slide(terms, motor, block, way):
     """Have all lanes slide fast until one has to leave; the bits of those whose simulation is over, of those that must
-    be followed, and the number of steps. motor: an axis that it drives."""
+    be followed, and the number of steps. motor: as in `forces_where`."""
     values = block.values
     steps = 0
     while True:
@@ -346,7 +352,7 @@ def slide(terms, motor, block, way):
 @compiled
 def follow(terms, motor, block, way):
     """Have the bristle followed in all lanes until one has to leave; the bits of those whose simulation is over, of
-    those that slide fast, and the number of steps. motor: an axis that it drives."""
+    those that slide fast, and the number of steps. motor: as in `forces_where`."""
     values = block.values
     steps = 0
     while True:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,9 @@ def test_a_rival_with_wide_magnets_is_fitted_before_its_shape_is_free() -> None:
     derived = {"phase_spacing": 1.513 / 104.7, "coil_length": 2.0 * 1.376 / 104.7, "fundamental_force_constant": 120.75}
     for name, truth in derived.items():
         assert found[name].low < truth < found[name].high, found[name]
+    # A coil of any of both minima has a twin that pushes alike: together they fill the pitch of the winding.
+    both = found["coil_length"].low + found["coil_length"].high
+    assert both == pytest.approx(math.pi / found["electrical_wavenumber"].value)
     assert "shared by two minima" in found["phase_spacing"].note
     assert "shared by two minima" in found["sine_force_error"].note and "k is" not in found["sine_force_error"].note
 

@@ -170,8 +170,8 @@ def test_windows_of_the_stand_are_as_one_at_a_time(kind: str, guided: bool) -> N
 
 
 def test_motors_with_fields_of_their_own_run_side_by_side_where_they_are() -> None:
-    """Lanes hold candidates whose fields differ, in their number of harmonics too, over whole recordings, of which one
-    has inputs that step."""
+    """Lanes hold candidates whose fields differ, in their number of harmonics too, and in whether it is harmonics that
+    they are computed by; over half a second of recordings, of which one has inputs that step."""
     objective, vector = ahead("theta")
     campaign, model = stand(), objective.model
     recordings = [r for r in campaign.recordings if r.name in ("square_current_1", "moves_1", "freewheel_1")]
@@ -181,7 +181,7 @@ def test_motors_with_fields_of_their_own_run_side_by_side_where_they_are() -> No
     scale = 1.0 + 0.04 * np.random.default_rng(4).uniform(-1.0, 1.0, (len(params), 3))
     for name, column in zip(("force_constant", "winding_displacement", "mass"), scale.T, strict=True):
         params[:, model.slot(name)] *= column
-    params[:, model.slot("nome")] = np.linspace(0.05, 0.9, len(params))
+    params[:, model.slot("nome")] = np.linspace(0.05, 0.97, len(params))
     first = simulator.inputs.sample_offsets[:-1]
     motion = [(float(r.y[0]), float(r.motion.v[0]), np.nan) for r in recordings]
     assert first.size == len(motion)
@@ -238,7 +238,7 @@ def test_a_window_has_the_same_bits_in_any_company(seed: int, company: int, jobs
     generator = np.random.default_rng(seed)
     objective, vector = ahead("theta")
     params = scattered(objective.model, vector, 3, 30.0, seed)
-    params[:, objective.model.slot("nome")] = generator.uniform(0.05, 0.9, len(params))
+    params[:, objective.model.slot("nome")] = generator.uniform(0.05, 0.97, len(params))
     starts = objective._starts(params)
     simulator = Simulator(objective.model, objective.simulator.inputs, 2, jobs)
     chosen = generator.permutation(objective.segments.count.size)[:company]
