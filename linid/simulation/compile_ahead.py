@@ -175,22 +175,22 @@ class Compilation:
 def install() -> None:
     """Compile all kernels into LINID_CACHE_DIR for an installation, and leave nothing else there.
 
-    Where those of this source and processor are there, nothing is done.
+    Where those of this source and processor are there, nothing is compiled.
     Raises OSError where that folder cannot be written.
     """
     from numba.core.registry import cpu_target
 
     folder, processor = cache_folder(), processor_of(cpu_target.target_context.codegen())
     told = folder / PROCESSOR_FILE
-    if told.is_file() and told.read_text(encoding="utf-8") == processor and not any(lacking(ALL)):
-        return
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    Compilation(ALL).finish(lambda done, total: print(f"{done} of {total} kernels", flush=True))
+    there = told.is_file() and told.read_text(encoding="utf-8") == processor and not any(lacking(ALL))
+    if not there:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        Compilation(ALL).finish(lambda done, total: print(f"{done} of {total} kernels", flush=True))
+        told.write_text(processor, encoding="utf-8")
     shutil.rmtree(folder / "numba", ignore_errors=True)
     for lock in folder.glob("*.lock"):
         lock.unlink()
-    told.write_text(processor, encoding="utf-8")
 
 
 def serve() -> None:
