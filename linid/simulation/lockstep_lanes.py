@@ -218,10 +218,7 @@ def forces_at(way, values, ahead, powered):
 @compiled
 def write_samples(terms, lanes, traces, beside, bits):
     """Write the sample that lanes have come to, and all still to come of those that strayed and of those that rest for
-    good. lanes: the block's values and places; traces: y and v as in `Way`; bits: of the lanes of all three kinds.
-
-    Not the block and the way themselves: to hand on all that they hold takes longer than to write.
-    """
+    good. lanes: the block's values and places; traces: y and v as in `Way`; bits: of the lanes of all three kinds."""
     values, places = lanes
     y_out, v_out = traces
     came, strayed_bits, rest_bits = bits
