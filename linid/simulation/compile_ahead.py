@@ -116,15 +116,22 @@ def _kernels() -> dict[str, _Kernel]:
     }
     for law in _STEPS:
 
-        def load(law: str = law) -> Any:
-            return load_kernel(None, bare=True, law=law).along_tasks
+        def load(law: str = law, bare: bool = True) -> Any:
+            return load_kernel(None, bare=bare, law=law).along_tasks
 
         found[_along_under(law)] = _Kernel(load, partial(_along, Model("theta", law=law)))
+        if law != LUGRE:
+            with_effects = partial(_along, Model("theta", (_EFFECT,), law=law))
+            found[_with_effects_under(law)] = _Kernel(partial(load, bare=False), with_effects)
     return found
 
 
 def _along_under(law: str) -> str:
     return f"along under {law}"
+
+
+def _with_effects_under(law: str) -> str:
+    return f"along with effects under {law}"
 
 
 _LAWS = tuple(_along_under(law) for law in _STEPS if law != LUGRE)
@@ -138,7 +145,9 @@ _EFFECTS = (
 )
 DIAGNOSIS = Plan((_along_under(LUGRE), "windows", *_LAWS, "closed loops"), (*_EFFECTS, "run with effects"), wait=False)
 PLANS = {"fit-friction": FIT, "fit-motor": FIT, "diagnose": DIAGNOSIS}
-ALL = Plan((*DIAGNOSIS.here, _EFFECTS[0]), (*_EFFECTS[1:], "run with effects"), wait=True)  # as long in both
+# All that diagnoses may need, as long in both; one in which another law stands in LuGre's place needs it with effects.
+_OTHERS = tuple(_with_effects_under(law) for law in _STEPS if law != LUGRE)
+ALL = Plan((*DIAGNOSIS.here, _EFFECTS[0], *_OTHERS[:1]), (*_EFFECTS[1:], "run with effects", *_OTHERS[1:]), wait=True)
 
 
 def lacking(plan: Plan) -> tuple[list[str], list[str]]:
