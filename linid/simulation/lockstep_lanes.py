@@ -216,29 +216,26 @@ def forces_at(way, values, ahead, powered):
 
 
 @compiled
-def write_samples(terms, lanes, traces, beside, bits):
-    """Write the sample that lanes have come to, and all still to come of those that strayed and of those that rest for
-    good. lanes: the block's values and places; traces: y and v as in `Way`; bits: of the lanes of all three kinds."""
-    values, places = lanes
-    y_out, v_out = traces
-    came, strayed_bits, rest_bits = bits
-    for lane in range(places.shape[1]):
+def write_samples(terms, block, way, came, strayed_bits, rest_bits):
+    """Write the sample that the lanes of the bits `came` have come to, and all still to come of those that strayed and
+    of those that rest for good."""
+    for lane in range(block.places.shape[1]):
         if came >> lane & 1:
-            candidate, k = places[CANDIDATE, lane], places[NEXT, lane]
-            y, v = values[Y, lane], values[V, lane]
-            places[NEXT, lane] = until = k + 1
+            candidate, k = block.places[CANDIDATE, lane], block.places[NEXT, lane]
+            y, v = block.values[Y, lane], block.values[V, lane]
+            block.places[NEXT, lane] = until = k + 1
             if rest_bits >> lane & 1:
-                until = places[END, lane]
+                until = block.places[END, lane]
             if strayed_bits >> lane & 1:
                 y = v = np.nan
-                until = places[END, lane]
+                until = block.places[END, lane]
             for sample in range(k, until):
-                y_out[candidate, sample] = y
-            terms.beside.written(beside, values, lane, k, until, strayed_bits >> lane & 1)
-            if v_out.size > 0:
-                v_out[candidate, k] = v
+                way.y_out[candidate, sample] = y
+            terms.beside.written(way.beside, block, lane, k, until, strayed_bits >> lane & 1)
+            if way.v_out.size > 0:
+                way.v_out[candidate, k] = v
                 for sample in range(k + 1, until):
-                    v_out[candidate, sample] = 0.0 * v
+                    way.v_out[candidate, sample] = 0.0 * v
 
 
 @compiled
@@ -257,8 +254,7 @@ def at_samples(terms, motor, block, way, moving, ends):
     stray = ends & strayed(moving)
     rests = (row(values, ALONE) > 0.0) & (abs(moving.v) < REST_SPEED) & (abs(moving.w) < REST_BRISTLE)
     rests = rests & ends
-    bits = bits_of(ends), bits_of(stray), bits_of(rests)
-    write_samples(terms, (values, block.places), (way.y_out, way.v_out), way.beside, bits)
+    write_samples(terms, block, way, bits_of(ends), bits_of(stray), bits_of(rests))
     left = select(ends, row(values, LEFT) - 1.0, row(values, LEFT))
     put_row(values, LEFT, left)
     put_row(values, DONE, select(ends, 0.0, row(values, DONE)))

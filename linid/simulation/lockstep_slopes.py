@@ -163,10 +163,10 @@ def put_slopes(beside, values, place):
 
 
 @inlined
-def write_slopes(beside, values, lane, begin, end, strayed):
+def write_slopes(beside, block, lane, begin, end, strayed):
     """Write samples begin..end-1 of a lane."""
     for c in range(beside.out.shape[1]):
-        slope = math.nan if strayed else values[ROWS + PER_COLUMN * c, lane]
+        slope = math.nan if strayed else block.values[ROWS + PER_COLUMN * c, lane]
         for k in range(begin, end):
             beside.out[k, c] = slope
 
