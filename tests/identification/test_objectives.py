@@ -33,6 +33,24 @@ def test_internal_steps_are_those_asked_for(asked: int | None, look: Look, expec
     assert (ahead.substeps, free.substeps) == expected
 
 
+def test_a_coarse_look_weighs_driven_runs_beside_free_wheels_as_all_data_do() -> None:
+    """Every fourth window alone would count a quarter, and the search end where free wheels rather than all data lead;
+    where every fourth is all that is looked at, none counts for four: intervals are from what was looked at."""
+    recordings = stand(only=("freewheel_1", "moves_1")).recordings
+    model, settings = Model("sine"), FitSettings()
+    space = SearchSpace(model, (), dict.fromkeys((p.name for p in model.parameters), 1.0))
+
+    def counted(look: Look) -> list[float]:
+        problem = Problem(space, make_parts(model, recordings, settings, 2, look=look))
+        return [float(counts.sum()) for counts in problem.class_counts()]
+
+    wheels, driven = counted(FULL)
+    few_wheels, few_driven = counted(Look(thin=4, coarse=True))
+    assert few_wheels == wheels
+    assert few_driven == pytest.approx(driven, abs=4.0)
+    assert counted(Look(thin=4))[1] == pytest.approx(driven / 4.0, abs=1.0)
+
+
 def test_derivatives_carried_along_are_those_of_differences(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of free wheels and of windows of a motor, by parameters and start offsets. Differences jump where steps do."""
     campaign = stand(only=("freewheel_1", "freewheel_2", "sine_position_1"))

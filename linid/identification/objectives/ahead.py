@@ -29,7 +29,7 @@ class Ahead:
     an input jumps between two samples, since the motion alone shows when it did. guided: the motor's field is read
     at the measured position; at the simulated one a wrong field phase that acts as a spring would fit better than the
     true one, because it holds back what the noise of the currents does. trust: weight (windows,) of each window beside
-    others of its class; None: all count alike.
+    others of its class; None: all count alike. stands_for: how many windows of all data each one counts as.
     """
 
     model: Model
@@ -45,6 +45,7 @@ class Ahead:
     nuisances: int = 0
     robust: bool = True
     trust: Array | None = None
+    stands_for: int = 1
 
     def __post_init__(self) -> None:
         self.simulator = Simulator(self.model, pack_inputs(self.recordings), self.substeps, self.jobs)

@@ -63,7 +63,9 @@ def make_parts(
             parts.append(FreeRun(model, group, steps, settings.jobs, look.project))
         elif objective == "ahead":
             steps = min(substeps, WINDOW_STEPS) if look.coarse else window_steps(settings, substeps)
-            parts.append(Ahead(model, group, steps, settings.jobs, settings.horizon, look.thin))
+            # A coarse look leads to where all data go on: it weighs driven runs beside free wheels as they do.
+            each = look.thin if look.coarse else 1
+            parts.append(Ahead(model, group, steps, settings.jobs, settings.horizon, look.thin, stands_for=each))
         else:
             parts.append(Acceleration(model, group, settings.jobs))
     return (*parts, *electrical)

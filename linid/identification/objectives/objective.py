@@ -61,6 +61,11 @@ def carries_slopes(part: Part) -> TypeGuard[Differentiable]:
     return bool(getattr(part, "carries_slopes", False))
 
 
+def stands_for(part: Part) -> int:
+    """How many groups of all data each group of a part counts as: of a thinned part, several."""
+    return int(getattr(part, "stands_for", 1))
+
+
 def travel_class(span: Array, full: float) -> Integers:
     """Class (n,) of residuals by the travel that they tell of: 0 resting, 1 creeping, 2 moving.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
-from linid.identification.objectives.objective import Directions, Part, carries_slopes
+from linid.identification.objectives.objective import Directions, Part, carries_slopes, stands_for
 from linid.identification.space.search_space import SearchSpace
 
 _CHUNK_FLOATS = 8_000_000  # residuals held at once during a population run, 64 MB
@@ -72,13 +72,13 @@ class Problem:
         return out
 
     def class_counts(self) -> list[Array]:
-        """Per part: number of independent groups in each class of residuals, (classes,)."""
+        """Per part: number of independent groups in each class of residuals, (classes,), as of all data."""
         counts = []
         for part in self.parts:
             groups = int(part.groups.max(initial=0)) + 1
             held = np.bincount(part.classes * groups + part.groups) > 0  # which class has rows of which group
             number = np.bincount(np.flatnonzero(held) // groups, minlength=int(part.classes.max()) + 1)
-            counts.append(number.astype(np.float64))
+            counts.append(stands_for(part) * number.astype(np.float64))
         return counts
 
     def reference(self) -> list[Array]:
