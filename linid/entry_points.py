@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from importlib.metadata import EntryPoint
+from functools import cache
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import Any
 
 from linid.errors import ConfigError
+
+
+@cache
+def _installed() -> Any:
+    """All entry points of this installation; to look them up reads files of every package."""
+    return entry_points()
+
+
+def of_group(group: str) -> EntryPoints:
+    """The entry points of a group, as they were when this process first asked for any."""
+    found: EntryPoints = _installed().select(group=group)
+    return found
 
 
 def loaded(points: Iterable[EntryPoint]) -> Iterator[tuple[Any, str]]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
-from linid.entry_points import loaded
+from linid.entry_points import loaded, of_group
 from linid.errors import ConfigError, UsageError
 from linid.export.target import Target, check_target
 from linid.export.targets import isaac, matlab, mujoco, python, ros2, twincat, urdf
@@ -44,7 +44,7 @@ def collect(built_in: Iterable[Target], others: Iterable[EntryPoint]) -> dict[st
 @cache
 def all_targets() -> dict[str, Target]:
     """The targets of this installation by name."""
-    return collect(BUILT_IN, entry_points(group=GROUP))
+    return collect(BUILT_IN, of_group(GROUP))
 
 
 def find_target(name: str) -> Target:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING
 
-from linid.entry_points import loaded
+from linid.entry_points import loaded, of_group
 from linid.errors import ConfigError
 from linid.report.files import csv_text
 
@@ -99,4 +99,4 @@ def collect(built_in: Iterable[ResultFile], others: Iterable[EntryPoint]) -> tup
 @cache
 def result_files() -> tuple[ResultFile, ...]:
     """All result files of this installation."""
-    return collect(BUILT_IN, entry_points(group=GROUP))
+    return collect(BUILT_IN, of_group(GROUP))

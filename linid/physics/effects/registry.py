@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
-from linid.entry_points import loaded
+from linid.entry_points import loaded, of_group
 from linid.errors import ConfigError, UsageError
 from linid.physics import electrical, friction
 from linid.physics.effects import (
@@ -114,7 +114,7 @@ def collect(built_in: Iterable[Effect], others: Iterable[EntryPoint]) -> tuple[E
     return tuple(effects)
 
 
-EFFECTS: tuple[Effect, ...] = collect(BUILT_IN, entry_points(group=GROUP))
+EFFECTS: tuple[Effect, ...] = collect(BUILT_IN, of_group(GROUP))
 
 
 @lru_cache(maxsize=256)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import entry_points
+
+from linid.entry_points import of_group
 
 GROUP = "linid.motors"
 _BUILT_IN = ("sine", "theta", "force")
@@ -12,4 +13,4 @@ _BUILT_IN = ("sine", "theta", "force")
 @cache
 def driven_motors() -> tuple[str, ...]:
     """The names of all motors with inputs: the built-in ones, then those of other packages."""
-    return (*_BUILT_IN, *sorted(point.name for point in entry_points(group=GROUP)))
+    return (*_BUILT_IN, *sorted(point.name for point in of_group(GROUP)))

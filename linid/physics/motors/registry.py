@@ -7,9 +7,9 @@ a `Motor`.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
-from linid.entry_points import loaded
+from linid.entry_points import loaded, of_group
 from linid.errors import ConfigError
 from linid.physics.motors import force, sine, theta
 from linid.physics.motors.motor import Motor, check_motor
@@ -34,4 +34,4 @@ def collect(built_in: Iterable[Motor], others: Iterable[EntryPoint]) -> dict[str
     return motors
 
 
-MOTORS = collect(BUILT_IN, entry_points(group=GROUP))
+MOTORS = collect(BUILT_IN, of_group(GROUP))

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
-from linid.entry_points import loaded
+from linid.entry_points import loaded, of_group
 from linid.errors import ConfigError
 from linid.recording.mapping import ChannelMapping
 from linid.recording.readers import (
@@ -69,7 +69,7 @@ def collect(built_in: Iterable[Reader], others: Iterable[EntryPoint]) -> tuple[R
 @cache
 def readers() -> tuple[Reader, ...]:
     """All readers, those of other packages first."""
-    return collect(BUILT_IN, entry_points(group=GROUP))
+    return collect(BUILT_IN, of_group(GROUP))
 
 
 def read_table(path: Path, mapping: ChannelMapping, used: Used | None = None) -> Table:

@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+from linid.entry_points import of_group
 from linid.errors import ConfigError
 from linid.workflow.cluster.work_process import ProcessDiedError, WorkProcess
 from linid.workflow.run.run_folder import RUN_FILE, versions
@@ -47,7 +47,7 @@ def own_versions() -> dict[str, str]:
         digest.update(str(path.relative_to(package)).encode() + path.read_bytes())
     out = {"Python": f"{sys.version_info.major}.{sys.version_info.minor}"}
     out |= {name: versions()[name] for name in DECISIVE}
-    added = [f"{one.name} ({one.value})" for one in entry_points(group="linid.effects")]
+    added = [f"{one.name} ({one.value})" for one in of_group("linid.effects")]
     return out | {"added effects": ", ".join(sorted(added)) or "none", "linid source": digest.hexdigest()[:12]}
 
 
