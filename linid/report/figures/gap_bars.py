@@ -90,7 +90,8 @@ def _few_ticks(axes: Any, low: float, high: float) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter
 
     decades = np.arange(np.ceil(np.log10(low)), np.floor(np.log10(high)) + 1)
-    ticks = [10.0**d for d in decades[:: max(1, -(-len(decades) // 5))]]
+    # Wide labels: five in a panel would touch.
+    ticks = [10.0**d for d in decades[:: max(1, -(-len(decades) // 4))]]
     if len(ticks) < 2:
         start = np.floor(np.log10(low))
         ticks = [m * 10.0**d for d in (start, start + 1, start + 2) for m in (1, 2, 5) if low <= m * 10.0**d <= high]
