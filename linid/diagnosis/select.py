@@ -8,7 +8,7 @@ of what no effect here explains. What fails goes, the weakest first.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -25,7 +25,7 @@ from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import elsewhere, in_all
 from linid.diagnosis.screen import LEAST_CONTRAST, Screened, Screening
 from linid.diagnosis.shares import shares_of
-from linid.diagnosis.steps_of_selection import again, extended, settled, without_effect
+from linid.diagnosis.steps_of_selection import again, extended, settled, still_without, without_effect
 from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 
@@ -202,6 +202,7 @@ def backward(
     """The effects beyond the base's that stand the tests with all others there; what fails goes, the weakest first."""
     fits = judge.fits
     dropped: dict[str, Part] = {}
+    parts: list[Part] = []
     revivals = renewals = 0
     anew: frozenset[str] = frozenset()  # effects that were last found anew
     failed: set[tuple[frozenset[str], str]] = set()  # effects of a model, and which of them failed there
@@ -209,7 +210,8 @@ def backward(
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
-        parts = [part for _, part in in_parallel(partial(part_of, judge, base, full), added, screening.jobs)]
+        before = {part.name: part.without for part in parts}
+        parts = [p for _, p in in_parallel(partial(_soon, judge, base, full, before), added, screening.jobs)]
         # What was found beside effects that have gone since is found once more beside those that stay.
         due = renewals < RENEWALS or (frozenset(added) != anew and all(stands(part) for part in parts))
         better = renewed(fits, screening, full, parts) if due else None
@@ -217,7 +219,11 @@ def backward(
         if better is not None:
             full = better
             continue
-        failing = [p for p in parts if not stands(p)] or trifling(judge, base, full, parts) or idle(judge, full, parts)
+        failing = _failing(judge, base, full, parts)
+        if not failing and before:  # what stands so far must stand all of the tests
+            whole = in_parallel(partial(part_of, judge, base, full), added, screening.jobs)
+            parts = [min(soon, p, key=lambda one: one.without.level) for soon, (_, p) in zip(parts, whole, strict=True)]
+            failing = _failing(judge, base, full, parts)
         if failing:
             weakest = min(failing, key=lambda p: p.evidence.closed)
             dropped[weakest.name] = weakest
@@ -234,6 +240,12 @@ def backward(
             left = tuple(part for name, part in dropped.items() if name not in full.model.effects)
             return Selection(base, full if ordered else base, ordered, screened, left, rivals)
         full = back
+
+
+def _failing(judge: Judge, base: Fitted, full: Fitted, parts: Sequence[Part]) -> list[Part]:
+    """The effects of a model that fail a test, of those tests that come first and fail any."""
+    failing = [p for p in parts if not stands(p)]
+    return failing or trifling(judge, base, full, parts) or idle(judge, full, parts)
 
 
 def trifling(judge: Judge, base: Fitted, full: Fitted, parts: Sequence[Part]) -> list[Part]:
@@ -268,7 +280,18 @@ def revived(
 def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> Part:
     """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
-    without = without_effect(judge.fits, full, name)
+    return _part(judge, base, full, name, without_effect(judge.fits, full, name))
+
+
+def _soon(judge: Judge, base: Fitted, full: Fitted, before: Mapping[str, Fitted], name: str, jobs: int) -> Part:
+    """`part_of`, sooner where the model was fitted without the effect before, with others beside (by name). What the
+    absence costs is then no less than it is: what fails so fails."""
+    if name not in before:
+        return part_of(judge, base, full, name, jobs)
+    return _part(judge, base, full, name, still_without(judge.fits, full, name, before[name]))
+
+
+def _part(judge: Judge, base: Fitted, full: Fitted, name: str, without: Fitted) -> Part:
     rows = judged(judge, full, name)
     evidence = compare(judge.fits, without, full, rows)
     whole = compare(judge.fits, base, full, rows)
