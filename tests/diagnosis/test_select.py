@@ -12,12 +12,13 @@ from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.held_out_tests import Part, stands
+from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence, Judge, judge_of
 from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.select import CONTENDING, contenders, renewed, revived
-from linid.diagnosis.steps_of_selection import preset_of
+from linid.diagnosis.steps_of_selection import preset_of, still_without, without_effect
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
 from tests.diagnosis import machine
@@ -155,3 +156,21 @@ def test_a_changed_parameter_of_a_given_model_is_tried_in_all_recordings() -> No
     assert found.trial.amplitudes == {"friction_change": -0.3}
     there: Any = SimpleNamespace(preset={"friction_change_recordings": 7.0}, values=full.values)
     assert in_all(there, "friction_level_change", recordings) == () == in_all(full, "cogging", recordings)
+
+
+@pytest.mark.parametrize("astray", [1.0, 30.0])
+def test_a_model_without_an_effect_is_found_from_where_it_was_beside_others(astray: float) -> None:
+    """Also where what the effect leaves is far from it: a drag that is thirty times too strong without it."""
+    judge = of_loaded_runs()
+    fits, held = judge.fits, {"payload_recordings": 2.0}
+
+    def identified(*others: str) -> Fitted:
+        model = Model("force").with_effects(("payload_change", *others))
+        return fits.fit(model, {**TRUE, "payload_mass": 0.3}, held, (0, 1, 2), THOROUGH)
+
+    full, richer = identified("constant_force"), identified("constant_force", "quadratic_drag")
+    before = without_effect(fits, richer, "payload_change")
+    start = replace(full, values={**full.values, "viscous_friction": astray * full.values["viscous_friction"]})
+    one = still_without(fits, start, "payload_change", before)
+    assert one.model.effects == ("constant_force",) and one.preset == {}
+    assert one.level == pytest.approx(without_effect(fits, full, "payload_change").level, abs=1e-3)
