@@ -226,6 +226,8 @@ def backward(
             failing = _failing(judge, base, full, parts)
         if failing:
             weakest = min(failing, key=lambda p: p.evidence.closed)
+            if weakest.name in before:  # what all goes on from
+                weakest = min(weakest, part_of(judge, base, full, weakest.name, 1), key=lambda p: p.without.level)
             dropped[weakest.name] = weakest
             failed.add((frozenset(full.model.effects), weakest.name))
             full = weakest.without
