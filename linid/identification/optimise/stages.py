@@ -27,9 +27,9 @@ from linid.recording.recording import Recording
 _PART_PRECISION, _PART_VALLEY_GAIN = 0.3, 1.2  # of the least squares that others go on from
 _VALLEY_GAIN = 0.15
 # Of least squares on first candidates: on the problem of the search near their minima, on the thinned problem only as
-# far as tells valleys apart: along one, all data lead on.
+# far as tells valleys apart: along one, all data lead on. There each window counts for four.
 _NEAR = Ending(20, _PART_PRECISION, _PART_VALLEY_GAIN)
-_FIRST = replace(_NEAR, precision=1.5, valley_gain=5.0)
+_FIRST = replace(_NEAR, precision=12.0, valley_gain=40.0)
 # Minima are rivals if they lie so far apart in the search box, and cost at most so many times the best.
 APART, ALIKE = 0.02, 1.1
 
