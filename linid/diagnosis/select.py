@@ -286,8 +286,8 @@ def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> P
 
 
 def _soon(judge: Judge, base: Fitted, full: Fitted, before: Mapping[str, Fitted], name: str, jobs: int) -> Part:
-    """`part_of`, sooner where the model was fitted without the effect before, with others beside (by name). What the
-    absence costs is then no less than it is: what fails so fails."""
+    """`part_of`, sooner where the model was fitted without the effect before, with others beside (by name). The
+    absence may then seem to cost more than it does."""
     if name not in before:
         return part_of(judge, base, full, name, jobs)
     return _part(judge, base, full, name, still_without(judge.fits, full, name, before[name]))

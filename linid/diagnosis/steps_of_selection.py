@@ -67,21 +67,18 @@ def annealed(fits: JointFit, one: Fitted, effort: Effort) -> Fitted:
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """The model without one of its effects, fitted again to the same recordings."""
+    one = still_without(fits, full, name)
+    return annealed(fits, one, QUICK) if one.level > full.level + FAR else one
+
+
+def still_without(fits: JointFit, full: Fitted, name: str, before: Fitted | None = None) -> Fitted:
+    """The model without one of its effects, fitted again but not annealed: from where it was (`before`) when the model
+    had other effects beside, if that is nearer. It may end higher than by `without_effect`."""
     model = full.model.with_effects(e for e in full.model.effects if e != name)
     own = {p.name for p in model.parameters}
     values = {k: x for k, x in full.values.items() if k in own}
     preset = {k: x for k, x in full.preset.items() if k in own}
-    one = fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
-    return annealed(fits, one, QUICK) if one.level > full.level + FAR else one
-
-
-def still_without(fits: JointFit, full: Fitted, name: str, before: Fitted) -> Fitted:
-    """The model without one of its effects, as `without_effect` finds it but sooner: from where it was (`before`) when
-    the model had other effects beside, if that is nearer. It may end higher."""
-    model = full.model.with_effects(e for e in full.model.effects if e != name)
-    own = {p.name for p in model.parameters}
-    preset = {k: x for k, x in full.preset.items() if k in own}
-    starts = [full.values, {**full.values, **before.values}]
-    starts = [{k: x for k, x in values.items() if k in own} for values in starts]
-    nearest = min(starts, key=lambda values: fits.level_at(model, values, preset, full.recordings))
-    return fits.fit(model, nearest, preset, full.recordings, QUICK, fits.slopes(full))
+    if before is not None:
+        starts = values, {**values, **{k: x for k, x in before.values.items() if k in own}}
+        values = min(starts, key=lambda start: fits.level_at(model, start, preset, full.recordings))
+    return fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))

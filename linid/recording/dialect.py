@@ -181,8 +181,7 @@ def _sample(lines: Sequence[str], skip: int) -> list[int]:
 
 def _looks_like_data(row: Sequence[str], decimal: str) -> bool:
     """More numbers than words, and no cell that shows another separator or decimal mark."""
-    matches = _IS_NUMBER[decimal].fullmatch
-    rest = [cell for cell in row if len(cell) > _LONGEST_CELL or not matches(cell)]
+    rest = [cell for cell in row if not is_number(cell, decimal)]
     if not rest or len(rest) == len(row):  # as nearly all rows are: all numbers, or none
         return len(rest) < len(row)
     holes = sum(1 for cell in rest if _PLACEHOLDER.fullmatch(cell) or _DATE.fullmatch(cell))
