@@ -166,6 +166,22 @@ class Criterion:
         return np.asarray((self.residuals(posed, x + moved, places) - residual) / size)
 
 
+class Straight(Criterion):
+    """A criterion whose residual is straight in all unknowns, so that it takes no simulation.
+
+    x: (p,) where the residual is (n,) m/s^2; slopes: (p, n) d residual / d unknown.
+    """
+
+    def __init__(self, criterion: Criterion, x: Array, residual: Array, slopes: Array) -> None:
+        super().__init__(criterion.balance, criterion.scale, criterion.noise)
+        self._x, self._residual, self._slopes = x, residual, slopes
+
+    def residuals(self, posed: Posed, x: Array, places: Places | None = None) -> Array:
+        """`Criterion.residuals`, of all recordings."""
+        del posed, places
+        return np.asarray(self._residual + (x - self._x) @ self._slopes)
+
+
 def _of_the_gain(posed: Posed, vector: Array, gain: float) -> Array:
     """Slopes (p,) of the logarithm of the acceleration per input. vector: (VECTOR_SIZE,), SI; gain: m/s^2 per A."""
     model = posed.model

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.diagnosis.balance import Balance, Noise, Places
-from linid.diagnosis.criterion import Criterion, Posed
+from linid.diagnosis.criterion import Criterion, Posed, Straight
 from linid.diagnosis.descent import Descent, Effort
 from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded
 from linid.identification.space.bounds import build_space
@@ -108,12 +108,46 @@ class JointFit(Criterion):
             if others:
                 residual = residual + self.residuals(posed, x[None, :], others)[0]
             memory[key] = x.tolist()
-        vector = posed.vectors(x)[0]
+        return self._fitted(posed, x, residual, preset, chosen, key, shape)
+
+    def along_slopes(
+        self,
+        model: Model,
+        values: Mapping[str, float],
+        preset: Mapping[str, float],
+        recordings: Iterable[int],
+        effort: Effort,
+        slopes: Mapping[str, Array],
+    ) -> Fitted:
+        """`fit` without its simulations: what it would find if the residual were straight in all unknowns. It is one
+        to compare with others, not to go on from. slopes: by all unknowns."""
+        chosen = tuple(sorted(recordings))
+        held = self._held(model, preset)
+        posed, x = self._posed(model, values, held, UNSHAPED)
+        residual = self.residuals(posed, x[None, :])[0]
+        straight = Straight(self, x, residual, np.array([slopes[c.name] for c in posed.coordinates]))
+        found, _ = Descent(straight, posed, x, chosen, slopes, True).run(effort)
+        residual = straight.residuals(posed, found[None, :])[0]
+        key = "along slopes " + _key(model, {**held, "phase": posed.phase}, chosen, x, effort)
+        return self._fitted(posed, found, residual, preset, chosen, key, UNSHAPED)
+
+    def _fitted(
+        self,
+        posed: Posed,
+        x: Array,
+        residual: Array,
+        preset: Mapping[str, float],
+        chosen: Places,
+        key: str,
+        shape: Proportions,
+    ) -> Fitted:
+        """What a fit has found. x: (p,); residual: (n,) m/s^2; all else as in `Fitted`."""
+        model, vector = posed.model, posed.vectors(x)[0]
         found = {p.name: float(vector[model.slot(p.name)]) for p in model.parameters}
         floor = self.floor_of(model, vector)
         level = self.level(residual, floor, self.rows_of(chosen))
-        own_held = {k: found[k] for k in held if k not in preset}
-        return Fitted(model, found, vector, residual, dict(preset), own_held, level, floor, chosen, key, shape)
+        held = {k: found[k] for k in posed.held if k not in preset}
+        return Fitted(model, found, vector, residual, dict(preset), held, level, floor, chosen, key, shape)
 
     def annealed(self, one: Fitted, effort: Effort) -> Fitted:
         """The fit of a model taken further by way of softer criteria, if that ends lower; else as it was.

@@ -8,7 +8,7 @@ of what no effect here explains. What fails goes, the weakest first.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -25,7 +25,7 @@ from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import elsewhere, in_all
 from linid.diagnosis.screen import LEAST_CONTRAST, Screened, Screening
 from linid.diagnosis.shares import shares_of
-from linid.diagnosis.steps_of_selection import again, extended, settled, still_without, without_effect
+from linid.diagnosis.steps_of_selection import again, extended, foretold_without, settled, without_effect
 from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 
@@ -202,16 +202,26 @@ def backward(
     """The effects beyond the base's that stand the tests with all others there; what fails goes, the weakest first."""
     fits = judge.fits
     dropped: dict[str, Part] = {}
-    parts: list[Part] = []
     revivals = renewals = 0
     anew: frozenset[str] = frozenset()  # effects that were last found anew
+    again_found: set[str] = set()  # effects that were found anew before they went
     failed: set[tuple[frozenset[str], str]] = set()  # effects of a model, and which of them failed there
     while True:
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
-        before = {part.name: part.without for part in parts}
-        parts = [p for _, p in in_parallel(partial(_soon, judge, base, full, before), added, screening.jobs)]
+        weakest = _weak(judge, base, full, added)
+        if weakest is not None:
+            better = None
+            if weakest.name not in again_found:
+                again_found.add(weakest.name)
+                better = renewed(fits, screening, full, [weakest])
+            if better is None:
+                dropped[weakest.name] = weakest
+                failed.add((frozenset(full.model.effects), weakest.name))
+            full = weakest.without if better is None else better
+            continue
+        parts = [p for _, p in in_parallel(partial(part_of, judge, base, full), added, screening.jobs)]
         # What was found beside effects that have gone since is found once more beside those that stay.
         due = renewals < RENEWALS or (frozenset(added) != anew and all(stands(part) for part in parts))
         better = renewed(fits, screening, full, parts) if due else None
@@ -219,15 +229,9 @@ def backward(
         if better is not None:
             full = better
             continue
-        failing = _failing(judge, base, full, parts)
-        if not failing and before:  # what stands so far must stand all of the tests
-            whole = in_parallel(partial(part_of, judge, base, full), added, screening.jobs)
-            parts = [min(soon, p, key=lambda one: one.without.level) for soon, (_, p) in zip(parts, whole, strict=True)]
-            failing = _failing(judge, base, full, parts)
+        failing = [p for p in parts if not stands(p)] or trifling(judge, base, full, parts) or idle(judge, full, parts)
         if failing:
             weakest = min(failing, key=lambda p: p.evidence.closed)
-            if weakest.name in before:  # what all goes on from
-                weakest = min(weakest, part_of(judge, base, full, weakest.name, 1), key=lambda p: p.without.level)
             dropped[weakest.name] = weakest
             failed.add((frozenset(full.model.effects), weakest.name))
             full = weakest.without
@@ -244,10 +248,14 @@ def backward(
         full = back
 
 
-def _failing(judge: Judge, base: Fitted, full: Fitted, parts: Sequence[Part]) -> list[Part]:
-    """The effects of a model that fail a test, of those tests that come first and fail any."""
-    failing = [p for p in parts if not stands(p)]
-    return failing or trifling(judge, base, full, parts) or idle(judge, full, parts)
+def _weak(judge: Judge, base: Fitted, full: Fitted, added: Sequence[str]) -> Part | None:
+    """The weakest effect of a model of those that fail the tests even by what slopes foretell, if it does fail."""
+    parts = [_part(judge, base, full, name, foretold_without(judge.fits, full, name)) for name in added]
+    for weak in sorted((p for p in parts if not stands(p)), key=lambda p: p.evidence.closed):
+        part = part_of(judge, base, full, weak.name, 1)
+        if not stands(part):
+            return part
+    return None
 
 
 def trifling(judge: Judge, base: Fitted, full: Fitted, parts: Sequence[Part]) -> list[Part]:
@@ -283,14 +291,6 @@ def part_of(judge: Judge, base: Fitted, full: Fitted, name: str, jobs: int) -> P
     """An effect of a model with what its absence costs on the rows that can tell."""
     del jobs
     return _part(judge, base, full, name, without_effect(judge.fits, full, name))
-
-
-def _soon(judge: Judge, base: Fitted, full: Fitted, before: Mapping[str, Fitted], name: str, jobs: int) -> Part:
-    """`part_of`, sooner where the model was fitted without the effect before, with others beside (by name). The
-    absence may then seem to cost more than it does."""
-    if name not in before:
-        return part_of(judge, base, full, name, jobs)
-    return _part(judge, base, full, name, still_without(judge.fits, full, name, before[name]))
 
 
 def _part(judge: Judge, base: Fitted, full: Fitted, name: str, without: Fitted) -> Part:

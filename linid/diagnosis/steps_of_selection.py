@@ -67,18 +67,21 @@ def annealed(fits: JointFit, one: Fitted, effort: Effort) -> Fitted:
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """The model without one of its effects, fitted again to the same recordings."""
-    one = still_without(fits, full, name)
+    model, values, preset = _without(full, name)
+    one = fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
     return annealed(fits, one, QUICK) if one.level > full.level + FAR else one
 
 
-def still_without(fits: JointFit, full: Fitted, name: str, before: Fitted | None = None) -> Fitted:
-    """The model without one of its effects, fitted again but not annealed: from where it was (`before`) when the model
-    had other effects beside, if that is nearer. It may end higher than by `without_effect`."""
+def foretold_without(fits: JointFit, full: Fitted, name: str) -> Fitted:
+    """`without_effect` as the slopes of the full model foretell it: near where all else hardly moves, as without a weak
+    effect, anywhere with a strong one."""
+    model, values, preset = _without(full, name)
+    return fits.along_slopes(model, values, preset, full.recordings, QUICK, fits.slopes(full))
+
+
+def _without(full: Fitted, name: str) -> tuple[Model, dict[str, float], dict[str, float]]:
+    """A model without one of its effects, with the values and the presets that it then has."""
     model = full.model.with_effects(e for e in full.model.effects if e != name)
     own = {p.name for p in model.parameters}
-    values = {k: x for k, x in full.values.items() if k in own}
-    preset = {k: x for k, x in full.preset.items() if k in own}
-    if before is not None:
-        starts = values, {**values, **{k: x for k, x in before.values.items() if k in own}}
-        values = min(starts, key=lambda start: fits.level_at(model, start, preset, full.recordings))
-    return fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
+    first, preset = ({k: x for k, x in some.items() if k in own} for some in (full.values, full.preset))
+    return model, first, preset
