@@ -334,9 +334,8 @@ def contested(
         ]
         found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
         left = []
-        for item in found:
-            instead = extended(fits, screening, (part.without, item), 1)
-            instead = settled(fits, instead)
+        items = [(part.without, item) for item in found]
+        for (_, item), instead in in_parallel(partial(_instead, fits, screening), items, screening.jobs):
             worse = compare(fits, instead, full, rows)
             if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
                 return instead, {}, True
@@ -348,6 +347,10 @@ def contested(
         if left:
             rivals[part.name] = tuple(left)
     return full, rivals, False
+
+
+def _instead(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened], jobs: int) -> Fitted:
+    return settled(fits, extended(fits, screening, item, jobs))
 
 
 def renewed(fits: JointFit, screening: Screening, full: Fitted, parts: Sequence[Part]) -> Fitted | None:
