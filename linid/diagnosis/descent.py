@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,11 +64,12 @@ class Descent:
         self.trust_radius = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
         self.count = float(np.count_nonzero(rows))
         residual = criterion.residuals(posed, x[None, :], places)[0]
-        self.slopes = np.empty((x.size, residual.size))
+        self._bins = criterion.balance.rows.bin[rows]
+        self.slopes = np.empty((x.size, self._bins.size))  # at the rows that count
         self._missing = [k for k, c in enumerate(coordinates) if c.name not in known]
         for k, c in enumerate(coordinates):
             if c.name in known:
-                self.slopes[k] = known[c.name]
+                self.slopes[k] = known[c.name][rows]
         # Slopes by forces hardly change on the way: those by all else are computed anew first.
         self._renewable = [[k for k, c in enumerate(coordinates) if not c.force], list(range(x.size))]
         self._stale: list[list[int]] = [] if exact or not known else list(self._renewable)
@@ -81,10 +82,10 @@ class Descent:
 
     def run(self, effort: Effort) -> tuple[Array, Array]:
         """The unknowns (p,) and the residual (n,) at the end, 0 where nothing counts."""
-        x, residual, missing = self.place.x, self.place.residual, self._missing
+        x, residual = self.place.x, self.place.residual
         if not x.size or not effort.steps:
             return x, residual
-        self.slopes[missing] = self.criterion.differences(self.posed, x, residual, missing, self.places)
+        self._compute_slopes(self._missing)
         for softness in (*effort.soft, 1.0):
             self._descend(effort if softness == 1.0 else SOFTENED, softness)
         return self.place.x, self.place.residual
@@ -114,11 +115,11 @@ class Descent:
                     trial = self._at(x, self.criterion.residuals(self.posed, x[None, :], self.places)[0], softness)
                     used += 1
                     gain_ratio = (here.level - trial.level) * self.count / predicted
-                    missed = trial.residual - here.residual - (x - here.x) @ self.slopes
+                    missed = (trial.residual - here.residual)[self.rows] - (x - here.x) @ self.slopes
                     if gain_ratio > _LEAST_GAIN_RATIO or bent or used >= effort.steps:
                         break
                     # A curved valley: what the straight step missed tells how to bend it.
-                    move, _ = linear.step(damping, room, missed[self.rows])
+                    move, _ = linear.step(damping, room, missed)
             if gain_ratio > _LEAST_GAIN_RATIO:
                 self._update_slopes(linear, trial.x - here.x, missed)
                 self.place = trial
@@ -126,9 +127,7 @@ class Descent:
                 failed, linear = False, None
                 self._stale = list(self._renewable)
             elif self._stale and renewals < effort.renewals:
-                wanted = self._stale.pop(0)
-                found = self.criterion.differences(self.posed, here.x, here.residual, wanted, self.places)
-                self.slopes[wanted] = found
+                self._compute_slopes(self._stale.pop(0))
                 renewals += 1
                 linear = None
             else:
@@ -141,12 +140,18 @@ class Descent:
         """The problem of the next step, with the slopes as they are."""
         here, rows, criterion = self.place, self.rows, self.criterion
         weights = criterion.weights(here.residual, here.floor, rows, softness)
-        answers = criterion.answers(here.residual, here.floor, rows)[0][criterion.balance.rows.bin]
+        answers = criterion.answers(here.residual, here.floor, rows)[0][self._bins]
         pull = criterion.pull(self.posed, here.residual, here.vector, rows, softness)
-        return LinearProblem(self.slopes[:, rows], here.residual[rows], weights[rows], answers[rows], pull)
+        return LinearProblem(self.slopes, here.residual[rows], weights[rows], answers, pull)
+
+    def _compute_slopes(self, wanted: Sequence[int]) -> None:
+        """Compute the slopes by the wanted unknowns anew where the descent stands."""
+        here = self.place
+        found = self.criterion.differences(self.posed, here.x, here.residual, wanted, self.places)
+        self.slopes[wanted] = found[:, self.rows]
 
     def _update_slopes(self, linear: LinearProblem, move: Array, missed: Array) -> None:
-        """Broyden's update by what a step (p,) missed (n,)."""
+        """Broyden's update by what a step (p,) missed at the rows that count."""
         norms = np.linalg.norm(linear.columns, axis=1)
         scaled = move * norms
         size = float(scaled @ scaled)

@@ -203,12 +203,13 @@ class JointFit(Criterion):
             self._slopes[fitted.key] = self.slopes_by(fitted, [c.name for c in self.unknowns(fitted)])
         return self._slopes[fitted.key]
 
-    def slopes_by(self, fitted: Fitted, names: Iterable[str]) -> Columns:
-        """d residual / d unknown (n,) of a fitted model by some of its unknowns, by name."""
+    def slopes_by(self, fitted: Fitted, names: Iterable[str], recordings: Places | None = None) -> Columns:
+        """d residual / d unknown (n,) of a fitted model by some of its unknowns, by name; recordings: places of those
+        that are asked for (None: all)."""
         posed, x = self._as_posed(fitted)
         places = {c.name: k for k, c in enumerate(posed.coordinates)}
         wanted = [name for name in names if name in places]
-        rows = self.differences(posed, x, fitted.residual, [places[name] for name in wanted])
+        rows = self.differences(posed, x, fitted.residual, [places[name] for name in wanted], recordings)
         return dict(zip(wanted, rows, strict=True))
 
     def unknowns(self, fitted: Fitted) -> tuple[Coordinate, ...]:

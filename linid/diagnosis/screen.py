@@ -17,6 +17,7 @@ from linid.arrays import Array
 from linid.diagnosis.descent import QUICK
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.unknowns import ACROSS
+from linid.diagnosis.weighted_step import WeightedStep
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
@@ -58,48 +59,25 @@ class Screened:
         return -math.log(max(1.0 - self.trial.explained, 1e-9))
 
 
-class StepRegression:
-    """Weighted residual of a fitted model and its slopes at some rows: what an effect's columns add to them.
+class StepRegression(WeightedStep):
+    """A fitted model's residual and slopes at some rows: what an effect's columns add to them.
 
-    rows: (n,) of the balance; effects: columns at these rows; slopes: d residual / d unknown (n,) by name, where they
-    are known; level: of the criterion after the linear step of the model's own parameters. Behind the rows stand those
-    of a prior, which keeps the linear steps of parameters that are searched by their logarithm within reach (ridge
-    regression). What it offers is that of `effect_guess.Regressed`.
+    effects: columns at these rows; level: of the criterion after the linear step of the model's own parameters; all
+    else as in `WeightedStep`. What it offers is that of `effect_guess.Regressed`.
     """
 
-    def __init__(
-        self,
-        fits: JointFit,
-        step: Fitted,
-        rows: NDArray[np.bool_],
-        effects: EffectColumns,
-        slopes: Mapping[str, Array] | None = None,
-    ) -> None:
+    def __init__(self, fits: JointFit, step: Fitted, rows: NDArray[np.bool_], effects: EffectColumns) -> None:
+        super().__init__(fits, step, rows)
         self.kind = step.model.kind
         self.recordings = fits.balance.recordings
         self.values = step.values
         self.effects = effects
-        self.weights = fits.weights(step.residual, step.floor, rows)[rows]
-        self.bin = fits.balance.rows.bin[rows]
         self.part = fits.balance.part(step.model).of_rows(rows)
-        slopes = fits.slopes(step) if slopes is None else slopes
-        coordinates = fits.unknowns(step)
-        self.p = len(coordinates)
-        columns = np.empty((self.weights.size, self.p))
-        for k, c in enumerate(coordinates):
-            columns[:, k] = slopes[c.name][rows] * -self.weights
-        ridge = np.diag([c.stiffness for c in coordinates])
-        stacked = np.vstack([columns, ridge])
-        norms = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
-        left, sizes, _ = np.linalg.svd(stacked / norms, full_matrices=False)
+        left, sizes, _ = np.linalg.svd(self.columns, full_matrices=False)
         self._span = left[:, sizes > 1e-9 * np.max(sizes, initial=0.0)]
-        residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
-        self._rest = residual - self._span @ (self._span.T @ residual)
-        power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
-        self._counts = counts
-        self._floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
-        self._before = self._level(self._rest)
-        self.level = fits.level(step.residual, step.floor, rows) + self._before
+        self._rest = self.residual - self._span @ (self._span.T @ self.residual)
+        self._before = self.log_power(self._rest)
+        self.level = self.level_of(self._rest)
 
     def span(self) -> Array:
         """Orthonormal columns (N + p, r) of what the model's own parameters can do."""
@@ -134,13 +112,13 @@ class StepRegression:
         scaled = columns / norms
         solution = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ self._rest, rcond=1e-9)[0]
         left = self._rest - scaled @ solution
-        share = 1.0 - math.exp(self._level(left) - self._before)
+        share = 1.0 - math.exp(self.log_power(left) - self._before)
         return solution / norms, share if math.isfinite(share) else -1.0
 
     def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
         """What the criterion loses (k,) when each of parts (m, k) is taken from the weighted residual of rows (m,)."""
         places, bins = np.unique(self.bin[rows], return_inverse=True)
-        counts, floor = self._counts[places], self._floor[places]
+        counts, floor = self.counts[places], self.floor[places]
         sums = np.zeros((places.size, parts.shape[1]))
         np.add.at(sums, bins, (self._rest[rows, None] - parts) ** 2)
         before = np.bincount(bins, self._rest[rows] ** 2)
@@ -150,20 +128,13 @@ class StepRegression:
     def contrasts(self, rows: NDArray[np.int64], parts: Array) -> Array:
         """Power per row, in floors, that each of parts (m, k) takes where it acts when it is taken from the weighted
         residual of rows (m,), over that of the rows on which it does not act, at least one floor, (k,)."""
-        floor, rest = self._floor[self.bin[rows]], self._rest[rows]
+        floor, rest = self.floor[self.bin[rows]], self._rest[rows]
         under = np.abs(parts) > _UNDER * np.max(np.abs(parts), axis=0)
         count = np.maximum(np.count_nonzero(under, axis=0), 1)
         acting, power = np.where(under, parts, 0.0), rest**2 / floor
         taken = ((2.0 * rest / floor) @ acting - (1.0 / floor) @ acting**2) / count
         beside = (np.sum(power) - power @ under) / np.maximum(rows.size - count, 1)
         return np.asarray(taken / np.maximum(beside, 1.0))
-
-    def _level(self, rest: Array) -> float:
-        """Mean log of what is left, per bin, beside the floor."""
-        power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self._counts.size)
-        known = self._counts > 0
-        ratio = power[known] / self._counts[known] + self._floor[known]
-        return float(self._counts[known] @ np.log(ratio)) / float(self._counts.sum())
 
 
 class Screening:
@@ -281,15 +252,18 @@ class Screening:
         (amplitude,) = (p for p in effect.parameters if p.name in effect.amplitudes)
         model = step.model.with_effects((*step.model.effects, effect.name))
         known, rows = self.fits.slopes(step), self.fits.rows_of(self.fitted)
-        best, there = Trial({}, {amplitude.name: 0.0}, -1.0), known
-        for periods in _DELAYS:
+
+        def late_by(periods: float, jobs: int) -> tuple[Trial, Mapping[str, Array]]:
+            del jobs
             delay = min(max(periods * self.outlook.period, amplitude.lower), amplitude.upper)
             late = self.fits.at(model, {**step.values, amplitude.name: delay}, step.preset, step.recordings)
-            slopes = {**known, **self.fits.slopes_by(late, ("force_constant", ACROSS, amplitude.name))}
-            level = StepRegression(self.fits, late, rows, self.effects, slopes).level
-            explained = 1.0 - math.exp(level - regression.level)
-            if explained > best.explained:
-                best, there = Trial({}, {amplitude.name: delay}, explained), slopes
+            names = ("force_constant", ACROSS, amplitude.name)
+            slopes = {**known, **self.fits.slopes_by(late, names, step.recordings)}
+            level = WeightedStep(self.fits, late, rows, slopes).level_after()
+            return Trial({}, {amplitude.name: delay}, 1.0 - math.exp(level - regression.level)), slopes
+
+        tried = [found for _, found in in_parallel(late_by, _DELAYS, self.jobs)]
+        best, there = max(tried, key=lambda one: one[0].explained)
         if best.explained <= 0.0:
             return best
         held = {**step.preset, **best.amplitudes}

@@ -210,7 +210,7 @@ def backward(
         full = again(fits, full, screening.to_fit(full), THOROUGH)
         fits.slopes(full)  # once, before the threads that start from them
         added = [name for name in full.model.effects if name not in base.model.effects]
-        weakest = _weak(judge, base, full, added)
+        weakest = _weak(judge, base, full, added, screening.jobs)
         if weakest is not None:
             better = None
             if weakest.name not in again_found:
@@ -248,9 +248,10 @@ def backward(
         full = back
 
 
-def _weak(judge: Judge, base: Fitted, full: Fitted, added: Sequence[str]) -> Part | None:
+def _weak(judge: Judge, base: Fitted, full: Fitted, added: Sequence[str], jobs: int) -> Part | None:
     """The weakest effect of a model of those that fail the tests even by what slopes foretell, if it does fail."""
-    parts = [_part(judge, base, full, name, foretold_without(judge.fits, full, name)) for name in added]
+    foretold = in_parallel(lambda name, _: foretold_without(judge.fits, full, name), added, jobs)
+    parts = [_part(judge, base, full, name, without) for name, without in foretold]
     for weak in sorted((p for p in parts if not stands(p)), key=lambda p: p.evidence.closed):
         part = part_of(judge, base, full, weak.name, 1)
         if not stands(part):

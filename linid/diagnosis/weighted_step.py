@@ -1,0 +1,56 @@
+"""The weighted linear problem of a fitted model's next step: what its own parameters still take of the residual."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linid.arrays import Array
+from linid.diagnosis.joint import Fitted, JointFit
+
+
+class WeightedStep:
+    """Weighted residual (N + p,) of a fitted model at some rows, and its columns (N + p, p) by the p unknowns.
+
+    rows: (n,) of the balance, N of them chosen; slopes: d residual / d unknown (n,) by name, where they are known.
+    Behind the rows stand those of a prior, which keeps the linear steps of parameters that are searched by their
+    logarithm within reach (ridge regression).
+    """
+
+    def __init__(
+        self, fits: JointFit, step: Fitted, rows: NDArray[np.bool_], slopes: Mapping[str, Array] | None = None
+    ) -> None:
+        self.weights = fits.weights(step.residual, step.floor, rows)[rows]
+        self.bin = fits.balance.rows.bin[rows]
+        slopes = fits.slopes(step) if slopes is None else slopes
+        coordinates = fits.unknowns(step)
+        self.p = len(coordinates)
+        columns = np.empty((self.weights.size + self.p, self.p))
+        for k, c in enumerate(coordinates):
+            columns[: self.weights.size, k] = slopes[c.name][rows] * -self.weights
+        columns[self.weights.size :] = np.diag([c.stiffness for c in coordinates])
+        self.columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        self.residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
+        power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
+        self.counts = counts
+        self.floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
+        self._level = fits.level(step.residual, step.floor, rows)
+
+    def log_power(self, rest: Array) -> float:
+        """Mean log of what is left (N + p,), per bin, beside the floor."""
+        power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self.counts.size)
+        known = self.counts > 0
+        ratio = power[known] / self.counts[known] + self.floor[known]
+        return float(self.counts[known] @ np.log(ratio)) / float(self.counts.sum())
+
+    def level_of(self, rest: Array) -> float:
+        """The criterion with a residual (N + p,) that is left of this one."""
+        return self._level + self.log_power(rest)
+
+    def level_after(self) -> float:
+        """The criterion after the linear step."""
+        normal = self.columns.T @ self.columns
+        step = np.linalg.lstsq(normal, self.columns.T @ self.residual, rcond=1e-12)[0]
+        return self.level_of(self.residual - self.columns @ step)
