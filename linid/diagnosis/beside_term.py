@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from linid.diagnosis.backward import revived
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.held_out_tests import LIKELY, is_trifle, stands_clearly
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.lacking import Lead, lead_beside, term_as_it_is
+from linid.diagnosis.parts import part_of
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import Selection, part_of, revived
+from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import judged_rows, shares_of
 from linid.diagnosis.steps_of_selection import without_effect
 from linid.diagnosis.verdict import leaves_nothing

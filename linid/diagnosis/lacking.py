@@ -18,6 +18,7 @@ from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely, stands
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
+from linid.diagnosis.parts import part_of
 from linid.diagnosis.proposed.describe import described, in_the_model, with_formula
 from linid.diagnosis.proposed.family import Family
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
@@ -27,7 +28,7 @@ from linid.diagnosis.proposed.regression import Regression, closed_share, held_s
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
 from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
-from linid.diagnosis.select import Selection, part_of
+from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import judged_rows
 from linid.diagnosis.steps_of_selection import without_effect
 from linid.diagnosis.verdict import leaves_nothing

@@ -14,8 +14,9 @@ from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.held_out_tests import Part
 from linid.diagnosis.means import Means
 from linid.diagnosis.measures import model_of
+from linid.diagnosis.parts import part_of
 from linid.diagnosis.screen import Screening
-from linid.diagnosis.select import fit_effects, part_of
+from linid.diagnosis.select import fit_effects
 from linid.diagnosis.shares import Shares, shares_of
 from linid.identification.result import FitResult, ModelKind
 from linid.recording.recording import Recording

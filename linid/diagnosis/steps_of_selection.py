@@ -67,9 +67,14 @@ def annealed(fits: JointFit, one: Fitted, effort: Effort) -> Fitted:
 
 def without_effect(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """The model without one of its effects, fitted again to the same recordings."""
-    model, values, preset = _without(full, name)
-    one = fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
+    one = nearly_without(fits, full, name)
     return annealed(fits, one, QUICK) if one.level > full.level + FAR else one
+
+
+def nearly_without(fits: JointFit, full: Fitted, name: str) -> Fitted:
+    """`without_effect` as far as the next valley: without a strong effect it may end higher."""
+    model, values, preset = _without(full, name)
+    return fits.fit(model, values, preset, full.recordings, QUICK, fits.slopes(full))
 
 
 def foretold_without(fits: JointFit, full: Fitted, name: str) -> Fitted:

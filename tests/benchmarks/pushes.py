@@ -42,8 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from linid.challenge.catalogue import FIRST
     from linid.challenge.files import write_hidden_campaign
     from linid.challenge.make import Plan, make_campaign
+    from linid.diagnosis.forward import LEAST_LEAD, MOMENTS_GAIN
     from linid.diagnosis.screen import LEAST_CONTRAST
-    from linid.diagnosis.select import LEAST_LEAD, MOMENTS_GAIN
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=22914)

@@ -12,10 +12,10 @@ from scipy.signal import lsim
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.descent import THOROUGH
+from linid.diagnosis.forward import CONTENDING, MOMENTS_GAIN, contenders
 from linid.diagnosis.judge import judge_of
 from linid.diagnosis.means import Means
 from linid.diagnosis.screen import LEAST_CONTRAST, Screening
-from linid.diagnosis.select import CONTENDING, MOMENTS_GAIN, contenders
 from linid.diagnosis.steps_of_selection import again, extended
 from linid.physics.model import Model
 from linid.recording.recording import Recording

@@ -8,16 +8,17 @@ from typing import Any
 
 import pytest
 
+from linid.diagnosis.backward import renewed, revived
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
+from linid.diagnosis.forward import CONTENDING, contenders
 from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence, Judge, judge_of
 from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import in_all
 from linid.diagnosis.screen import Screened, Screening
-from linid.diagnosis.select import CONTENDING, contenders, renewed, revived
 from linid.diagnosis.steps_of_selection import preset_of, still_without, without_effect
 from linid.identification.guess.effect_values import Trial
 from linid.physics.model import Model
@@ -128,10 +129,10 @@ def test_that_an_effect_acts_in_a_held_out_recording_too_shows_there() -> None:
     loaded, start = base.model.with_effects(("payload_change",)), {**TRUE, "payload_mass": 0.3}
     full = judge.fits.fit(loaded, start, {"payload_recordings": 2.0}, (0, 1, 2), THOROUGH)
     sure = Part("payload_change", Evidence(1.0, 9.0, 0.9, 1.0, 0.9), base)
-    one = renewed(judge.fits, Screening(judge.fits, base, 1), full, [sure])
+    one = renewed(judge.fits, Screening(judge.fits, base, 1), full, {sure.name: sure.without})
     assert one is not None and one.preset["payload_recordings"] == 10.0
     assert one.values["payload_mass"] == pytest.approx(0.3, rel=0.02)
-    assert renewed(judge.fits, Screening(judge.fits, base, 1), one, [sure]) is None
+    assert renewed(judge.fits, Screening(judge.fits, base, 1), one, {sure.name: sure.without}) is None
 
 
 def test_what_failed_in_a_model_is_not_tried_in_it_again() -> None:
