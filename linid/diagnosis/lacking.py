@@ -123,6 +123,8 @@ def _instead_of_effects(found: Selection, alone: Lead, beside: Lead | None) -> b
     reversals shows; beside: the best term beside them."""
     by_effects = _left(alone.problem, found.best)
     its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
+    if are_its_shape(by_effects, its_shape):
+        return False  # before models with the terms are fitted
     return any(
         does_without_effects(_left_by(alone, in_model), by_effects, _left_by(beside, in_model), its_shape)
         for in_model in (False, True)
@@ -153,11 +155,16 @@ def does_without_effects(by_term: float, by_effects: float, beside: float, its_s
     arguments. Effects that leave most of the excess to a term, and no less with it than another term does alone, are
     two causes for one; effects that close most of it are not given up for a shape.
     """
-    if its_shape and by_effects < LEFT_BY_FORM:
+    if are_its_shape(by_effects, its_shape):
         return False
     with_both = by_effects * beside
     two_for_one = not its_shape and beside < 1.0 and by_effects > INSTEAD
     return by_term < INSTEAD * with_both or (two_for_one and by_term <= with_both)
+
+
+def are_its_shape(by_effects: float, its_shape: bool) -> bool:
+    """Whether a term is only the shape of an effect of its arguments. Arguments as in `does_without_effects`."""
+    return its_shape and by_effects < LEFT_BY_FORM
 
 
 def _of_the_arguments(effects: Sequence[str], arguments: Sequence[str]) -> bool:

@@ -80,9 +80,25 @@ def _level_by_size(fits: JointFit, found: Fitted) -> Callable[[float], float]:
     foretold = here + change * growth(_TOLD_BY[2])
     as_simulated = bool(np.max(np.abs(foretold - third)) < _AS_SIMULATED * np.max(np.abs(third)))
 
+    least, most = _room(fits, found) if as_simulated else (0.0, 0.0)
+
     def level(logarithm: float) -> float:
-        if as_simulated and fits.has_room(found.model, _scaled(found, logarithm), found.preset):
+        if least <= logarithm <= most:
             return fits.level(here + change * growth(logarithm), floor, rows)
         return fits.level(*simulated(logarithm), rows)
 
     return level
+
+
+def _room(fits: JointFit, found: Fitted) -> tuple[float, float]:
+    """The logarithms of the least and the largest factor of those tried that lie within what is searched."""
+
+    def ends(way: float) -> float:
+        able, beyond = 0, _STEPS + 1
+        while beyond - able > 1:
+            middle = (able + beyond) // 2
+            values = _scaled(found, way * _STEP * middle)
+            able, beyond = (middle, beyond) if fits.has_room(found.model, values, found.preset) else (able, middle)
+        return way * _STEP * able
+
+    return ends(-1.0), ends(1.0)
