@@ -20,6 +20,8 @@ from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE, find_law
 # First values tried: factors on the stiffness that another law's fit has found, and the law's own parameters.
 _STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0.5), "maxwell_slip": (1.0, 2.5)}
 _RACE, _MORE = Effort(8, 1e-3, 1), SETTLING  # from each start, and from the best of them
+# Starts, and the log power by which a law is worse after a race from these, that say that more of it will not help.
+_RACED, _FAR_BEHIND = 2, 0.2
 # Slopes that hang on the law; by all other unknowns they are those of the model that is there.
 _LAWS_OWN = {p.name for p in friction.PARAMETERS} - {"mass", "viscous_friction"}
 _USUAL_BREAKAWAY, _USUAL_STRIBECK = 1.5, 0.01  # of the Coulomb force, of the top speed
@@ -70,15 +72,27 @@ def under_law(fits: JointFit, one: Fitted, law: str) -> Fitted:
     searched = find_law(law)
     known = {name: slope for name, slope in fits.slopes(one).items() if name not in _LAWS_OWN}
     astray = searched.own and "static_force" not in searched.absent  # LuGre's breakaway force may not be this law's
-    for start in starts_of(one, law):
-        for first in (start, {**start, **_plain_stribeck(fits, start)}) if astray else (start,):
-            if searched.elements:
-                # The elements' shares trade against all else: what they stand on settles before they are free.
-                held = {**one.preset, **{p.name: first[p.name] for p in searched.own}}
-                first = fits.fit(model, first, held, one.recordings, _RACE, known).values
-            tried.append(fits.fit(model, first, one.preset, one.recordings, _RACE, known))
+    starts = [
+        first
+        for start in starts_of(one, law)
+        for first in ((start, {**start, **_plain_stribeck(fits, start)}) if astray else (start,))
+    ]
+    if searched.elements:
+        # The elements' shares trade against all else: what they stand on settles before they are free.
+        shares = [p.name for p in searched.own]
+        settled = [
+            fits.fit(
+                model, start, {**one.preset, **{name: start[name] for name in shares}}, one.recordings, _RACE, known
+            )
+            for start in starts
+        ]
+        starts = [found.values for found in sorted(settled, key=lambda found: found.level)]
+    for start in starts:
+        if len(tried) >= _RACED and min(fitted.level for fitted in tried) > one.level + _FAR_BEHIND:
+            break
+        tried.append(fits.fit(model, start, one.preset, one.recordings, _RACE, known))
     best = min(tried, key=lambda fitted: fitted.level)
-    if best is one:
+    if best is one or best.level > one.level + _FAR_BEHIND:
         return best
     return fits.fit(model, best.values, best.preset, best.recordings, _MORE, fits.slopes(best), exact=True)
 
