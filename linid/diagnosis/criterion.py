@@ -177,7 +177,7 @@ class Straight(Criterion):
         self._x, self._residual, self._slopes = x, residual, slopes
 
     def residuals(self, posed: Posed, x: Array, places: Places | None = None) -> Array:
-        """`Criterion.residuals`, of all recordings."""
+        """Residuals (C, n) in m/s^2 of unknowns x (C, p), of all recordings."""
         del posed, places
         return np.asarray(self._residual + (x - self._x) @ self._slopes)
 

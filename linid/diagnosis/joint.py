@@ -120,7 +120,7 @@ class JointFit(Criterion):
         slopes: Mapping[str, Array],
     ) -> Fitted:
         """`fit` without its simulations: what it would find if the residual were straight in all unknowns. It is one
-        to compare with others, not to go on from. slopes: by all unknowns."""
+        to compare with others, not to go on from. slopes: d residual / d unknown (n,) by all unknowns."""
         chosen = tuple(sorted(recordings))
         held = self._held(model, preset)
         posed, x = self._posed(model, values, held, UNSHAPED)

@@ -39,14 +39,14 @@ class WeightedStep:
         self._level = fits.level(step.residual, step.floor, rows)
 
     def log_power(self, rest: Array) -> float:
-        """Mean log of what is left (N + p,), per bin, beside the floor."""
+        """Mean log of what is left, per bin, beside the floor. rest: (N + p,)."""
         power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self.counts.size)
         known = self.counts > 0
         ratio = power[known] / self.counts[known] + self.floor[known]
         return float(self.counts[known] @ np.log(ratio)) / float(self.counts.sum())
 
     def level_of(self, rest: Array) -> float:
-        """The criterion with a residual (N + p,) that is left of this one."""
+        """The criterion with what is left of the residual. rest: (N + p,)."""
         return self._level + self.log_power(rest)
 
     def level_after(self) -> float:
