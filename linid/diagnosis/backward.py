@@ -155,36 +155,38 @@ def contested(
     rivals: dict[str, tuple[tuple[str, Fitted], ...]] = {}
     # Without the force that a loop cancels, anything that takes the input's thrust away looks like a cause.
     caught = bool(fits.coordinates.limits) and len(parts) == 1
-    for part in parts:
-        rows = judge.rows(full.model.effects, {**full.values, **full.preset})
-        gain = part.without.level - full.level
-        simpler = simpler_than(part.name, bool(fits.coordinates.told))
-        found = [
-            s
-            for s in screening.screen(part.without)
-            if s.name not in full.model.effects
-            and (not caught or find_effect(s.name).force is not None)
-            and (s.name in simpler or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD))
-        ]
-        found = sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
-        left = []
-        items = [(part.without, item) for item in found]
-        for (_, item), instead in in_parallel(partial(_instead, fits, screening), items, screening.jobs):
-            worse = compare(fits, instead, full, rows)
-            if worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN:
-                return instead, {}, True
-            if worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain:
-                if item.name in simpler:
-                    return instead, {}, True
-                if look_alike(part.name, item.name):
-                    left.append((item.name, instead))
-        if left:
-            rivals[part.name] = tuple(left)
+    able = in_parallel(lambda part, _: _stand_ins(screening, full, part, caught), parts, screening.jobs)
+    items = [(part, item) for part, found in able for item in found]
+    rows = judge.rows(full.model.effects, {**full.values, **full.preset})
+    for (part, item), instead in in_parallel(partial(_instead, fits, screening), items, screening.jobs):
+        worse = compare(fits, instead, full, rows)
+        simpler = item.name in simpler_than(part.name, bool(fits.coordinates.told))
+        as_good = worse.certainty < CERTAINTY and worse.gain < (1.0 - ALIKE) * part.evidence.gain
+        if (worse.certainty <= -CERTAINTY and worse.gain <= -LEAST_GAIN) or (as_good and simpler):
+            return instead, {}, True
+        if as_good and look_alike(part.name, item.name):
+            rivals[part.name] = (*rivals.get(part.name, ()), (item.name, instead))
     return full, rivals, False
 
 
-def _instead(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened], jobs: int) -> Fitted:
-    return settled(fits, extended(fits, screening, item, jobs))
+def _stand_ins(screening: Screening, full: Fitted, part: Part, caught: bool) -> list[Screened]:
+    """What could stand in for an effect of a model, by regression: simpler forms first; caught: only what is a force
+    could."""
+    gain = part.without.level - full.level
+    simpler = simpler_than(part.name, bool(screening.fits.coordinates.told))
+    found = [
+        s
+        for s in screening.screen(part.without)
+        if s.name not in full.model.effects
+        and (not caught or find_effect(s.name).force is not None)
+        and (s.name in simpler or (s.gain >= ALIKE_SCREENED * gain and s.trial.lead >= LEAST_LEAD))
+    ]
+    return sorted(found, key=lambda s: (s.name not in simpler, -s.gain))[: len(simpler) + CONTENDERS]
+
+
+def _instead(fits: JointFit, screening: Screening, item: tuple[Part, Screened], jobs: int) -> Fitted:
+    part, other = item
+    return settled(fits, extended(fits, screening, (part.without, other), jobs))
 
 
 def renewed(fits: JointFit, screening: Screening, full: Fitted, without: Mapping[str, Fitted]) -> Fitted | None:

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from linid.diagnosis import backward
 from linid.diagnosis.backward import renewed, revived
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.forward import CONTENDING, contenders
 from linid.diagnosis.held_out_tests import Part, stands
+from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence, Judge, judge_of
 from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import in_all
@@ -178,3 +180,37 @@ def test_slopes_foretell_the_model_without_a_weak_effect(monkeypatch: pytest.Mon
         assert float(np.std(foretold[name].residual - truly[name].residual)) < 0.02 * spread
     strong = "payload_change"
     assert foretold[strong].level - full.level > 0.5 * (truly[strong].level - full.level) > 0.1
+
+
+def test_a_model_that_stood_is_not_tested_again_when_one_effect_more_has_failed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The effect that is tried in vain beside it goes, and all else is as it was."""
+    judge = of_loaded_runs()
+    base = fitted(judge, TRUE)
+    fits, screening = judge.fits, Screening(judge.fits, base, 1)
+    loaded = base.model.with_effects(("payload_change",))
+    held = {"payload_recordings": 10.0}
+    full = fits.fit(loaded, {**TRUE, "payload_mass": 0.3}, held, (0, 1, 2), THOROUGH)
+    tested: list[str] = []
+    truly = backward.part_of
+
+    def counted(judge: Any, base: Fitted, full: Fitted, name: str, jobs: int) -> Part:
+        tested.append(name)
+        return truly(judge, base, full, name, jobs)
+
+    def with_a_drag(judge: Any, screening: Any, one: Fitted, failed: Any) -> Fitted | None:
+        drag = frozenset((*one.model.effects, "quadratic_drag"))
+        if (drag, "quadratic_drag") in failed:
+            return None
+        more = one.model.with_effects((*one.model.effects, "quadratic_drag"))
+        return fits.fit(more, one.values, one.preset, one.recordings, THOROUGH)
+
+    monkeypatch.setattr(backward, "part_of", counted)
+    monkeypatch.setattr(backward, "revived", with_a_drag)
+    selection = backward.Backward(judge, screening, base)
+    standing = selection.run(full)
+    assert [part.name for part in standing.parts] == ["payload_change"] == tested
+    assert list(selection.dropped) == ["quadratic_drag"]
+    assert standing.full.model.effects == ("payload_change",)
+    assert standing.full.values["payload_mass"] == pytest.approx(0.3, rel=0.02)
