@@ -40,7 +40,7 @@ def likely_periods(
     wavenumbers, spectrum = wavenumbers[wanted], spectrum[wanted]
     if wavenumbers.size < 3:
         return ()
-    coarse = _coarse(float(wavenumbers[0]), float(wavenumbers[-1]))
+    coarse = np.geomspace(wavenumbers[0], wavenumbers[-1], _LENGTHS)
     lengths = np.exp(np.interp(np.log(wavenumbers), np.log(coarse), np.log(_lengths(part, weights, coarse))))
     power = spectrum / lengths
     peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
@@ -48,17 +48,12 @@ def likely_periods(
     return tuple((2.0 * np.pi / wavenumbers[best]).tolist())
 
 
-def _coarse(least: float, most: float) -> Array:
-    """Wavenumbers (k,) in rad/m at which lengths are computed."""
-    return np.asarray(np.geomspace(least, most, _LENGTHS))
-
-
 @lru_cache(maxsize=64)  # a diagnosis asks for those of the same recordings at each step
-def _answers(half: int, dt: float, fastest: float, least: float, most: float) -> tuple[Array, Array]:
-    """How a bump and second differences answer unit sines of the coarse wavenumbers, by classes of speed up to the
-    fastest, (k, s) each, squared. half: width of the bump in samples; dt: s."""
+def _answers(half: int, dt: float, fastest: float, wavenumbers: tuple[float, ...]) -> tuple[Array, Array]:
+    """How a bump and second differences answer unit sines of wavenumbers (k) in rad/m, by classes of speed up to
+    the fastest, (k, s) each, squared. half: width of the bump in samples; dt: s."""
     edges = np.linspace(0.0, fastest, _SPEEDS + 1)
-    phase = _coarse(least, most)[:, None] * (0.5 * (edges[1:] + edges[:-1]) * dt)
+    phase = np.array(wavenumbers)[:, None] * (0.5 * (edges[1:] + edges[:-1]) * dt)
     kernel = bump(half)
     gain = kernel[half] + 2.0 * sum(kernel[half + n] * np.cos(n * phase) for n in range(1, half + 1))
     bend = (2.0 - 2.0 * np.cos(phase)) / dt**2
@@ -66,8 +61,7 @@ def _answers(half: int, dt: float, fastest: float, least: float, most: float) ->
 
 
 def _lengths(part: Acceleration, weights: Array, wavenumbers: Array) -> Array:
-    """Squared lengths (k,) of the columns of unit sines of coarse wavenumbers, as if the axis ran evenly within each
-    kernel."""
+    """Squared lengths (k,) of the columns of unit sines, as if the axis ran evenly within each kernel."""
     speed = np.abs(part.motion.v[part.rows])
     acceleration = part.target**2
     out = np.full(wavenumbers.size, 1e-300)
@@ -76,7 +70,7 @@ def _lengths(part: Acceleration, weights: Array, wavenumbers: Array) -> Array:
         dt = float(part.simulator.inputs.dts[index])
         edges = np.linspace(0.0, float(np.max(speed[mine], initial=1e-9)) * (1.0 + 1e-9), _SPEEDS + 1)
         place = np.digitize(speed[mine], edges) - 1
-        gain, bend = _answers(half, dt, float(edges[-1]), float(wavenumbers[0]), float(wavenumbers[-1]))
+        gain, bend = _answers(half, dt, float(edges[-1]), tuple(wavenumbers.tolist()))
         squares = weights[mine] ** 2
         count = np.bincount(place, squares, _SPEEDS)[:_SPEEDS]
         turning = np.bincount(place, squares * acceleration[mine], _SPEEDS)[:_SPEEDS]
