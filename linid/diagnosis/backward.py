@@ -8,7 +8,7 @@ from functools import partial
 
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.foretold import idle
-from linid.diagnosis.forward import CONTENDERS, CONTENDING, LEAST_LEAD, PROPOSED_GAIN, contenders
+from linid.diagnosis.forward import CONTENDERS, CONTENDING, LEAST_LEAD, PROPOSED_GAIN, contenders, gained
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_GAIN, Part, stands
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Judge, compare
@@ -138,7 +138,9 @@ def revived(
     for (name, _), more in in_parallel(lambda pair, _: settled(judge.fits, pair[1]), fitted, screening.jobs):
         evidence = compare(judge.fits, full, more, judged(judge, more, name))
         part = Part(name, evidence, full)
-        if stands(part) and not idle(judge, more, [part]):
+        # What gains nothing where it is fitted has moved what these rows do not tell.
+        told = gained(judge.fits, full, more).gain >= PROPOSED_GAIN
+        if told and stands(part) and not idle(judge, more, [part]):
             found.append((evidence.gain, more))
     return max(found, key=lambda pair: pair[0])[1] if found else None
 

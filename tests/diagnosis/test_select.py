@@ -14,7 +14,7 @@ from linid.diagnosis.backward import renewed, revived
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import numbered
 from linid.diagnosis.descent import THOROUGH
-from linid.diagnosis.forward import CONTENDING, contenders
+from linid.diagnosis.forward import CONTENDING, PROPOSED_GAIN, contenders
 from linid.diagnosis.held_out_tests import Part, stands
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence, Judge, judge_of
@@ -149,6 +149,23 @@ def test_what_failed_in_a_model_is_not_tried_in_it_again() -> None:
     assert again is None or again.model.effects != (name,)
     elsewhere = revived(judge, screening, base, {(frozenset((name, "cogging")), name)})
     assert elsewhere is not None and elsewhere.model.effects == (name,)
+
+
+def test_what_held_out_recordings_alone_ask_for_is_not_revived(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load that only the held-out recordings had, if the rows it was fitted to told nothing of it."""
+    judge = of_loaded_runs()
+    base = fitted(judge, TRUE)
+    screening = Screening(judge.fits, base, 1)
+    asked: list[Evidence] = []
+    truly = backward.gained
+
+    def next_to_nothing(fits: Any, step: Fitted, one: Fitted) -> Evidence:
+        asked.append(truly(fits, step, one))
+        return replace(asked[-1], gain=0.9 * PROPOSED_GAIN)
+
+    monkeypatch.setattr(backward, "gained", next_to_nothing)
+    assert revived(judge, screening, base) is None
+    assert max(e.gain for e in asked) > PROPOSED_GAIN
 
 
 def test_a_changed_parameter_of_a_given_model_is_tried_in_all_recordings() -> None:
