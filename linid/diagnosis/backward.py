@@ -16,7 +16,7 @@ from linid.diagnosis.look_alikes import look_alike, simpler_than
 from linid.diagnosis.marks import elsewhere, in_all
 from linid.diagnosis.parts import judged, part_of, trifling, weakest
 from linid.diagnosis.screen import Screened, Screening
-from linid.diagnosis.steps_of_selection import annealed, extended, nearly_without, settled
+from linid.diagnosis.steps_of_selection import annealed, extended, further, nearly_without, settled
 from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 
@@ -64,9 +64,7 @@ class Backward:
         judge, screening, fits = self.judge, self.screening, self.judge.fits
         softened: frozenset[str] = frozenset()
         while True:
-            full = fits.fit(
-                full.model, full.values, full.preset, screening.to_fit(full), THOROUGH, fits.slopes(full), exact=True
-            )
+            full = further(fits, full, screening.to_fit(full), THOROUGH)
             fits.slopes(full)  # once, before the threads that start from them
             added = [name for name in full.model.effects if name not in self.base.model.effects]
             names = frozenset(added)

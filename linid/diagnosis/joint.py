@@ -111,17 +111,11 @@ class JointFit(Criterion):
         return self._fitted(posed, x, residual, preset, chosen, key, shape)
 
     def along_slopes(
-        self,
-        model: Model,
-        values: Mapping[str, float],
-        preset: Mapping[str, float],
-        recordings: Iterable[int],
-        effort: Effort,
-        slopes: Mapping[str, Array],
+        self, full: Fitted, model: Model, values: Mapping[str, float], preset: Mapping[str, float], effort: Effort
     ) -> Fitted:
-        """`fit` without its simulations: what it would find if the residual were straight in all unknowns. It is one
-        to compare with others, not to go on from. slopes: d residual / d unknown (n,) by all unknowns."""
-        chosen = tuple(sorted(recordings))
+        """`fit` without its simulations: what it would find if the residual were straight in all unknowns, as that of
+        a fuller model near by is. It is one to compare with others, not to go on from."""
+        chosen, slopes = full.recordings, self.slopes(full)
         held = self._held(model, preset)
         posed, x = self._posed(model, values, held, UNSHAPED)
         residual = self.residuals(posed, x[None, :])[0]

@@ -12,6 +12,7 @@ from linid.diagnosis.judge import Judge, compare
 from linid.diagnosis.laws import LawChoice, choose_law, clearly_better, under_law
 from linid.diagnosis.report_data import LawFinding
 from linid.diagnosis.select import Selection
+from linid.diagnosis.steps_of_selection import further
 from linid.diagnosis.verdict import LEAST_EXCESS
 from linid.physics import friction
 from linid.physics.laws.registry import DAHL, LUGRE, find_law
@@ -41,9 +42,8 @@ def _under(base: Base, choice: LawChoice) -> Base:
 
 
 def _settled(base: Base, one: Fitted) -> Base:
-    fits = base.judge.fits
-    settled = fits.fit(one.model, one.values, one.preset, one.recordings, THOROUGH, fits.slopes(one), exact=True)
-    return replace(base, fitted=settled, rivals=())
+    """The base with a model under a friction law, fitted to the end."""
+    return replace(base, fitted=further(base.judge.fits, one, one.recordings, THOROUGH), rivals=())
 
 
 def select_under_law(

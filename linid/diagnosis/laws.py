@@ -13,6 +13,7 @@ from linid.diagnosis.descent import SETTLING, Effort
 from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_CERTAINTY, LEAST_GAIN
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.judge import Evidence, Judge, compare
+from linid.diagnosis.steps_of_selection import further
 from linid.parallel_tasks import in_parallel
 from linid.physics import friction
 from linid.physics.laws.registry import COULOMB, DAHL, LAWS, LUGRE, find_law
@@ -94,7 +95,7 @@ def under_law(fits: JointFit, one: Fitted, law: str) -> Fitted:
     best = min(tried, key=lambda fitted: fitted.level)
     if best is one or best.level > one.level + _FAR_BEHIND:
         return best
-    return fits.fit(model, best.values, best.preset, best.recordings, _MORE, fits.slopes(best), exact=True)
+    return further(fits, best, best.recordings, _MORE)
 
 
 def try_laws(judge: Judge, one: Fitted) -> tuple[LawTrial, ...]:

@@ -49,9 +49,14 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
     return min(out, key=lambda one: one.level)
 
 
+def further(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
+    """The fit of a model taken further, from where it is, within its valley."""
+    return fits.fit(one.model, one.values, one.preset, recordings, effort, fits.slopes(one), exact=True)
+
+
 def again(fits: JointFit, one: Fitted, recordings: Sequence[int], effort: Effort) -> Fitted:
-    """The fit of a model taken further, from where it is."""
-    done = fits.fit(one.model, one.values, one.preset, recordings, effort, fits.slopes(one), exact=True)
+    """The fit of a model taken further, from where it is, and by way of softer criteria where it is far off."""
+    done = further(fits, one, recordings, effort)
     return annealed(fits, done, effort) if done.level > FAR else done
 
 
@@ -81,7 +86,7 @@ def foretold_without(fits: JointFit, full: Fitted, name: str) -> Fitted:
     """`without_effect` as the slopes of the full model foretell it: near where all else hardly moves, as without a weak
     effect, anywhere with a strong one."""
     model, values, preset = _without(full, name)
-    return fits.along_slopes(model, values, preset, full.recordings, QUICK, fits.slopes(full))
+    return fits.along_slopes(full, model, values, preset, QUICK)
 
 
 def _without(full: Fitted, name: str) -> tuple[Model, dict[str, float], dict[str, float]]:
