@@ -109,13 +109,13 @@ def motor_of(terms, candidates, candidate, axis, course, motion, out):
     if axis.on & (acts.delay | acts.drive | acts.field) == 0:
         motor_forces(terms, candidates.motor, p, motion.y, (i[0], i[1], i[2]), out)
         return
-    seen = np.empty((4, out.size))
+    seen, deciding = np.empty((4, out.size)), axis.on & (acts.stateful_drive | acts.stateful_field) != 0
     for k in range(out.size):
         t, y, v = course.t_start + k * course.dt, motion.y[k], motion.v[k]
         currents = driven_currents(terms, axis, t, y, v, inputs_of_sample(terms, axis, course, motion, k))
         seen[0, k] = field_position(terms, axis, t, y, v, currents)
         seen[1, k], seen[2, k], seen[3, k] = currents
-        if axis.on & acts.advance and k < out.size - 1:
+        if deciding and k < out.size - 1:
             advance_on(terms, axis, course, motion, midway(terms, axis, course, motion, k))
     motor_forces(terms, candidates.motor, p, seen[0], (seen[1], seen[2], seen[3]), out)
 

@@ -38,15 +38,17 @@ MIDDLE, END, START_LEVEL, MIDDLE_LEVEL, MIDDLE_FALL, READING, FACTOR, NONE, OWN 
 class Acting(NamedTuple):
     """Directions beside a model with effects. moved: (E,) which of them change what effects do; touched: (E,) bits of
     these effects; params: (K, WORK_SIZE) a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the
-    unit of what is told; fast: bits of the effects whose forces hang on speed; kept: (n,) places of hidden states,
-    counted from STATE_START; owners: (n,) bits of their effects; driven: (3,) whether place, speed and acceleration
-    drive them; by_state: (OWN * n) how what is told answers them."""
+    unit of what is told; fast, pushing: bits of the effects whose forces hang on speed, and of those that change forces
+    beside the motor's own; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
+    effects; driven: (3,) whether place, speed and acceleration drive them; by_state: (OWN * n) how what is told answers
+    them."""
 
     moved: Any
     touched: Any
     params: Any
     own: Any
     fast: Any
+    pushing: Any
     kept: Any
     owners: Any
     driven: Any
@@ -93,7 +95,7 @@ def acting_on(terms, candidates, tangents):
     nothing, hidden = np.empty(0, dtype=np.int64), (tangents.kept, tangents.owners, tangents.driven)
     if on & terms.acts.any == 0:
         hidden = nothing, nothing, tangents.driven
-        return Acting(nothing, nothing, np.empty((0, 0)), np.empty(0), 0, *hidden, np.empty(0))
+        return Acting(nothing, nothing, np.empty((0, 0)), np.empty(0), 0, 0, *hidden, np.empty(0))
     moved, touched = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     found = 0
     for c in range(count):
@@ -102,7 +104,7 @@ def acting_on(terms, candidates, tangents):
             found += 1
     work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
     params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * tangents.kept.size)
-    return Acting(moved[:found], touched[:found], params, own, tangents.fast, *hidden, by_state)
+    return Acting(moved[:found], touched[:found], params, own, tangents.fast, tangents.pushing, *hidden, by_state)
 
 
 @allocating
@@ -212,41 +214,53 @@ def of_motor(terms):
     return terms.acts.drive | terms.acts.field | terms.acts.thrust
 
 
+@inlined
+def thrust_at(terms, axis, at, currents):
+    """The factor on the motor's force; currents: the inputs that it gets."""
+    if axis.powered and axis.on & terms.acts.thrust:
+        return thrust_factor(terms, axis, at.t, at.y, at.v, currents)
+    return 1.0
+
+
 @compiled
 def part_at(terms, axis, bits, at, given):
     """A part of the forces of `force_at` that holds all that effects with these bits do; given: as of `added_by`."""
-    return force_at(terms, axis, at) if bits & of_motor(terms) else added_by(terms, axis, bits, at, given)
+    acts, (push, currents) = terms.acts, given
+    if bits & acts.drive:
+        return force_at(terms, axis, at)
+    if bits & acts.thrust == 0:
+        return added_by(terms, axis, bits, at, given)
+    push = at.motor * thrust_at(terms, axis, at, currents)
+    return push + added_by(terms, axis, bits | axis.on & acts.pushed, at, (push, currents))
 
 
 @compiled
 def given_at(terms, axis, at):
     """The motor's force with its factor in N, and its inputs."""
     currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
-    push = at.motor
-    if axis.powered and axis.on & terms.acts.thrust:
-        push *= thrust_factor(terms, axis, at.t, at.y, at.v, currents)
-    return push, currents
+    return at.motor * thrust_at(terms, axis, at, currents), currents
 
 
 @compiled
 def force_by_motor(terms, axis, at, given):
     """How the forces of `force_at` answer the motor's."""
-    acts, (hard, step) = terms.acts, harder(at)
-    if axis.on & acts.thrust:
-        return (force_at(terms, axis, hard) - force_at(terms, axis, at)) / step
+    acts, (push, currents) = terms.acts, given
+    factor = thrust_at(terms, axis, at, currents)
     if axis.on & acts.pushed:
-        bits, after = axis.on & acts.pushed, (given[0] + step, given[1])
-        return 1.0 + (added_by(terms, axis, bits, at, after) - added_by(terms, axis, bits, at, given)) / step
-    return 1.0
+        step = _PUSH_STEP * (abs(push) + _WEAK)
+        bits, after = axis.on & acts.pushed, (push + step, currents)
+        more = added_by(terms, axis, bits, at, after) - added_by(terms, axis, bits, at, given)
+        return factor * (1.0 + more / step)
+    return factor
 
 
 @compiled
 def answer_of_force(terms, axis, acting, at, places):
     """How the forces of `force_at` answer, by differences of the part that changes; places: `places_of`."""
-    (own, state), acts = places, terms.acts
+    own, state = places
     given = given_at(terms, axis, at)
     by_speed = by_place = by_motor = 0.0
-    bits = acting.fast & axis.on & acts.push
+    bits = acting.fast & axis.on & acting.pushing
     if bits:
         quick, speed = faster(at)
         by_speed = (part_at(terms, axis, bits, quick, given) - part_at(terms, axis, bits, at, given)) / speed
@@ -256,14 +270,14 @@ def answer_of_force(terms, axis, acting, at, places):
         by_motor = force_by_motor(terms, axis, at, given)
     last, plain = 0, 0.0
     for i in range(acting.moved.size):
-        bits, c = acting.touched[i] & acts.push, acting.moved[i]
+        bits, c = acting.touched[i] & acting.pushing, acting.moved[i]
         if bits:
             if bits != last:
                 last, plain = bits, part_at(terms, axis, bits, at, given)
             other = part_at(terms, beside(axis, acting.params, c), bits, at, given)
             acting.own[own + c] = (other - plain) / FORCE_STEP
     for k in range(acting.kept.size):
-        bits, place = acting.owners[k] & acts.push, STATE_START + acting.kept[k]
+        bits, place = acting.owners[k] & acting.pushing, STATE_START + acting.kept[k]
         if bits:
             if bits != last:
                 last, plain = bits, part_at(terms, axis, bits, at, given)

@@ -49,15 +49,16 @@ from linid.simulation.steps import (
 
 class Tangents(NamedTuple):
     """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; touched:
-    (count,) bits of the effects and own terms that they change; fast: bits of those whose forces hang on speed; begins:
-    (S, 3 or more) y in m, v in m/s, w in m and hidden states at the start; starts: (S, as many, width) directions of
-    these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
+    (count,) bits of the effects and own terms that they change; fast, pushing: bits of those whose forces hang on speed,
+    and of those that change forces beside the motor's own; begins: (S, 3 or more) y in m, v in m/s, w in m and hidden
+    states at the start; starts: (S, as many, width) directions of these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
     (3,) whether place, speed and acceleration drive them."""
 
     count: Any
     table: Any
     touched: Any
     fast: Any
+    pushing: Any
     begins: Any
     starts: Any
     kept: Any
@@ -133,14 +134,15 @@ def carried_from(axis, course, first, force_slopes, tangents, s):
 def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
     """Fill in the places in m that the motor's field sees, and the inputs that it gets (4, points).
 
-    clock: s of the first point, between points and between samples; guide: (4, points) measured places and logged
-    inputs; coefficients: of the splines of the inputs.
+    clock: s of the recording's first point, between points and between samples, and the number of the first one here;
+    guide: (4, points) measured places and logged inputs; coefficients: of the splines of the inputs.
     """
     for k in range(guide.shape[1]):
-        t, y = clock[0] + k * clock[1], guide[0, k]
+        x, y = (clock[3] + k) * clock[1], guide[0, k]
+        t = clock[0] + x
         currents = guide[1, k], guide[2, k], guide[3, k]
         if on & terms.acts.delay:
-            currents = late_inputs(coefficients, clock[2], k * clock[1] - terms.delay(0.0, on, p))
+            currents = late_inputs(coefficients, clock[2], x - terms.delay(0.0, on, p))
         if on & terms.acts.drive:
             currents = terms.drive(on, t, y, 0.0, currents, p)
         out[0, k] = y
@@ -149,23 +151,61 @@ def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
         out[1, k], out[2, k], out[3, k] = currents
 
 
+class Pushed(NamedTuple):
+    """What is known of the motor along a recording. forces: (points,) in N at its points, slopes: (points, width) of
+    these, those of columns that do not act on it 0; start, stop: from and to which of the points they are known."""
+
+    forces: Any
+    slopes: Any
+    start: Any
+    stop: Any
+
+
 @allocating
-def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
-    """The motor's forces in N at the points of recording r, and their slopes (points, width)."""
-    pieces = 2 * scheme.substeps
-    points = pieces * (inputs.offsets[r + 1] - inputs.offsets[r]) + 1
-    width = tangents.table.shape[1]
+def nothing_pushed(inputs, scheme, tangents):
+    """Room for the points of the longest recording, of which nothing is known."""
+    points, width = 0, tangents.table.shape[1]
+    for r in range(inputs.powered.size):
+        if inputs.powered[r]:
+            points = max(points, 2 * scheme.substeps * (inputs.offsets[r + 1] - inputs.offsets[r]) + 1)
+    return Pushed(np.empty(points), np.zeros((max(points, 1), width)), 0, 0)
+
+
+@allocating
+def pushed_on(candidates, terms, inputs, segment, scheme, tangents, acting, known):
+    """Have the motor's forces and their slopes for a stretch: those before it in the recording are kept.
+
+    segment: its recording, first sample and number of samples; known: as far as they are.
+    """
+    r, first, count = segment
     if not inputs.powered[r]:
-        return np.empty(0), np.zeros((1, width))
-    a = pieces * inputs.offsets[r] + r
-    guide = scheme.guide[:, a : a + points]
-    forces, other, slopes = np.empty(points), np.empty(points), np.zeros((points, width))
-    clock, coefficients = (inputs.t_starts[r], inputs.dts[r] / pieces, inputs.dts[r]), inputs.coefficients
-    coefficients = coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
+        known.slopes[0] = 0.0  # the one that is asked for
+        return Pushed(known.forces, known.slopes, 0, 0)
+    pieces = 2 * scheme.substeps
+    start, stop = pieces * first, pieces * (first + count - 1) + 1
+    known_from, known_to = known.start, known.stop
+    if start < known_from or start > known_to:
+        known_from = known_to = start
+    if stop > known_to:
+        put_forces(candidates, terms, inputs, r, scheme, tangents, acting, known, (known_to, stop))
+        known_to = stop
+    return Pushed(known.forces, known.slopes, known_from, known_to)
+
+
+@allocating
+def put_forces(candidates, terms, inputs, r, scheme, tangents, acting, known, points):
+    """Put the motor's forces and their slopes in; points: from and to which of those of recording r."""
+    begin, end = points
+    pieces, count = 2 * scheme.substeps, end - begin
+    a = pieces * inputs.offsets[r] + r + begin
+    guide = scheme.guide[:, a : a + count]
+    forces, slopes, other = known.forces[begin:end], known.slopes[begin:end], np.empty(count)
+    clock = inputs.t_starts[r], inputs.dts[r] / pieces, inputs.dts[r], begin
+    coefficients = inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
     # Effects on inputs and field act before the motor, by its place and inputs alone.
     on = candidates.on & terms.chosen | terms.always
     before = on & (terms.acts.delay | terms.acts.drive | terms.acts.field) != 0
-    seen = np.empty((4, points if before else 0))
+    seen = np.empty((4, count if before else 0))
     p = candidates.params[0]
     if before:
         seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, coefficients, seen)
@@ -178,9 +218,8 @@ def forces_of(candidates, terms, inputs, r, scheme, tangents, acting):
             if before:
                 seen_by_motor(terms, on, acting.params[c], clock, guide, coefficients, seen)
             motor_forces_at(terms, candidates.motor, other_p, seen if before else guide, other)
-            for k in range(points):
+            for k in range(count):
                 slopes[k, c] = (other[k] - forces[k]) / FORCE_STEP
-    return forces, slopes
 
 
 @allocating
@@ -230,7 +269,7 @@ def stepped(terms, along, n, motion):
     return motion
 
 
-@allocating
+@compiled
 def write_slopes(terms, along, k, t, motion, out):
     """Put what is seen of a motion at t seconds into sample k of `out`: y (count,) in m, slopes (count, width)."""
     y_out, slopes = out
@@ -252,24 +291,24 @@ def write_slopes(terms, along, k, t, motion, out):
 
 @allocating
 def carry_one(terms, stretches, tangents, s, scheme, known, acting, out):
-    """Simulate one stretch with slopes. stretches: what `stretch_of` takes but for the candidate; known: forces of its
-    recording and their slopes; out: y (count,) in m and slopes (count, width)."""
+    """Simulate one stretch with slopes. stretches: what `stretch_of` takes but for the candidate; known: `Pushed` over
+    it; out: y (count,) in m and slopes (count, width)."""
     candidates, inputs, r, first, count = stretches
     start = tangents.begins[s]
     stretch = stretch_of(candidates, inputs, 0, r, first, count)
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    course = course_of(terms, axis, stretch, scheme, known[0][0:0])
+    course = course_of(terms, axis, stretch, scheme, known.forces[0:0])
     t = stretch.t_start + first * stretch.dt
     currents = first_inputs(terms, axis, course, stretch)
     motion = started(terms, axis, bristles, t, start, tangents.kept, currents)
     table = table_of(terms, axis, acting.params, stretch.added_mass, tangents.table)
-    carried = carried_from(axis, course, first, known[1], tangents, s)
+    carried = carried_from(axis, course, first, known.slopes, tangents, s)
     hidden = hidden_of(acting.kept.size, table.shape[1])
     for k in range(acting.kept.size):
         for c in range(tangents.count if start.size > 3 else 0):
             hidden.slopes[k * table.shape[1] + c] = tangents.starts[s, 3 + k, c]
-    along = Along(axis, bristles, course, table, carried, acting, known[0], hidden)
+    along = Along(axis, bristles, course, table, carried, acting, known.forces, hidden)
     begun_at(terms, along, first, start, motion)
     # A literal 0 would have a type of its own, and compile all twice.
     weights = slid_weights(bristles, 0.0)
@@ -300,14 +339,15 @@ def slope_tasks_with(terms: Bundle) -> Any:
         """
         offsets, y_out, slopes = out
         owner = -1
-        known = np.empty(0), np.zeros((1, 1))
+        known = nothing_pushed(inputs, scheme, tangents)
         acting = acting_on(terms, candidates, tangents)
         for s in range(begin, end):
             r, first, count = segments.recording[s], segments.first[s], segments.count[s]
             if r != owner:
                 along_directions(candidates, acting.params, inputs, r)
-                known = forces_of(candidates, terms, inputs, r, scheme, tangents, acting)
+                known = Pushed(known.forces, known.slopes, 0, 0)
                 owner = r
+            known = pushed_on(candidates, terms, inputs, (r, first, count), scheme, tangents, acting, known)
             a, b = offsets[s], offsets[s + 1]
             stretches = candidates, inputs, r, first, count
             carry_one(terms, stretches, tangents, s, scheme, known, acting, (y_out[a:b], slopes[a:b]))

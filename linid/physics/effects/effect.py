@@ -200,7 +200,17 @@ class Effect:
         """Whether what it does to the forces on the mass hangs on the speed."""
         if self.own is not None:
             return bool(self.own.variables & {"v", "acceleration", "stribeck"})
-        return any("v" in _used(self.terms[name].py_func) for name in ("thrust", "force") if name in self.terms)
+        return self._pushes_by("v")
+
+    @property
+    def pushes_by_inputs(self) -> bool:
+        """Whether what it does to the forces on the mass hangs on what the motor gets, beside the motor's force."""
+        return self.own is None and self._pushes_by("i_1", "i_2", "i_3")
+
+    def _pushes_by(self, *arguments: str) -> bool:
+        """Whether factor on the motor's force or force read one of these arguments."""
+        asked = [self.terms[name].py_func for name in ("thrust", "force") if name in self.terms]
+        return any(_used(function) & set(arguments) for function in asked)
 
     def states_are_driven_by(self, argument: str) -> bool:
         """Whether its hidden states go on as the position "y", the speed "v" or the acceleration "a" has it."""
