@@ -39,13 +39,8 @@ LEAST_LEVEL = 0.05  # of Coulomb's force: friction that no own term takes away
 _MEMORY = STATE_START + MEMORY_PLACE
 _BEFORE = _MEMORY + STATE_SIZE  # the memory at the start of a step
 _COUNT = len(layout.MEMORY)
-_LOAD, _NUMBER, _SPLINE, _SURFACE, _PERIODIC = (
-    layout.LOAD,
-    layout.NUMBER,
-    layout.SPLINE,
-    layout.SURFACE,
-    layout.PERIODIC,
-)
+_LOAD, _NUMBER, _RAMP = layout.LOAD, layout.NUMBER, layout.RAMP
+_SPLINE, _SURFACE, _PERIODIC = layout.SPLINE, layout.SURFACE, layout.PERIODIC
 _NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP = (
     layout.NEGATIVE,
     layout.ABS,
@@ -57,6 +52,7 @@ _NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP = (
 _LOG, _SQRT, _TANH = layout.LOG, layout.SQRT, layout.TANH
 _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE = layout.ADD, layout.SUBTRACT, layout.MULTIPLY, layout.DIVIDE
 _POWER, _MIN, _MAX = layout.POWER, layout.MIN, layout.MAX
+_WITH_NUMBER, _WITH_LOAD = layout.WITH_NUMBER, layout.WITH_LOAD
 
 
 @inlined
@@ -168,33 +164,52 @@ def of_two(code, x, x2):
     return x2 if x2 > x or math.isnan(x2) else x
 
 
+@inlined
+def pushed_value(p, pc, code):
+    """A number that an operation puts on the stack; its own numbers stand at pc."""
+    if code == _NUMBER:
+        return p[pc]
+    x = p[int(p[pc])]
+    if code == _RAMP:
+        x = of_two(_MAX, of_two(_MIN, x, p[pc + 2]), p[pc + 1])
+        return p[pc + 4] * (x - p[pc + 3])
+    return x
+
+
 @compiled
 def program_value(p, pc, stop):
-    """What the program from pc to stop gives."""
-    top = OWN_STACK - 1
+    """What the program from pc to stop gives. The number on top of the stack is kept apart."""
+    top, x = OWN_STACK - 1, 0.0
     while pc < stop:
         code = int(p[pc])
         pc += 1
-        if code <= _NUMBER:
-            top += 1
-            p[top] = p[pc] if code == _NUMBER else p[int(p[pc])]
+        if code > _MAX + _WITH_NUMBER:
+            x = of_two(code - _WITH_LOAD, x, p[int(p[pc])])
             pc += 1
+        elif code > _MAX:
+            x = of_two(code - _WITH_NUMBER, x, p[pc])
+            pc += 1
+        elif code >= _ADD:
+            x = of_two(code, p[top], x)
+            top -= 1
+        elif code <= _RAMP:
+            top += 1
+            p[top] = x
+            x = pushed_value(p, pc, code)
+            pc += 5 if code == _RAMP else 1
         elif code == _SPLINE:
-            p[top] = spline_value(p, pc, p[top])
+            x = spline_value(p, pc, x)
             pc += 4
         elif code == _PERIODIC:
-            p[top] = periodic_value(p, pc, p[top])
+            x = periodic_value(p, pc, x)
             pc += 3
         elif code == _SURFACE:
+            x = surface_value(p, pc, p[top], x)
             top -= 1
-            p[top] = surface_value(p, pc, p[top], p[top + 1])
             pc += 7
-        elif code >= _ADD:
-            top -= 1
-            p[top] = of_two(code, p[top], p[top + 1])
         else:
-            p[top] = of_one(code, p[top])
-    return p[OWN_STACK]
+            x = of_one(code, x)
+    return x
 
 
 @compiled

@@ -28,13 +28,16 @@ MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "
 PLAY = 2e-5  # m (rotary: rad): moving back by less is no reversal, moving by less is rest
 LEAST_REST = 0.05  # s: a shorter one is a slow passage
 
-# Operations: those with numbers of their own first, those on two numbers last.
-LOAD, NUMBER, SPLINE, SURFACE, PERIODIC = range(5)
-NEGATIVE, ABS, SIGN, SIN, COS, EXP, LOG, SQRT, TANH = range(5, 14)
-ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, MIN, MAX = range(14, 21)
+# Operations: those that put a number on the stack first, then curves, those on one number, those on two. The last ones
+# come again with their second number behind the code, and with the place of it: formulas are full of such.
+LOAD, NUMBER, RAMP, SPLINE, SURFACE, PERIODIC = range(6)
+NEGATIVE, ABS, SIGN, SIN, COS, EXP, LOG, SQRT, TANH = range(6, 15)
+ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, MIN, MAX = range(15, 22)
+WITH_NUMBER, WITH_LOAD = (k * (MAX - ADD + 1) for k in (1, 2))  # added to the code
 
 ONE_ARGUMENT = {"abs": ABS, "sign": SIGN, "sin": SIN, "cos": COS, "exp": EXP, "log": LOG, "sqrt": SQRT, "tanh": TANH}
 TWO_ARGUMENTS = {"min": MIN, "max": MAX}
+EITHER_WAY = ("+", "*", "min", "max")  # whose two numbers may change places
 OPERATORS = {"+": ADD, "-": SUBTRACT, "*": MULTIPLY, "/": DIVIDE, "**": POWER}
 # Arguments of a curve or surface: how many are expressions (at which places), all others being numbers.
 SPLINES = {"spline": (0,), "spline2": (0, 4), "periodic": (0,)}

@@ -9,6 +9,7 @@ from linid.physics.own_terms.node import Node
 
 _UNARY = {"-x": layout.NEGATIVE, **layout.ONE_ARGUMENT}
 _BINARY = {**layout.OPERATORS, **layout.TWO_ARGUMENTS}
+_NAMED = ("variable", "parameter")
 
 
 def program_of(tree: Node, places: Mapping[str, int]) -> list[float]:
@@ -16,15 +17,62 @@ def program_of(tree: Node, places: Mapping[str, int]) -> list[float]:
 
     places: in the vector, of variables, of parameters by the names in the formula, and of coefficients by number.
     """
-    if tree.kind == "number":
-        return [float(layout.NUMBER), tree.value]
-    if tree.kind in ("variable", "parameter"):
+    value = _number(tree)
+    if value is not None:
+        return [float(layout.NUMBER), value]
+    if tree.kind in _NAMED:
         return [float(layout.LOAD), float(places[tree.name])]
+    ramp = _ramp(tree, places)
+    if ramp:
+        return ramp
+    if len(tree.args) == 2 and tree.kind in _BINARY:
+        return _of_two(tree, places)
     out = [number for one in tree.args for number in program_of(one, places)]
     if tree.coefficients:
         return [*out, *_curve(tree, places[str(tree.first)])]
-    code = _UNARY[tree.kind] if len(tree.args) == 1 else _BINARY[tree.kind]
-    return [*out, float(code)]
+    return [*out, float(_UNARY[tree.kind])]
+
+
+def _number(tree: Node) -> float | None:
+    """The number that a tree is; None where it is more than that."""
+    if tree.kind == "number":
+        return tree.value
+    inner = _number(tree.args[0]) if tree.kind == "-x" else None
+    return None if inner is None else -inner
+
+
+def _of_two(tree: Node, places: Mapping[str, int]) -> list[float]:
+    """An operation on two numbers, the second one behind its code where that is no operation itself."""
+    first, second = tree.args
+    if tree.kind in layout.EITHER_WAY and _number(first) is not None:
+        first, second = second, first
+    code, out, value = _BINARY[tree.kind], program_of(first, places), _number(second)
+    if value is not None:
+        return [*out, float(code + layout.WITH_NUMBER), value]
+    if second.kind in _NAMED:
+        return [*out, float(code + layout.WITH_LOAD), float(places[second.name])]
+    return [*out, *program_of(second, places), float(code)]
+
+
+def _ramp(tree: Node, places: Mapping[str, int]) -> list[float]:
+    """A straight piece of a polyline in one operation: slope * (max(min(x, high), low) - start); else nothing."""
+    slope = _number(tree.args[0]) if tree.kind == "*" else None
+    if slope is None:
+        return []
+    rest, start = _without_start(tree.args[1])
+    inner = rest.args[0] if rest.kind == "max" else rest
+    if inner.kind != "min" or inner.args[0].kind not in _NAMED:
+        return []
+    low, high = _number(rest.args[1]), _number(inner.args[1])
+    if low is None or high is None:
+        return []
+    return [float(layout.RAMP), float(places[inner.args[0].name]), low, high, start, slope]
+
+
+def _without_start(tree: Node) -> tuple[Node, float]:
+    """What a number is subtracted from, and that number; all of a tree and 0, where it is nothing of the sort."""
+    start = _number(tree.args[1]) if tree.kind == "-" else None
+    return (tree, 0.0) if start is None else (tree.args[0], start)
 
 
 def _curve(tree: Node, place: int) -> list[float]:
