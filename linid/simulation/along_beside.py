@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
+from linid.physics.own_terms.layout import PUSH_BIT
 from linid.simulation.along import begun
 from linid.simulation.along_effects import Samples, nothing_given
 from linid.simulation.along_motion import advance_on, inputs_of_sample, midway
@@ -22,6 +23,7 @@ from linid.simulation.forces import (
     driven_currents,
     field_position,
     friction_factor,
+    friction_load,
     level_factor,
     motor_forces,
     reading_error,
@@ -42,9 +44,9 @@ from linid.simulation.splines_at import late_inputs
 
 # Rows of what is carried along, each of one number per direction: the bristle's deflection, its mean over an interval
 # and that with a growing weight; what the interval before leaves for the next sample; the forces and the factor on the
-# bristle at a sample, the level of friction between two; outer acceleration at the last sample and the one before; what
-# is being written.
-BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LAST, BEFORE_LAST, WRITTEN, ROWS = range(11)
+# bristle at a sample, the level of friction between two and what is added before; outer acceleration at the last sample
+# and the one before; what is being written.
+BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, LAST, BEFORE_LAST, WRITTEN, ROWS = range(12)
 
 
 class Directions(NamedTuple):
@@ -66,12 +68,12 @@ class AlongSlopes(NamedTuple):
 class Beside(NamedTuple):
     """What the directions are in one recording. params: (K, WORK_SIZE) a FORCE_STEP along each, with its own hidden
     states; lag: (K,) s by which the inputs act late; motor: the motor's own forces in N, (rows, samples), of the model
-    and of those directions that change them; row: (K,) which of these is a direction's; held, level, moving, reading:
-    (K,) whether a direction changes the factor on the bristle, the level of friction, hidden states and the reading;
-    told: (K,) whether all that it does to the forces is told beforehand, by sample: forces (K, samples) N; part: (K,)
-    bits of the effects that change these otherwise, for `part_at`; asked: (K,) whether it is asked sample by sample;
-    width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do to mass and static
-    force; carried: (ROWS * width)."""
+    and of those directions that change them; row: (K,) which of these is a direction's; held, level, load, moving,
+    reading: (K,) whether a direction changes the factor on the bristle, that on the level of friction, what is added
+    before, hidden states and the reading; told: (K,) whether all that it does to the forces is told beforehand, by
+    sample: forces (K, samples) N; part: (K,) bits of the effects that change these otherwise, for `part_at`; asked:
+    (K,) whether it is asked sample by sample; width: of a row of what follows; table: (8 * width) as of `Directions`,
+    with what effects do to mass and static force; carried: (ROWS * width)."""
 
     params: Any
     lag: Any
@@ -79,6 +81,7 @@ class Beside(NamedTuple):
     row: Any
     held: Any
     level: Any
+    load: Any
     moving: Any
     reading: Any
     told: Any
@@ -142,6 +145,7 @@ def room_beside(terms, axis, directions, candidates, recording):
         row,
         touched & acts.friction != 0,
         touched & acts.level != 0,
+        touched & acts.load != 0,
         touched & acts.advance != 0,
         touched & acts.sensor != 0,
         np.zeros(count, dtype=np.bool_),
@@ -193,8 +197,8 @@ def is_told(terms, axis, bits, moved, known):
     states = acts.stateful_field | acts.stateful_thrust | acts.stateful_force
     if bits & (acts.delay | acts.drive | acts.pushed | states):
         return False
-    if moved and on & (acts.thrust | acts.pushed):
-        return known and not on & (acts.stateful_thrust | acts.pushed)
+    if moved and on & (acts.thrust | PUSH_BIT):
+        return known and not on & (acts.stateful_thrust | PUSH_BIT)
     return known or not bits & (acts.thrust | acts.force)
 
 
@@ -212,7 +216,8 @@ def told_beforehand(terms, axis, touched, samples, given, room):
         room.told[c] = is_told(terms, axis, bits, moved, given.motor.size > 0)
         whole = row > 0 or bits & (acts.delay | of_motor(terms)) != 0
         room.part[c] = of_motor(terms) if whole else bits & acts.push
-        room.asked[c] = not room.told[c] or room.held[c] or room.level[c] or room.reading[c]
+        shown = room.held[c] or room.level[c] or room.load[c] or room.reading[c]
+        room.asked[c] = shown or not room.told[c]
         if not room.told[c]:
             continue
         if bits & acts.force:
@@ -276,15 +281,22 @@ def forces_beside(terms, axis, course, motion, here, room):
 
 @compiled
 def level_beside(terms, axis, course, motion, where, room):
-    """Put in how the level of friction answers; returns it. where: place in samples, time, position, speed, inputs."""
-    place, t, y, v, currents = where
-    level = level_factor(terms, axis, t, y, v, currents)
+    """Put in how the level of friction answers; returns the factor on it and N added before. where: place in samples,
+    time, position, speed, inputs."""
+    (place, t, y, v, currents), (level, load) = where, (1.0, 0.0)
+    if axis.on & terms.acts.level:
+        level = level_factor(terms, axis, t, y, v, currents)
+    if axis.on & terms.acts.load:
+        load = friction_load(terms, axis, t, y, v, currents)
     for c in range(room.lag.size):
-        if room.level[c]:
+        if room.level[c] or room.load[c]:
+            other = beside(axis, room.params, c)
             given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
-            other = level_factor(terms, beside(axis, room.params, c), t, y, v, given)
-            room.carried[LEVEL * room.width + c] = (other - level) / FORCE_STEP
-    return level
+            if room.level[c]:
+                room.carried[LEVEL * room.width + c] = (level_factor(terms, other, t, y, v, given) - level) / FORCE_STEP
+            if room.load[c]:
+                room.carried[LOAD * room.width + c] = (friction_load(terms, other, t, y, v, given) - load) / FORCE_STEP
+    return level, load
 
 
 @compiled

@@ -1,7 +1,7 @@
 """Acceleration along a measured motion with its derivatives, compiled: one candidate, and many directions at once.
 
-For LuGre friction, with all effects but those that make friction of the motor's force. The bristle answers all
-directions by the same few factors; what these do besides is told by along_beside.py.
+For LuGre friction, with all effects and own terms but those that make friction of the motor's force. The bristle
+answers all directions by the same few factors; what these do besides is told by along_beside.py.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from linid.simulation.along_beside import (
     LATE,
     LEFT,
     LEVEL,
+    LOAD,
     MEAN,
     WRITTEN,
     AlongSlopes,
@@ -69,7 +70,7 @@ def mean_slopes(x, decay, first, second):
 def rest_beside(bristles, resistance, w, force, dt, room):
     """The bristle of a resting axis (`bristle_at_rest`) with its slopes."""
     carried, table, width, sigma_0 = room.carried, room.table, room.width, bristles.sigma_0
-    most = resistance.level * bristles.static
+    most = resistance.level * (bristles.static + resistance.load)
     asked = force / resistance.factor
     held = min(max(asked, -most), most) / sigma_0
     drawn = min(1.0, dt / REST_AVERAGE)
@@ -80,8 +81,9 @@ def rest_beside(bristles, resistance, w, force, dt, room):
         by_level = math.copysign(1.0, asked)
     for block in range(0, width, LANES):
         force_by = lanes_at(carried, FORCE * width + block) - asked * lanes_at(carried, FACTOR * width + block)
-        level_by = bristles.static * lanes_at(carried, LEVEL * width + block)
-        level_by = level_by + resistance.level * lanes_at(table, width + block)
+        level_by = (bristles.static + resistance.load) * lanes_at(carried, LEVEL * width + block)
+        added_by = lanes_at(table, width + block) + lanes_at(carried, LOAD * width + block)
+        level_by = level_by + resistance.level * added_by
         by = by_force * force_by + by_level * level_by - held * lanes_at(table, 4 * width + block)
         before = lanes_at(carried, BRISTLE * width + block)
         put_lanes(carried, BRISTLE * width + block, before + drawn * ((1.0 / sigma_0) * by - before))
@@ -97,6 +99,7 @@ def carry_bristles(room, level_by, shares, ends):
     for block in range(0, width, LANES):
         by = by_coulomb * lanes_at(table, block) + by_static * lanes_at(table, width + block)
         by = by + by_velocity * lanes_at(table, 2 * width + block) + by_exponent * lanes_at(table, 3 * width + block)
+        by = by + lanes_at(carried, LOAD * width + block)
         by = shares[0] * by + shares[1] * lanes_at(carried, LEVEL * width + block)
         by = by - shares[2] * lanes_at(table, 4 * width + block)
         before = lanes_at(carried, BRISTLE * width + block)
@@ -120,7 +123,8 @@ def bristle_beside(bristles, resistance, w, way, bent, room):
         curve = level_slopes(part * pieces / way[3], coulomb, static, stribeck_velocity, exponent, bent)
         sign = -1.0 if part < 0.0 else 1.0
         share = sign * resistance.level / sigma_0
-        rest = share * curve.level
+        level = curve.level + resistance.load
+        rest = share * level
         started = w - rest
         passed = abs(part / rest)
         decay = math.exp(-passed)
@@ -136,7 +140,7 @@ def bristle_beside(bristles, resistance, w, way, bent, room):
         late_by = piece * mean_by + 0.5 - second - turned * by_second
         late_of = (piece * first + second) * scale * scale
         late_by *= scale * scale
-        by_level, by_stiffness = sign * curve.level / sigma_0, rest / sigma_0
+        by_level, by_stiffness = sign * level / sigma_0, rest / sigma_0
         ends = Ends(decay, end_by, scale * first, scale * mean_by, late_of, late_by)
         carry_bristles(room, curve.level_by, (share, by_level, by_stiffness), ends)
     return w, mean, late
@@ -200,7 +204,8 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     given = given_over(terms, axis, candidates, samples, effected_before(count))
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
-    level, mean, late = 1.0, 0.0, 0.0
+    level, mean, late = (1.0, 0.0), 0.0, 0.0  # of friction: the factor on it, and N added before
+    by_level = on & (acts.level | acts.load) != 0
     for k in range(count):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
@@ -208,23 +213,23 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
         here = Here(k, t, y[k], v[k], currents, force)
         factor = forces_beside(terms, axis, course, motion, here, room)
         if motion.standstill[k]:
-            if on & acts.level:
+            if by_level:
                 level = level_beside(terms, axis, course, motion, (1.0 * k, t, y[k], v[k], currents), room)
-            w = rest_beside(bristles, Resistance(factor, level, 0.0), w, force, dt, room)
+            w = rest_beside(bristles, Resistance(factor, *level), w, force, dt, room)
         write_outer(bristles, here, found.a, room)
         if on & acts.sensor:
             write_readings(terms, axis, course, motion, here, found, room)
         before = mean, late
         mean = late = 0.0
         if k < count - 1:
-            if on & (acts.level | acts.advance):
+            if by_level or on & acts.advance:
                 where = midway(terms, axis, course, motion, k)
-                if on & acts.level:
+                if by_level:
                     level = level_beside(terms, axis, course, motion, where, room)
                 if on & acts.advance:
                     states_beside(terms, axis, course, motion, where, room)
             way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
-            w, mean, late = bristle_beside(bristles, Resistance(factor, level, 0.0), w, way, bent, room)
+            w, mean, late = bristle_beside(bristles, Resistance(factor, *level), w, way, bent, room)
         write_bristle(bristles, factor, (k, dt), (*before, mean, late), found.a, room)
 
 

@@ -16,7 +16,7 @@ from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_PLACES, Model
-from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, STRIBECK_BIT
+from linid.physics.own_terms.layout import ACCELERATION_BIT, LOAD_BIT, MEMORY_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
 from linid.simulation.along_motion import MeasuredMotion
@@ -332,11 +332,10 @@ class Simulator:
 
     @property
     def has_slopes_along(self) -> bool:
-        """Whether `slopes_along` knows this model: LuGre, without own terms, nor friction by the motor's force."""
+        """Whether `slopes_along` knows this model: LuGre, and no friction by the motor's force."""
         model = self.model
-        effects = [find_effect(name) for name in model.effects]
-        known = all(effect.own is None and "load" not in effect.terms for effect in effects)
-        return not model.winding and find_law(model.law).steps == LUGRE and known
+        loaded = model.mask & LOAD_BIT or any("load" in find_effect(name).terms for name in model.effects)
+        return not model.winding and find_law(model.law).steps == LUGRE and not loaded
 
     def slopes_along(
         self,

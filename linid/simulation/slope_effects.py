@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import STATE_START
-from linid.physics.own_terms.layout import ACCELERATION_BIT, STRIBECK_BIT
+from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, PUSH_BIT, STRIBECK_BIT
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import (
     Axis,
@@ -203,7 +203,7 @@ def added_by(terms, axis, bits, at, given):
     push, currents = given
     force = terms.force(0.0, bits, at.t, at.y, at.v, currents, axis.p)
     if bits & terms.acts.pushed:
-        bits |= axis.on & (ACCELERATION_BIT | STRIBECK_BIT)  # what own terms hang on is told them too
+        bits |= axis.on & (ACCELERATION_BIT | STRIBECK_BIT | MEMORY_BIT)  # what own terms hang on is told them too
         force = terms.pushed(force, bits, push, at.t, at.y, at.v, currents, axis.p)
     return force
 
@@ -231,7 +231,9 @@ def part_at(terms, axis, bits, at, given):
     if bits & acts.thrust == 0:
         return added_by(terms, axis, bits, at, given)
     push = at.motor * thrust_at(terms, axis, at, currents)
-    return push + added_by(terms, axis, bits | axis.on & acts.pushed, at, (push, currents))
+    if axis.on & PUSH_BIT:
+        bits |= axis.on & acts.pushed
+    return push + added_by(terms, axis, bits, at, (push, currents))
 
 
 @compiled
@@ -246,7 +248,7 @@ def force_by_motor(terms, axis, at, given):
     """How the forces of `force_at` answer the motor's."""
     acts, (push, currents) = terms.acts, given
     factor = thrust_at(terms, axis, at, currents)
-    if axis.on & acts.pushed:
+    if axis.on & PUSH_BIT:
         step = _PUSH_STEP * (abs(push) + _WEAK)
         bits, after = axis.on & acts.pushed, (push + step, currents)
         more = added_by(terms, axis, bits, at, after) - added_by(terms, axis, bits, at, given)
@@ -342,13 +344,14 @@ def answer_of_friction(terms, axis, acting, at, curve, places):
     if axis.powered and axis.on & terms.acts.pressed:
         hard, push = harder(at)
         level_motor, fall_motor = changes(found, friction_by(terms, axis, hard), curve, push)
+    changing = acts.load | acts.level | (acts.drive | acts.thrust if axis.on & acts.pressed else 0)
     for i in range(acting.moved.size):
-        if acting.touched[i] & (acts.load | acts.level | acts.drive | acts.thrust):
+        if acting.touched[i] & changing:
             c = acting.moved[i]
             level, fall = changes(found, friction_by(terms, beside(axis, acting.params, c), at), curve, FORCE_STEP)
             acting.own[of_level[0] + c], acting.own[of_fall[0] + c] = level, fall
     for k in range(acting.kept.size):
-        if acting.owners[k] & (acts.load | acts.level | acts.thrust):
+        if acting.owners[k] & changing:
             place = STATE_START + acting.kept[k]
             value, step = nudged(axis.p, place)
             level, fall = changes(found, friction_by(terms, axis, at), curve, step)

@@ -49,10 +49,11 @@ from linid.simulation.steps import (
 
 class Tangents(NamedTuple):
     """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; touched:
-    (count,) bits of the effects and own terms that they change; fast, pushing: bits of those whose forces hang on speed,
-    and of those that change forces beside the motor's own; begins: (S, 3 or more) y in m, v in m/s, w in m and hidden
-    states at the start; starts: (S, as many, width) directions of these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
-    (3,) whether place, speed and acceleration drive them."""
+    (count,) bits of the effects and own terms that they change; fast, pushing: bits of those whose forces hang on
+    speed, and of those that change forces beside the motor's own; begins: (S, 3 or more) y in m, v in m/s, w in m and
+    hidden states at the start; starts: (S, as many, width) directions of these; kept: (n,) places of hidden states,
+    counted from STATE_START; owners: (n,) bits of their effects; driven: (3,) whether place, speed and acceleration
+    drive them."""
 
     count: Any
     table: Any
@@ -187,15 +188,15 @@ def pushed_on(candidates, terms, inputs, segment, scheme, tangents, acting, know
     if start < known_from or start > known_to:
         known_from = known_to = start
     if stop > known_to:
-        put_forces(candidates, terms, inputs, r, scheme, tangents, acting, known, (known_to, stop))
+        put_forces(candidates, terms, inputs, scheme, tangents, acting, known, (r, known_to, stop))
         known_to = stop
     return Pushed(known.forces, known.slopes, known_from, known_to)
 
 
 @allocating
-def put_forces(candidates, terms, inputs, r, scheme, tangents, acting, known, points):
-    """Put the motor's forces and their slopes in; points: from and to which of those of recording r."""
-    begin, end = points
+def put_forces(candidates, terms, inputs, scheme, tangents, acting, known, points):
+    """Put the motor's forces and their slopes in; points: of which recording, from and to which of its points."""
+    r, begin, end = points
     pieces, count = 2 * scheme.substeps, end - begin
     a = pieces * inputs.offsets[r] + r + begin
     guide = scheme.guide[:, a : a + count]

@@ -51,7 +51,7 @@ from linid.physics.own_terms.layout import TERMS
 from linid.physics.own_terms.own_term import is_own
 
 GROUP = "linid.effects"
-_LARGEST_NUMBER = 60  # bits of the integer that switches effects on
+_LARGEST_NUMBER = 56  # bits of the integer that switches effects on, below those of own terms
 
 # Drive effects act one after the other in this order: saturation sees the logged currents, before offsets.
 BUILT_IN: tuple[Effect, ...] = (

@@ -17,8 +17,9 @@ STACK = 24  # numbers that a program may hold at once
 VARIABLES = ("t", "T", "y", "v", "F", "travel", "since_reversal", "rest", "slid", "acceleration", "stribeck")
 MEMORY_VARIABLES = VARIABLES[5:9]
 # Bits that switch on own forces, own levels of friction, the memory, the acceleration, the Stribeck curve, and the
-# motor's force in a level of friction, beyond those of the library's effects.
+# motor's force in a level of friction and in a force, beyond those of the library's effects.
 FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT, STRIBECK_BIT, LOAD_BIT = (1 << k for k in (60, 61, 62, 59, 58, 57))
+PUSH_BIT = 1 << 56
 CREEP = 1.0  # Stribeck velocities: slower than about that an axis is held, not sliding
 
 # The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since

@@ -68,8 +68,9 @@ class OwnTerm:
             out |= layout.STRIBECK_BIT
         for one in self.summands:
             out |= layout.LEVEL_BIT if one.friction else layout.FORCE_BIT
-        if out & layout.LEVEL_BIT and self.variables & {"F", "acceleration"}:
-            out |= layout.LOAD_BIT
+        if self.variables & {"F", "acceleration"}:
+            out |= layout.LOAD_BIT if out & layout.LEVEL_BIT else 0
+            out |= layout.PUSH_BIT if out & layout.FORCE_BIT else 0
         return out
 
     def range_of(self, parameter: str) -> tuple[float, float] | None:
