@@ -19,10 +19,12 @@ from linid.diagnosis.proposed.regression import Regression, Sums
 from linid.diagnosis.proposed.short_formula import AS_GOOD, FoundFormula
 from linid.errors import ConfigError
 from linid.identification.space.proportions import proportions_of
+from linid.physics.effects.effect import Values
 from linid.physics.effects.registry import canonical, find_effect
 from linid.physics.model import Model
 
 NAME = "learned"
+_MANY = 6  # amplitudes, from which derivatives take less time than differences
 _SMALL = 1e-2  # of what is left, in a difference that shows what an amplitude does
 _TURNS = 2  # of curve and model, each with the other as it was last: a third one lowers the criterion by 6e-4 at most
 
@@ -93,16 +95,30 @@ def _columns(judge: Judge, plain: Fitted, problem: Problem, formula: str) -> Arr
     model = plain.model.with_effects((*plain.model.effects, text))
     values = {**plain.values, **plain.preset}
     force = max(float(np.std(problem.residual * problem.mass)), 1e-9)
-    columns = []
-    for parameter in find_effect(text).parameters:
+    names, columns = [parameter.name for parameter in find_effect(text).parameters], []
+    if len(names) >= _MANY and judge.balance.has_slopes(model):
+        return _slopes_by(judge, model, values, names, force)
+    for name in names:
         # What an amplitude of one makes of the rows tells the size of a step that is small beside the forces.
         step = _SMALL * force
         for _ in range(2):
-            vector = model.vector({**values, parameter.name: step})
+            vector = model.vector({**values, name: step})
             column = (plain.residual - judge.balance.residuals(model, vector[None, :])[0]) / step
             step *= _SMALL * force / max(float(np.std(column * step * problem.mass)), 1e-12 * force)
         columns.append(column)
     return np.array(columns).T
+
+
+def _slopes_by(judge: Judge, model: Model, values: Values, names: list[str], force: float) -> Array:
+    """`_columns` of amplitudes that all are 0 at these values, by derivatives; not a number, where the own term is none
+    somewhere. force: that an amplitude may be, N."""
+    balance = judge.balance
+    there = balance.part(model).residuals(model.vector(values | dict.fromkeys(names, force))[None], np.zeros((1, 0)))
+    if not np.all(np.isfinite(there)):
+        return np.full((there.shape[1], len(names)), np.nan)
+    tangents = np.zeros((len(names), model.size))
+    tangents[np.arange(len(names)), [model.slot(name) for name in names]] = force
+    return np.asarray(-balance.slopes(model, model.vector(values), tangents).T / force)
 
 
 def effect_of(family: Family) -> str:
