@@ -15,7 +15,7 @@ from linid.arrays import Array, Flags, Integers
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
-from linid.physics.model import EFFECT_START, MOTOR_START, STATE_PLACES, Model
+from linid.physics.model import EFFECT_START, MASS, MOTOR_START, STATE_PLACES, Model
 from linid.physics.own_terms.layout import ACCELERATION_BIT, LOAD_BIT, MEMORY_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
@@ -41,6 +41,8 @@ from linid.simulation.threads import summed
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
 _NO_STATES = ("drive", "field", "friction")  # terms whose hidden states no derivative is carried for
+# Places of what the Stribeck curve hangs on, and a balance of forces: viscous friction and mass too.
+_CURVE, _BALANCE = (0, 1, 2, 3), (0, 1, 2, 3, MASS - 1, MASS)
 _OF_MOTOR = {"delay", "drive", "field", "thrust"}  # terms that only a motor with inputs shows
 _ROUNDS = 4  # of lanes, which a thread takes at a time: fewer would leave lanes free too often
 # Of motors that currents drive, and of forces that are not known beforehand.
@@ -141,13 +143,12 @@ class Simulator:
 
     def _touched(self, tangents: Array) -> Integers:
         """The bits of the effects and own terms whose parameters directions (K, VECTOR_SIZE) change."""
-        model = self.model
         touched = np.zeros(len(tangents), dtype=np.int64)
-        for name in model.effects:
-            places = [model.slot(parameter.name) for parameter in find_effect(name).parameters]
+        for name in self.model.effects:
+            places = [self.model.slot(parameter.name) for parameter in find_effect(name).parameters]
             bits = active_mask((name,))
-            if bits & (ACCELERATION_BIT | STRIBECK_BIT):  # an own term that hangs on friction and mass too
-                places += range(MOTOR_START)
+            for bit, also in ((STRIBECK_BIT, _CURVE), (ACCELERATION_BIT, _BALANCE)):
+                places += also if bits & bit else ()  # what an own term hangs on besides
             touched[np.any(tangents[:, places] != 0.0, axis=1)] |= bits
         return touched
 

@@ -205,15 +205,16 @@ def put_forces(candidates, terms, inputs, scheme, tangents, acting, known, point
     coefficients = inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
     # Effects on inputs and field act before the motor, by its place and inputs alone.
     on = candidates.on & terms.chosen | terms.always
-    before = on & (terms.acts.delay | terms.acts.drive | terms.acts.field) != 0
+    changing = on & (terms.acts.delay | terms.acts.drive | terms.acts.field)
+    before = changing != 0
     seen = np.empty((4, count if before else 0))
     p = candidates.params[0]
     if before:
         seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, coefficients, seen)
     motor_forces_at(terms, candidates.motor, p, seen if before else guide, forces)
     for c in range(tangents.count):
-        other_p, acts = candidates.params[1 + c], False
-        for k in range(MOTOR_START, p.size if before else EFFECT_START):
+        other_p, acts = candidates.params[1 + c], tangents.touched[c] & changing != 0
+        for k in range(MOTOR_START, EFFECT_START):
             acts = acts or other_p[k] != p[k]
         if acts:
             if before:
