@@ -18,12 +18,14 @@ from linid.simulation.along_motion import advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
+    advance_states,
     axis_of,
     bristles_of,
     driven_currents,
     field_position,
     friction_factor,
     friction_load,
+    keep_states,
     level_factor,
     motor_forces,
     reading_error,
@@ -47,6 +49,10 @@ from linid.simulation.splines_at import late_inputs
 # bristle at a sample, the level of friction between two and what is added before; outer acceleration at the last sample
 # and the one before; what is being written.
 BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, LAST, BEFORE_LAST, WRITTEN, ROWS = range(12)
+# Bits of the ways of a direction: whether it changes the factor on the bristle, that on the level of friction, what is
+# added before, hidden states and the reading; whether all that it does to the forces is told beforehand; whether it is
+# asked sample by sample.
+HOLDS, LEVELS, LOADS, MOVES, READS, TOLD, ASKED = (1 << k for k in range(7))
 
 
 class Directions(NamedTuple):
@@ -68,26 +74,21 @@ class AlongSlopes(NamedTuple):
 class Beside(NamedTuple):
     """What the directions are in one recording. params: (K, WORK_SIZE) a FORCE_STEP along each, with its own hidden
     states; lag: (K,) s by which the inputs act late; motor: the motor's own forces in N, (rows, samples), of the model
-    and of those directions that change them; row: (K,) which of these is a direction's; held, level, load, moving,
-    reading: (K,) whether a direction changes the factor on the bristle, that on the level of friction, what is added
-    before, hidden states and the reading; told: (K,) whether all that it does to the forces is told beforehand, by
-    sample: forces (K, samples) N; part: (K,) bits of the effects that change these otherwise, for `part_at`; asked:
-    (K,) whether it is asked sample by sample; width: of a row of what follows; table: (8 * width) as of `Directions`,
-    with what effects do to mass and static force; carried: (ROWS * width)."""
+    and of those directions that change them; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
+    forces: (K, samples) N, so far as told beforehand; part: (K,) bits of the effects that change these otherwise, for
+    `part_at`; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do to mass and
+    static force; carried: (ROWS * width).
+
+    Functions that are called for every sample and are not inlined take as long to be handed this as for their work.
+    """
 
     params: Any
     lag: Any
     motor: Any
     row: Any
-    held: Any
-    level: Any
-    load: Any
-    moving: Any
-    reading: Any
-    told: Any
+    ways: Any
     forces: Any
     part: Any
-    asked: Any
     width: Any
     table: Any
     carried: Any
@@ -136,22 +137,23 @@ def room_beside(terms, axis, directions, candidates, recording):
         if moves and axis.powered:
             row[c] = rows
             rows += 1
-    params = np.zeros((count, WORK_SIZE))
+    params, ways = np.zeros((count, WORK_SIZE)), np.zeros(count, dtype=np.int64)
     along_directions(candidates, params, inputs, r)
+    for c in range(count):
+        ways[c] |= HOLDS if touched[c] & acts.friction else 0
+        ways[c] |= LEVELS if touched[c] & acts.level else 0
+        ways[c] |= LOADS if touched[c] & acts.load else 0
+        ways[c] |= MOVES if touched[c] & acts.advance else 0
+        ways[c] |= READS if touched[c] & acts.sensor else 0
+    samples = inputs.sample_offsets[r + 1] - inputs.sample_offsets[r]
     return Beside(
         params,
         np.zeros(count),
-        np.zeros((rows, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])),
+        np.zeros((rows, samples)),
         row,
-        touched & acts.friction != 0,
-        touched & acts.level != 0,
-        touched & acts.load != 0,
-        touched & acts.advance != 0,
-        touched & acts.sensor != 0,
-        np.zeros(count, dtype=np.bool_),
-        np.zeros((count, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])),
+        ways,
+        np.zeros((count, samples)),
         np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.bool_),
         width,
         table_of(terms, axis, params, inputs.added_mass[r], directions.table).flatten(),
         np.zeros(ROWS * width),
@@ -195,7 +197,9 @@ def is_told(terms, axis, bits, moved, known):
     the effects that it changes; moved: whether it changes the motor's force; known: whether that is told beforehand."""
     acts, on = terms.acts, axis.on
     states = acts.stateful_field | acts.stateful_thrust | acts.stateful_force
-    if bits & (acts.delay | acts.drive | acts.pushed | states):
+    if bits & (acts.pushed | states):
+        return False
+    if bits & (acts.delay | acts.drive) and on & acts.push_by_inputs:
         return False
     if moved and on & (acts.thrust | PUSH_BIT):
         return known and not on & (acts.stateful_thrust | PUSH_BIT)
@@ -213,12 +217,12 @@ def told_beforehand(terms, axis, touched, samples, given, room):
     for c in range(touched.size):
         bits, p, out, row = touched[c] & on, room.params[c], room.forces[c], room.row[c]
         moved = row > 0 or bits & acts.thrust != 0
-        room.told[c] = is_told(terms, axis, bits, moved, given.motor.size > 0)
+        told = is_told(terms, axis, bits, moved, given.motor.size > 0)
         whole = row > 0 or bits & (acts.delay | of_motor(terms)) != 0
         room.part[c] = of_motor(terms) if whole else bits & acts.push
-        shown = room.held[c] or room.level[c] or room.load[c] or room.reading[c]
-        room.asked[c] = shown or not room.told[c]
-        if not room.told[c]:
+        asked = not told or room.ways[c] & (HOLDS | LEVELS | LOADS | READS) != 0
+        room.ways[c] |= (TOLD if told else 0) | (ASKED if asked else 0)
+        if not told:
             continue
         if bits & acts.force:
             if done != bits & acts.force:
@@ -240,7 +244,7 @@ def told_beforehand(terms, axis, touched, samples, given, room):
 
 
 @inlined
-def currents_beside(terms, axis, course, motion, place, c, room):
+def currents_beside(terms, axis, course, place, c, room):
     """The inputs that act at a place (in samples) in direction c, given those of the model."""
     x, currents = place
     if axis.powered and axis.on & terms.acts.delay:
@@ -248,23 +252,33 @@ def currents_beside(terms, axis, course, motion, place, c, room):
     return currents
 
 
+@inlined
+def forces_beside(terms, axis, course, here, asks, room):
+    """Put in how forces and the factor on the bristle answer at a sample; returns that factor. asks: whether not all of
+    it is told beforehand."""
+    factor, of_force = 1.0, FORCE * room.width
+    if axis.on & terms.acts.friction:
+        factor = friction_factor(terms, axis, here.t, here.y, here.v, here.currents)
+    for c in range(room.lag.size):
+        if room.ways[c] & TOLD:
+            room.carried[of_force + c] = room.forces[c, here.k]
+    if asks:
+        ask_forces(terms, axis, course, here, factor, room)
+    return factor
+
+
 @compiled
-def forces_beside(terms, axis, course, motion, here, room):
-    """Put in how forces and the factor on the bristle answer at a sample."""
+def ask_forces(terms, axis, course, here, factor, room):
+    """Put in the answers of `forces_beside` that are not told beforehand."""
     k, t, y, v, currents, _ = here
     carried, of_force, of_factor = room.carried, FORCE * room.width, FACTOR * room.width
-    factor = 1.0
-    if axis.on & terms.acts.friction:
-        factor = friction_factor(terms, axis, t, y, v, currents)
     at, done, plain, known = Instant(t, y, v, currents, room.motor[0, k], False), -1, 0.0, (0.0, currents)
     for c in range(room.lag.size):
-        if room.told[c]:
-            carried[of_force + c] = room.forces[c, k]
-        if not room.asked[c]:
+        if not room.ways[c] & ASKED:
             continue
         other = beside(axis, room.params, c)
-        given = currents_beside(terms, axis, course, motion, (k, currents), c, room)
-        if not room.told[c]:
+        given = currents_beside(terms, axis, course, (k, currents), c, room)
+        if not room.ways[c] & TOLD:
             bits = room.part[c]
             if bits != done:
                 done, known = bits, given_at(terms, axis, at)
@@ -274,56 +288,57 @@ def forces_beside(terms, axis, course, motion, here, room):
             else:
                 force = added_by(terms, other, bits, at, known)
             carried[of_force + c] = (force - plain) / FORCE_STEP
-        if room.held[c]:
+        if room.ways[c] & HOLDS:
             carried[of_factor + c] = (friction_factor(terms, other, t, y, v, given) - factor) / FORCE_STEP
-    return factor
 
 
-@compiled
-def level_beside(terms, axis, course, motion, where, room):
+@inlined
+def level_beside(terms, axis, course, where, room):
     """Put in how the level of friction answers; returns the factor on it and N added before. where: place in samples,
     time, position, speed, inputs."""
-    (place, t, y, v, currents), (level, load) = where, (1.0, 0.0)
+    (place, t, y, v, currents), (level, load), carried = where, (1.0, 0.0), room.carried
     if axis.on & terms.acts.level:
         level = level_factor(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.load:
         load = friction_load(terms, axis, t, y, v, currents)
     for c in range(room.lag.size):
-        if room.level[c] or room.load[c]:
+        if room.ways[c] & (LEVELS | LOADS):
             other = beside(axis, room.params, c)
-            given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
-            if room.level[c]:
-                room.carried[LEVEL * room.width + c] = (level_factor(terms, other, t, y, v, given) - level) / FORCE_STEP
-            if room.load[c]:
-                room.carried[LOAD * room.width + c] = (friction_load(terms, other, t, y, v, given) - load) / FORCE_STEP
+            given = currents_beside(terms, axis, course, (place, currents), c, room)
+            if room.ways[c] & LEVELS:
+                carried[LEVEL * room.width + c] = (level_factor(terms, other, t, y, v, given) - level) / FORCE_STEP
+            if room.ways[c] & LOADS:
+                carried[LOAD * room.width + c] = (friction_load(terms, other, t, y, v, given) - load) / FORCE_STEP
     return level, load
 
 
 @compiled
-def states_beside(terms, axis, course, motion, where, room):
-    """Bring the hidden states of model and directions to the next sample; where: as of `midway`."""
+def states_beside(terms, axis, course, where, a, room):
+    """Bring the hidden states of directions to the next sample, where those of the model are. where: as of `midway`; a:
+    mean acceleration in m/s^2."""
     place, t, y, v, currents = where
-    advance_on(terms, axis, course, motion, where)
     for c in range(room.lag.size):
         p = room.params[c]
-        if room.moving[c]:
-            given = currents_beside(terms, axis, course, motion, (place, currents), c, room)
-            advance_on(terms, beside(axis, room.params, c), course, motion, (place, t, y, v, given))
-        elif room.asked[c]:
+        if room.ways[c] & MOVES:
+            given = currents_beside(terms, axis, course, (place, currents), c, room)
+            other = beside(axis, room.params, c)
+            advance_states(terms, other, course.dt, t, y, v, a, given)
+            keep_states(p)
+        elif room.ways[c] & ASKED:
             for k in range(STATE_START, STATE_START + STATE_SIZE):
                 p[k] = axis.p[k]
 
 
 @compiled
-def write_readings(terms, axis, course, motion, here, found, room):
+def write_readings(terms, axis, course, here, found, room):
     """Put in how the reading at sample k answers (`write_hidden`)."""
     k, t, y, v, currents, _ = here
     on = axis.on
     error = reading_error(terms, on, t, y, v, currents, axis.p)
     reading = reading_error(terms, on, t, y - error, v, currents, axis.p)
     for c in range(room.lag.size):
-        if room.reading[c]:
+        if room.ways[c] & READS:
             p = room.params[c]
-            given = currents_beside(terms, axis, course, motion, (k, currents), c, room)
+            given = currents_beside(terms, axis, course, (k, currents), c, room)
             error = reading_error(terms, on, t, y, v, given, p)
             found.reading[c, k] = (reading_error(terms, on, t, y - error, v, given, p) - reading) / FORCE_STEP

@@ -32,10 +32,11 @@ def inputs_of_sample(terms, axis, course, motion, k):
 
 @inlined
 def midway(terms, axis, course, motion, k):
-    """Place in samples, time, position, speed and inputs in the middle between sample k and the next."""
+    """Place in samples, time, position, speed and inputs in the middle between sample k and the next; no inputs where
+    nothing there hangs on them."""
     dt, travel = course.dt, motion.y[k + 1] - motion.y[k]
     currents = 0.0, 0.0, 0.0
-    if axis.powered:
+    if axis.powered and axis.on & terms.acts.by_inputs:
         currents = late_inputs(course.coefficients, dt, (k + 0.5) * dt - course.lag)
     return k + 0.5, course.t_start + k * dt + 0.5 * dt, motion.y[k] + 0.5 * travel, travel / dt, currents
 

@@ -13,16 +13,21 @@ import numpy as np
 
 from linid.simulation.along import REST_AVERAGE, Resistance, decay_means, outer_force, pieces_of, reached_by
 from linid.simulation.along_beside import (
+    ASKED,
     BEFORE_LAST,
     BRISTLE,
     FACTOR,
     FORCE,
+    HOLDS,
     LAST,
     LATE,
     LEFT,
     LEVEL,
     LOAD,
     MEAN,
+    MOVES,
+    READS,
+    TOLD,
     WRITTEN,
     AlongSlopes,
     Here,
@@ -36,7 +41,7 @@ from linid.simulation.along_beside import (
     write_readings,
 )
 from linid.simulation.along_effects import effected_before, given_over, samples_of
-from linid.simulation.along_motion import MeasuredMotion, inputs_of_sample, midway
+from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import Scheme, course_of, stretch_of
@@ -204,6 +209,8 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     given = given_over(terms, axis, candidates, samples, effected_before(count))
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
+    asks = np.any(room.ways & (TOLD | HOLDS) != TOLD)
+    stirs, reads = np.any(room.ways & (MOVES | ASKED) != 0), np.any(room.ways & READS != 0)
     level, mean, late = (1.0, 0.0), 0.0, 0.0  # of friction: the factor on it, and N added before
     by_level = on & (acts.level | acts.load) != 0
     for k in range(count):
@@ -211,23 +218,25 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
         currents = inputs_of_sample(terms, axis, course, motion, k)
         force = outer_force(terms, axis, motion, k, t, currents, given)
         here = Here(k, t, y[k], v[k], currents, force)
-        factor = forces_beside(terms, axis, course, motion, here, room)
+        factor = forces_beside(terms, axis, course, here, asks, room)
         if motion.standstill[k]:
             if by_level:
-                level = level_beside(terms, axis, course, motion, (1.0 * k, t, y[k], v[k], currents), room)
+                level = level_beside(terms, axis, course, (1.0 * k, t, y[k], v[k], currents), room)
             w = rest_beside(bristles, Resistance(factor, *level), w, force, dt, room)
         write_outer(bristles, here, found.a, room)
-        if on & acts.sensor:
-            write_readings(terms, axis, course, motion, here, found, room)
+        if reads:
+            write_readings(terms, axis, course, here, found, room)
         before = mean, late
         mean = late = 0.0
         if k < count - 1:
             if by_level or on & acts.advance:
                 where = midway(terms, axis, course, motion, k)
                 if by_level:
-                    level = level_beside(terms, axis, course, motion, where, room)
+                    level = level_beside(terms, axis, course, where, room)
                 if on & acts.advance:
-                    states_beside(terms, axis, course, motion, where, room)
+                    advance_on(terms, axis, course, motion, where)
+                    if stirs:
+                        states_beside(terms, axis, course, where, (v[k + 1] - v[k]) / dt, room)
             way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
             w, mean, late = bristle_beside(bristles, Resistance(factor, *level), w, way, bent, room)
         write_bristle(bristles, factor, (k, dt), (*before, mean, late), found.a, room)

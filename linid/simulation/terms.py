@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
-from linid.physics.effects.effect import STATELESS, Effect
+from linid.physics.effects.effect import INPUTS, STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
@@ -31,6 +31,12 @@ def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
 def _stateful(term: str, effects: tuple[Effect, ...]) -> int:
     """The bits of those effects whose term takes hidden states."""
     return bits_of(term, tuple(effect for effect in effects if term in effect.terms and effect.states_of(term)))
+
+
+def _resisting_by_inputs(effects: tuple[Effect, ...]) -> int:
+    """The bits of those effects whose hidden states or level of friction hang on what the motor gets."""
+    reading = {e.name for e in effects if e.reads(("level", "load", "advance"), *INPUTS)}
+    return sum(1 << EFFECTS.index(e) for e in effects if e.name in reading or "load" in e.terms)
 
 
 def _places(effect: Effect, term: str) -> Bundle:
@@ -312,8 +318,10 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
     load and pushed (N on the mass by the motor's force) (value, on, push, t, y, v, currents, p); all others (value, on,
     t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); law: those of the friction law (laws.py); acts:
     per term the bits of all effects, and of own terms, that have it, besides `any`, `push` (what changes the forces on
-    the mass), `pressed` (what makes friction of the motor's force) and `between` (what acts between the samples of a
-    measured motion); chosen, always: bits that the caller of the kernel chooses, and that it has when it is compiled.
+    the mass), `pressed` (what makes friction of the motor's force), `between` (what acts between the samples of a
+    measured motion), `push_by_inputs` (forces beside the motor's that hang on what it gets) and `by_inputs` (hidden
+    states and friction that do); chosen, always: bits that the caller of the kernel chooses, and that it has when it is
+    compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
@@ -332,6 +340,8 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
         "pressed": bits_of("load", effects) | (own & LEVEL_BIT and LOAD_BIT),
         "any": sum(1 << EFFECTS.index(effect) for effect in effects) | own,
         "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
+        "push_by_inputs": sum(1 << EFFECTS.index(e) for e in effects if e.pushes_by_inputs),
+        "by_inputs": _resisting_by_inputs(effects) | (own & LEVEL_BIT and LOAD_BIT),
         "between": bits["level"] | bits["load"] | bits["advance"],
         **{f"stateful_{term}": _stateful(term, effects) for term in _OVER},
     }

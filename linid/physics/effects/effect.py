@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import dis
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -60,6 +60,7 @@ ARGUMENTS = {
     "campaign_time": "time in the campaign",
     "recording": "recording",
 }
+INPUTS = ("i_1", "i_2", "i_3")
 PHASE_MOTORS = tuple(name for name, motor in ALL_MOTORS.items() if motor.phases)
 MOTORS = tuple(name for name, motor in ALL_MOTORS.items() if motor.inputs)
 ALL_KINDS = tuple(ALL_MOTORS)
@@ -200,21 +201,21 @@ class Effect:
         """Whether what it does to the forces on the mass hangs on the speed."""
         if self.own is not None:
             return bool(self.own.variables & {"v", "acceleration", "stribeck"})
-        return self._pushes_by("v")
+        return self.reads(("thrust", "force"), "v")
 
     @property
     def pushes_by_inputs(self) -> bool:
         """Whether what it does to the forces on the mass hangs on what the motor gets, beside the motor's force."""
-        return self.own is None and self._pushes_by("i_1", "i_2", "i_3")
+        return self.own is None and self.reads(("thrust", "force"), *INPUTS)
 
-    def _pushes_by(self, *arguments: str) -> bool:
-        """Whether factor on the motor's force or force read one of these arguments."""
-        asked = [self.terms[name].py_func for name in ("thrust", "force") if name in self.terms]
+    def reads(self, terms: Iterable[str], *arguments: str) -> bool:
+        """Whether one of these terms, so far as it has them, reads one of these arguments."""
+        asked = [self.terms[name].py_func for name in terms if name in self.terms]
         return any(_used(function) & set(arguments) for function in asked)
 
     def states_are_driven_by(self, argument: str) -> bool:
         """Whether its hidden states go on as the position "y", the speed "v" or the acceleration "a" has it."""
-        return self.advance is not None and argument in _used(self.advance.py_func)
+        return self.reads(("advance",), argument)
 
     def arguments_of(self, term: str) -> tuple[str, ...]:
         """The arguments of one of its terms, before the parameters."""
