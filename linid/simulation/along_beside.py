@@ -13,19 +13,17 @@ import numpy as np
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.own_terms.layout import PUSH_BIT
 from linid.simulation.along import begun
-from linid.simulation.along_effects import Samples, nothing_given
-from linid.simulation.along_motion import advance_on, inputs_of_sample, midway
+from linid.simulation.along_effects import Samples, nothing_given, write_readings_over
+from linid.simulation.along_motion import advance_by, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
-    advance_states,
     axis_of,
     bristles_of,
     driven_currents,
     field_position,
     friction_factor,
     friction_load,
-    keep_states,
     level_factor,
     motor_forces,
     reading_error,
@@ -318,15 +316,24 @@ def states_beside(terms, axis, course, where, a, room):
     mean acceleration in m/s^2."""
     place, t, y, v, currents = where
     for c in range(room.lag.size):
-        p = room.params[c]
         if room.ways[c] & MOVES:
             given = currents_beside(terms, axis, course, (place, currents), c, room)
-            other = beside(axis, room.params, c)
-            advance_states(terms, other, course.dt, t, y, v, a, given)
-            keep_states(p)
+            advance_by(terms, beside(axis, room.params, c), course.dt, a, (place, t, y, v, given))
         elif room.ways[c] & ASKED:
             for k in range(STATE_START, STATE_START + STATE_SIZE):
-                p[k] = axis.p[k]
+                room.params[c, k] = axis.p[k]
+
+
+@allocating
+def tell_readings(terms, axis, samples, found, room):
+    """Put in how the readings at all samples answer, where they hang on no hidden state."""
+    known, other = np.empty(samples.y.size), np.empty(samples.y.size)
+    write_readings_over(terms, axis.on, samples, axis.p, known)
+    for c in range(room.lag.size):
+        if room.ways[c] & READS:
+            write_readings_over(terms, axis.on, samples, room.params[c], other)
+            for k in range(known.size):
+                found.reading[c, k] = (other[k] - known[k]) / FORCE_STEP
 
 
 @compiled

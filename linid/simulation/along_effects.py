@@ -141,12 +141,12 @@ def readings_over(terms, on, samples, p, out):
 
 
 @allocating
-def write_readings_over(terms, axis, samples, out):
+def write_readings_over(terms, on, samples, p, out):
     """`readings_over` at the positions at which the measured ones are read: at the reading first, then there."""
-    readings_over(terms, axis.on, samples, axis.p, out)
+    readings_over(terms, on, samples, p, out)
     there = samples.y - out
     here = Samples(samples.t_start, samples.dt, there, samples.v, samples.i_1, samples.i_2, samples.i_3)
-    readings_over(terms, axis.on, here, axis.p, out)
+    readings_over(terms, on, here, p, out)
 
 
 @allocating
@@ -159,5 +159,5 @@ def known_beforehand(terms, axis, candidates, course, motion, effected, found):
         if found.a.size > 0:
             given = given_over(terms, axis, candidates, samples, effected)
         if on & acts.sensor and not on & acts.stateful_sensor:
-            write_readings_over(terms, axis, samples, found.reading)
+            write_readings_over(terms, on, samples, axis.p, found.reading)
     return given

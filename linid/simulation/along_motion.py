@@ -41,11 +41,16 @@ def midway(terms, axis, course, motion, k):
     return k + 0.5, course.t_start + k * dt + 0.5 * dt, motion.y[k] + 0.5 * travel, travel / dt, currents
 
 
-@compiled
+@inlined
 def advance_on(terms, axis, course, motion, where):
     """Bring hidden states to the next sample; where: as of `midway`."""
-    place, t, y, v, currents = where
-    k = int(place)
-    a = (motion.v[k + 1] - motion.v[k]) / course.dt
-    advance_states(terms, axis, course.dt, t, y, v, a, currents)
+    k = int(where[0])
+    advance_by(terms, axis, course.dt, (motion.v[k + 1] - motion.v[k]) / course.dt, where)
+
+
+@compiled
+def advance_by(terms, axis, dt, a, where):
+    """Bring hidden states on by dt seconds; a: mean acceleration in m/s^2; where: as of `midway`."""
+    _, t, y, v, currents = where
+    advance_states(terms, axis, dt, t, y, v, a, currents)
     keep_states(axis.p)

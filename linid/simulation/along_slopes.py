@@ -37,6 +37,7 @@ from linid.simulation.along_beside import (
     room_beside,
     started_beside,
     states_beside,
+    tell_readings,
     told_beforehand,
     write_readings,
 )
@@ -211,6 +212,9 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     told_beforehand(terms, axis, directions.touched, samples, given, room)
     asks = np.any(room.ways & (TOLD | HOLDS) != TOLD)
     stirs, reads = np.any(room.ways & (MOVES | ASKED) != 0), np.any(room.ways & READS != 0)
+    by_sample = on & (acts.stateful_sensor | acts.delay) != 0
+    if reads and not by_sample:
+        tell_readings(terms, axis, samples, found, room)
     level, mean, late = (1.0, 0.0), 0.0, 0.0  # of friction: the factor on it, and N added before
     by_level = on & (acts.level | acts.load) != 0
     for k in range(count):
@@ -224,7 +228,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
                 level = level_beside(terms, axis, course, (1.0 * k, t, y[k], v[k], currents), room)
             w = rest_beside(bristles, Resistance(factor, *level), w, force, dt, room)
         write_outer(bristles, here, found.a, room)
-        if reads:
+        if reads and by_sample:
             write_readings(terms, axis, course, here, found, room)
         before = mean, late
         mean = late = 0.0
