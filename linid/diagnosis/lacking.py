@@ -307,7 +307,8 @@ def lacking_term(
     means.watch("term", 2, 3)
     held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
     measured = _measures(after, recordings, held_out, means)
-    if worse_somewhere([_beside(models.changes[k], change) for k, (change, _) in measured.items()]):
+    worse = worse_somewhere([_beside(models.changes[k], change) for k, (change, _) in measured.items()])
+    if worse and not after.converged:  # one that has come to its end gets no better
         after = refined_further(joined.fitted, after, fitted, means, judge.balance.memory)
         measured = {}
     left = [k for k in range(len(recordings)) if k not in measured]

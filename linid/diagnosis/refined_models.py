@@ -27,7 +27,7 @@ from linid.recording.recording import Recording
 
 # The models start from where the force balance has brought them.
 _USUAL = Ending(10, 0.1)
-_FINER = Ending(10, 3e-3)  # where a small step ended too early: mass and all forces may creep together
+_FINER = Ending(10, 3e-3)  # of what did not come to its end so: mass and all forces may creep together
 
 
 class Refining:
