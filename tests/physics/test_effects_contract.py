@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from linid.physics.effects.effect import ALL_KINDS, ARGUMENTS, Effect, Outlook, Values
+from linid.physics.effects.effect import ALL_KINDS, ARGUMENTS, INPUTS, Effect, Outlook, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.parameter import _ROTARY
 
@@ -204,6 +204,12 @@ def test_what_forces_and_hidden_states_hang_on_is_told(effect: Effect) -> None:
     pushing = [name for name in ("thrust", "force") if name in effect.terms]
     by_speed = [values_of(effect, name, v=v) != values_of(effect, name) for name in pushing for v in (-0.7, 0.21, 0.0)]
     assert any(by_speed) == effect.pushes_by_speed
+    for terms, told in ((pushing, effect.pushes_by_inputs), (("level", "load", "advance"), None)):
+        mine = [name for name in terms if name in effect.terms]
+        by_inputs = [
+            values_of(effect, name, i_1=x, i_3=-x) != values_of(effect, name) for name in mine for x in (0.7, 3)
+        ]
+        assert any(by_inputs) == (effect.reads(mine, *INPUTS) if told is None else told)
     for argument in ("y", "v", "a"):
         changed = False
         if effect.advance is not None:

@@ -44,7 +44,7 @@ def _number(tree: Node) -> float | None:
 def _of_two(tree: Node, places: Mapping[str, int]) -> list[float]:
     """An operation on two numbers, the second one behind its code where that is no operation itself."""
     first, second = tree.args
-    if tree.kind in layout.EITHER_WAY and _number(first) is not None:
+    if tree.kind in layout.EITHER_WAY and (_number(first) is not None or first.kind in _NAMED):
         first, second = second, first
     code, out, value = _BINARY[tree.kind], program_of(first, places), _number(second)
     if value is not None:
@@ -60,13 +60,13 @@ def _ramp(tree: Node, places: Mapping[str, int]) -> list[float]:
     if slope is None:
         return []
     rest, start = _without_start(tree.args[1])
-    inner = rest.args[0] if rest.kind == "max" else rest
-    if inner.kind != "min" or inner.args[0].kind not in _NAMED:
+    if rest.kind != "max" or rest.args[0].kind != "min" or rest.args[0].args[0].kind not in _NAMED:
         return []
-    low, high = _number(rest.args[1]), _number(inner.args[1])
+    place = places[rest.args[0].args[0].name]
+    low, high = _number(rest.args[1]), _number(rest.args[0].args[1])
     if low is None or high is None:
         return []
-    return [float(layout.RAMP), float(places[inner.args[0].name]), low, high, start, slope]
+    return [float(layout.RAMP), float(place), low, high, start, slope]
 
 
 def _without_start(tree: Node) -> tuple[Node, float]:

@@ -15,6 +15,7 @@ from linid.physics.effects.registry import canonical, find_effect
 from linid.physics.model import OWN_STACK, OWN_VARIABLES, RECORD, WORK_SIZE, Model, own_places
 from linid.physics.own_terms import layout
 from linid.physics.own_terms.expression import parse_formula
+from linid.physics.own_terms.program import program_of
 from linid.physics.own_terms.values import formula_values
 from linid.simulation.own_terms import own_sum
 from tests.physics.own_terms.plain_interpreter import Interpreter
@@ -86,6 +87,36 @@ def test_random_expressions_give_what_an_independent_interpreter_gives(text: str
     )
     if math.isfinite(expected):
         assert np.broadcast_to(by_numpy, (1,))[0] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+STRAIGHT = [
+    ("1.5 * (max(min(v, 0.3), -0.2) - -0.2)", 1),
+    ("-0.7 * max(min(y, 0.25), 0.1)", 1),
+    ("2 * (min(F, 5) - 3)", 4),  # without its other end no piece of a polyline
+    ("1.5 * (max(min(v, 0.3), -0.2) - 0.1) + 2 * (max(min(v, 0.9), 0.3) - 0.3)", 3),
+    ("3 + v", 2),
+    ("3 - v", 2),
+    ("-(2) - v * (y + 1)", 5),
+    ("min(v, max(F, y))", 3),
+]
+
+
+@pytest.mark.parametrize(("formula", "operations"), STRAIGHT)
+def test_numbers_and_places_stand_behind_the_operations_that_take_them(formula: str, operations: int) -> None:
+    """Fewer operations, and the same numbers to the bit."""
+    program = program_of(parse_formula(formula, "x")[0], {name: k for k, name in enumerate(layout.VARIABLES)})
+    place, count = 0, 0
+    while place < len(program):
+        code = int(program[place])
+        count += 1
+        place += 6 if code == layout.RAMP else 2 if code <= layout.NUMBER or code > layout.MAX else 1
+    assert (place, count) == (len(program), operations)
+    for v in (-2.0, -0.2, -0.05, 0.0, 0.3, 0.5, 2.0, math.nan):
+        variables = VARIABLES | {"v": v, "y": 0.4 * v, "F": 10.0 * v}
+        expected = Interpreter(formula, {})(variables)
+        assert kernel_value(f"e: c * ({formula})", {"e_c": 1.0}, variables) == pytest.approx(
+            expected, rel=0.0, abs=0.0, nan_ok=True
+        )
 
 
 CURVES = [
