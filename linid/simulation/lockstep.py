@@ -197,7 +197,7 @@ def leave(pool, stack, block, over, on):
             push(pool, FREE if over >> lane & 1 else SLIDING - stack, number)
 
 
-@compiled
+@allocating
 def known_forces(terms, axis, guide, way, points, known):
     """Have the motor's forces at points from and to `points`: overlapping stretches share what is known already.
 
@@ -215,7 +215,7 @@ def known_forces(terms, axis, guide, way, points, known):
     return begin, end
 
 
-@compiled
+@allocating
 def open_task(terms, tasks, number, motor, known, way, pool):
     """Open a simulation, task `number`; its first sample is written.
 
