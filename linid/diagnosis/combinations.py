@@ -37,8 +37,8 @@ def effect_combinations(result: FitResult, effect: str) -> tuple[str, ...]:
     """Products and ratios of an effect's parameter with another one that are known far better than it is itself."""
     own = {p.name for p in find_effect(effect).parameters}
     values = {e.name: e for e in result.estimates}
-    lines = []
-    for name in own & set(result.fitted):
+    lines, told = [], set()
+    for name in (one for one in result.fitted if one in own):
         alone = _relative(result, {name: 1})
         if not alone > _WIDE / NORMAL_97_5:
             continue
@@ -50,8 +50,9 @@ def effect_combinations(result: FitResult, effect: str) -> tuple[str, ...]:
                 together = _relative(result, {name: 1, other: power})
                 if together < _NARROWER * alone and (best is None or together < best[0]):
                     best = together, other, power
-        if best is not None:
+        if best is not None and frozenset((name, best[1])) not in told:  # nor a ratio the other way round
             together, other, power = best
+            told.add(frozenset((name, other)))
             value = values[name].value * values[other].value ** power
             sign = "·" if power > 0 else "/"
             words = name.replace("_", " "), other.replace("_", " ")
