@@ -133,14 +133,6 @@ class Simulator:
         """The bits of the effects and own terms whose forces hang on speed."""
         return active_mask(tuple(name for name in self.model.effects if find_effect(name).pushes_by_speed))
 
-    @cached_property
-    def _pushing(self) -> int:
-        """The bits of the effects and own terms that change forces beside the motor's own: by what the motor gets only
-        where such a force hangs on the inputs."""
-        effects = [find_effect(name) for name in self.model.effects]
-        asked = {"thrust", "force"} | ({"drive"} if any(effect.pushes_by_inputs for effect in effects) else set())
-        return active_mask(tuple(e.name for e in effects if e.own is not None or asked & e.terms.keys()))
-
     def _touched(self, tangents: Array) -> Integers:
         """The bits of the effects and own terms whose parameters directions (K, VECTOR_SIZE) change."""
         touched = np.zeros(len(tangents), dtype=np.int64)
@@ -236,7 +228,7 @@ class Simulator:
         table, moved = np.zeros((8, width)), np.zeros((*starts.shape, width))
         table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes[:, :, told]
         touched, begins = self._touched(tangents), np.ascontiguousarray(starts)
-        along = Tangents(count, table, touched, self._fast, self._pushing, begins, moved, *self._hidden)
+        along = Tangents(count, table, touched, self._fast, begins, moved, *self._hidden)
         guide = self._guide if powered else np.empty((4, 1))
         scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))

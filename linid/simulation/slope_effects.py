@@ -90,12 +90,11 @@ class FrictionAnswer(NamedTuple):
 @allocating
 def acting_on(terms, candidates, tangents):
     """Room for the answers of a model with effects; nothing of it where there are none."""
-    on = candidates.on & terms.chosen | terms.always
+    acts, on = terms.acts, candidates.on & terms.chosen | terms.always
     count, width = tangents.count, tangents.table.shape[1]
-    nothing, hidden = np.empty(0, dtype=np.int64), (tangents.kept, tangents.owners, tangents.driven)
-    if on & terms.acts.any == 0:
-        hidden = nothing, nothing, tangents.driven
-        return Acting(nothing, nothing, np.empty((0, 0)), np.empty(0), 0, 0, *hidden, np.empty(0))
+    nothing, none, hidden = np.empty(0, np.int64), np.empty(0), (tangents.kept, tangents.owners, tangents.driven)
+    if on & acts.any == 0:
+        return Acting(nothing, nothing, np.empty((0, 0)), none, 0, 0, nothing, nothing, tangents.driven, none)
     moved, touched = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     found = 0
     for c in range(count):
@@ -104,7 +103,8 @@ def acting_on(terms, candidates, tangents):
             found += 1
     work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
     params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * tangents.kept.size)
-    return Acting(moved[:found], touched[:found], params, own, tangents.fast, tangents.pushing, *hidden, by_state)
+    pushing = acts.thrust | acts.force | acts.pushed | (acts.drive if on & acts.push_by_inputs else 0)
+    return Acting(moved[:found], touched[:found], params, own, tangents.fast, pushing, *hidden, by_state)
 
 
 @allocating

@@ -49,17 +49,15 @@ from linid.simulation.steps import (
 
 class Tangents(NamedTuple):
     """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; touched:
-    (count,) bits of the effects and own terms that they change; fast, pushing: bits of those whose forces hang on
-    speed, and of those that change forces beside the motor's own; begins: (S, 3 or more) y in m, v in m/s, w in m and
-    hidden states at the start; starts: (S, as many, width) directions of these; kept: (n,) places of hidden states,
-    counted from STATE_START; owners: (n,) bits of their effects; driven: (3,) whether place, speed and acceleration
-    drive them."""
+    (count,) bits of the effects and own terms that they change; fast: bits of those whose forces hang on speed; begins:
+    (S, 3 or more) y in m, v in m/s, w in m and hidden states at the start; starts: (S, as many, width) directions of
+    these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
+    (3,) whether place, speed and acceleration drive them."""
 
     count: Any
     table: Any
     touched: Any
     fast: Any
-    pushing: Any
     begins: Any
     starts: Any
     kept: Any

@@ -12,7 +12,7 @@ from functools import cache, partial
 from typing import Any
 
 from linid.physics.effects.effect import INPUTS, STATELESS, Effect
-from linid.physics.effects.registry import EFFECTS
+from linid.physics.effects.registry import EFFECTS, active_mask
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
 from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT, MEMORY_BIT
@@ -21,6 +21,8 @@ from linid.simulation.binding import inlined, part, values_at
 from linid.simulation.bundle import Bundle
 from linid.simulation.laws import law_terms
 from linid.simulation.motor_terms import motor_terms
+
+_RESISTING = ("level", "load", "advance")  # terms of hidden states and friction
 
 
 def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
@@ -31,12 +33,6 @@ def bits_of(term: str, effects: tuple[Effect, ...]) -> int:
 def _stateful(term: str, effects: tuple[Effect, ...]) -> int:
     """The bits of those effects whose term takes hidden states."""
     return bits_of(term, tuple(effect for effect in effects if term in effect.terms and effect.states_of(term)))
-
-
-def _resisting_by_inputs(effects: tuple[Effect, ...]) -> int:
-    """The bits of those effects whose hidden states or level of friction hang on what the motor gets."""
-    reading = {e.name for e in effects if e.reads(("level", "load", "advance"), *INPUTS)}
-    return sum(1 << EFFECTS.index(e) for e in effects if e.name in reading or "load" in e.terms)
 
 
 def _places(effect: Effect, term: str) -> Bundle:
@@ -335,13 +331,14 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
             own |= bit
             bits[term] |= bit
             chains[term] = link(chains[term])
+    pressed = bits_of("load", effects) | (own & LEVEL_BIT and LOAD_BIT)
     guards = {
         **bits,
-        "pressed": bits_of("load", effects) | (own & LEVEL_BIT and LOAD_BIT),
+        "pressed": pressed,
         "any": sum(1 << EFFECTS.index(effect) for effect in effects) | own,
         "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
-        "push_by_inputs": sum(1 << EFFECTS.index(e) for e in effects if e.pushes_by_inputs),
-        "by_inputs": _resisting_by_inputs(effects) | (own & LEVEL_BIT and LOAD_BIT),
+        "push_by_inputs": active_mask(tuple(e.name for e in effects if e.pushes_by_inputs)),
+        "by_inputs": pressed | active_mask(tuple(e.name for e in effects if e.reads(_RESISTING, *INPUTS))),
         "between": bits["level"] | bits["load"] | bits["advance"],
         **{f"stateful_{term}": _stateful(term, effects) for term in _OVER},
     }

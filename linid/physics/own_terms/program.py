@@ -25,7 +25,7 @@ def program_of(tree: Node, places: Mapping[str, int]) -> list[float]:
     ramp = _ramp(tree, places)
     if ramp:
         return ramp
-    if len(tree.args) == 2 and tree.kind in _BINARY:
+    if tree.kind in _BINARY:
         return _of_two(tree, places)
     out = [number for one in tree.args for number in program_of(one, places)]
     if tree.coefficients:
