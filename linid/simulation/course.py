@@ -147,6 +147,16 @@ def course_of(terms, axis, stretch, scheme, forces):
 
 
 @inlined
+def still_known(known, start):
+    """From and to which point something is known, for a stretch that begins at point `start`: as `known` says, which
+    overlapping stretches share, or nothing where that does not reach it."""
+    begin, end = known
+    if start < begin or start > end:
+        begin = end = start
+    return begin, end
+
+
+@inlined
 def inputs_then(terms, axis, course, n, x, back):
     """The three inputs that act x - back seconds after sample n."""
     if axis.on & terms.acts.delay:

@@ -15,7 +15,7 @@ from linid.physics.model import STATE_START
 from linid.simulation.along_effects import Samples, readings_over
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
+from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, still_known, stretch_of
 from linid.simulation.forces import (
     axis_of,
     bristles_of,
@@ -210,9 +210,8 @@ def fill(terms, candidates, candidate, inputs, r, scheme, points, filled):
     start, stop = points
     pieces = 2 * scheme.substeps
     owner = candidate * inputs.powered.size + r
-    known_from, known_to = filled.start, filled.stop
-    if filled.owner != owner or start < known_from or start > known_to:
-        known_from = known_to = start
+    known = (filled.start, filled.stop) if filled.owner == owner else (start, start)
+    known_from, known_to = still_known(known, start)
     if stop > known_to:
         offset = pieces * inputs.offsets[r] + r
         a, b = offset + known_to, offset + stop

@@ -16,7 +16,7 @@ import numpy as np
 
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST
+from linid.simulation.course import FINEST, still_known
 from linid.simulation.forces import Axis, bristles_of, forces_along, motor_axis
 from linid.simulation.kernel import started
 from linid.simulation.lanes import LANES
@@ -204,9 +204,7 @@ def known_forces(terms, axis, guide, way, points, known):
     guide: as in `Scheme`; known: from and to which point forces are known; returns the same, as it is then.
     """
     start, stop = points
-    begin, end = known
-    if start < begin or start > end:
-        begin = end = start
+    begin, end = still_known(known, start)
     if stop > end:
         currents = (guide[1, end:stop], guide[2, end:stop], guide[3, end:stop])
         forces_along(terms, axis, guide[0, end:stop], currents, way.forces[end:stop])

@@ -15,7 +15,7 @@ import numpy as np
 from linid.physics.model import EFFECT_START, MOTOR_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, stretch_of
+from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, still_known, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding
@@ -182,9 +182,7 @@ def pushed_on(candidates, terms, inputs, segment, scheme, tangents, acting, know
         return Pushed(known.forces, known.slopes, 0, 0)
     pieces = 2 * scheme.substeps
     start, stop = pieces * first, pieces * (first + count - 1) + 1
-    known_from, known_to = known.start, known.stop
-    if start < known_from or start > known_to:
-        known_from = known_to = start
+    known_from, known_to = still_known((known.start, known.stop), start)
     if stop > known_to:
         put_forces(candidates, terms, inputs, scheme, tangents, acting, known, (r, known_to, stop))
         known_to = stop
