@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -15,6 +15,13 @@ from linid.diagnosis.foretold import RISEN
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.held_out_tests import LEAST_CLOSED as LEAST_CLOSED_SHARE
 from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely, stands_clearly
+from linid.diagnosis.instead import (
+    are_its_shape,
+    does_without_effects,
+    is_hopeless,
+    leaves_no_more,
+    of_the_arguments,
+)
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
@@ -39,9 +46,6 @@ from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 
-INSTEAD = 0.5  # of what the effects leave, with a term beside them: a term that leaves less says that they are none
-# Of the excess: an effect of just the term's arguments that leaves less is the cause, in another form.
-LEFT_BY_FORM = 0.2
 # Of what a term takes from the error 0.1 s ahead of all held-out recordings together: what that of one may rise by, as
 # where the friction that is identified anew beside it moves by some per cent.
 SMALL_RISE = 0.05
@@ -122,22 +126,27 @@ def _instead_of_effects(found: Selection, alone: Lead, beside: Lead | None) -> b
     """Whether a term alone does without the named effects, as found or in the model, where what it does at rest and at
     reversals shows; beside: the best term beside them."""
     by_effects = _left(alone.problem, found.best)
-    its_shape = _of_the_arguments(found.best.model.effects, alone.proposal.arguments)
+    its_shape = of_the_arguments(found.best.model.effects, alone.proposal.arguments)
     if are_its_shape(by_effects, its_shape):
         return False  # before models with the terms are fitted
-    return any(
-        does_without_effects(_left_by(alone, in_model), by_effects, _left_by(beside, in_model), its_shape)
-        for in_model in (False, True)
-    )
+    return _leaves_little(alone, by_effects, beside, partial(does_without_effects, its_shape=its_shape))
 
 
 def _as_good_as_passing(found: Selection, part: Part, lasting: Lead, beside: Lead | None) -> bool:
     """Whether a term in the place of an effect of single moments or recordings leaves no more than all effects and the
     best term beside them, as found or in the model; a term of the effect's arguments is its shape."""
-    if _of_the_arguments((part.name,), lasting.proposal.arguments):
+    if of_the_arguments((part.name,), lasting.proposal.arguments):
         return False
-    by_effects = _left(lasting.problem, found.best)
-    return any(_left_by(lasting, in_model) <= by_effects * _left_by(beside, in_model) for in_model in (False, True))
+    return _leaves_little(lasting, _left(lasting.problem, found.best), beside, leaves_no_more)
+
+
+def _leaves_little(lead: Lead, by_effects: float, beside: Lead | None, is_little: Callable[..., bool]) -> bool:
+    """Whether what a term leaves is little beside what effects leave, and of that the best term beside them; as found,
+    or in the model where that may turn it."""
+    as_found = _left_by(lead, False), by_effects, _left_by(beside, False)
+    if is_little(*as_found):
+        return True
+    return not is_hopeless(*as_found) and is_little(_left_by(lead, True), by_effects, _left_by(beside, True))
 
 
 def _left_by(lead: Lead | None, in_model: bool) -> float:
@@ -145,31 +154,6 @@ def _left_by(lead: Lead | None, in_model: bool) -> float:
     if lead is None:
         return 1.0
     return 1.0 - (lead.closes if in_model else lead.proposal.closed)
-
-
-def does_without_effects(by_term: float, by_effects: float, beside: float, its_shape: bool) -> bool:
-    """Whether a term alone says that the named effects only lent themselves to something else.
-
-    Shares of the excess that are left: by_term: by the term alone; by_effects: by the effects; beside: of what the
-    effects leave, by the best term beside them (1: none). its_shape: whether an effect depends on just the term's
-    arguments. Effects that leave most of the excess to a term, and no less with it than another term does alone, are
-    two causes for one; effects that close most of it are not given up for a shape.
-    """
-    if are_its_shape(by_effects, its_shape):
-        return False
-    with_both = by_effects * beside
-    two_for_one = not its_shape and beside < 1.0 and by_effects > INSTEAD
-    return by_term < INSTEAD * with_both or (two_for_one and by_term <= with_both)
-
-
-def are_its_shape(by_effects: float, its_shape: bool) -> bool:
-    """Whether a term is only the shape of an effect of its arguments. Arguments as in `does_without_effects`."""
-    return its_shape and by_effects < LEFT_BY_FORM
-
-
-def _of_the_arguments(effects: Sequence[str], arguments: Sequence[str]) -> bool:
-    """Whether one of some effects depends on just these arguments: a term of them is its shape, not another cause."""
-    return any(set(answer) == set(arguments) for name in effects for answer in find_effect(name).depends_on)
 
 
 def passing(found: Selection) -> list[Part]:

@@ -18,7 +18,7 @@ from typing import Any
 from unittest import mock
 
 from linid.challenge.files import KEYS_FILE, RESULTS_FOLDER, Key, read_keys_file
-from linid.diagnosis import held_out_tests, lacking, unknowns
+from linid.diagnosis import held_out_tests, instead, lacking, unknowns
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.report_data import Change, RecordingChange
 from linid.workflow.commands.diagnose import BEFORE_FILE
@@ -29,7 +29,12 @@ Record = dict[str, Any]
 
 
 def _instead(given: Sequence[Any]) -> bool:
-    return lacking.does_without_effects(*given)
+    return instead.does_without_effects(*given)
+
+
+def _turned_in_the_model(given: Sequence[Any]) -> bool:
+    *as_found, in_the_model = given
+    return in_the_model and not instead.is_hopeless(*as_found)
 
 
 def _likely(given: Sequence[float]) -> bool:
@@ -44,8 +49,9 @@ def _worse(given: Sequence[Sequence[float]]) -> bool:
 
 # By threshold: the module in which it stands, under which name its decision is recorded, and that decision.
 DECISIONS: dict[str, tuple[Any, str, Callable[[Any], bool]]] = {
-    "INSTEAD": (lacking, "instead", _instead),
-    "LEFT_BY_FORM": (lacking, "instead", _instead),
+    "INSTEAD": (instead, "instead", _instead),
+    "LEFT_BY_FORM": (instead, "instead", _instead),
+    "HOPELESS": (instead, "hopeless", _turned_in_the_model),
     "LIKELY": (held_out_tests, "likely", _likely),
     "SMALL_RISE": (lacking, "worse", _worse),
 }
@@ -53,13 +59,26 @@ DECISIONS: dict[str, tuple[Any, str, Callable[[Any], bool]]] = {
 
 @contextmanager
 def recorded() -> Iterator[Record]:
-    """What the decisions are given from now on."""
-    out: Record = {"instead": [], "likely": [], "worse": []}
+    """What the decisions are given from now on; models with a term are asked even where there is no hope for them."""
+    out: Record = {"instead": [], "hopeless": [], "likely": [], "worse": []}
     first, likely, worse = lacking.does_without_effects, lacking.is_likely, lacking.worse_somewhere
+    as_found: list[list[float]] = []  # what a model is asked after
 
-    def without(*given: Any) -> bool:
-        out["instead"].append([*map(float, given[:3]), bool(given[3])])
-        return first(*given)
+    def told(little: bool) -> bool:
+        if as_found:
+            out["hopeless"].append([*as_found.pop(), little])
+        return little
+
+    def without(*given: float, its_shape: bool) -> bool:
+        out["instead"].append([*map(float, given), its_shape])
+        return told(first(*given, its_shape=its_shape))
+
+    def no_more(*given: float) -> bool:
+        return told(instead.leaves_no_more(*given))
+
+    def hopeless(*given: float) -> bool:
+        as_found.append([*map(float, given)])
+        return False
 
     def is_likely(part: held_out_tests.Part) -> bool:
         out["likely"].append([part.evidence.certainty, part.evidence.closed])
@@ -73,6 +92,8 @@ def recorded() -> Iterator[Record]:
     with ExitStack() as stack:
         for name, function in (
             ("does_without_effects", without),
+            ("leaves_no_more", no_more),
+            ("is_hopeless", hopeless),
             ("is_likely", is_likely),
             ("worse_somewhere", somewhere),
         ):

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 
-from linid.diagnosis import held_out_tests, lacking
+from linid.diagnosis import held_out_tests, instead, lacking
 from tests.benchmarks.decisions import report, turned
 
 
 def test_a_threshold_turns_what_lies_between() -> None:
-    left = lacking.INSTEAD
+    left = instead.INSTEAD
     # by the term, by the effects, beside, whether its shape is an effect's: half of what both leave decides.
     given = [[0.6 * left * 0.9, 0.9, 1.0, True], [1.5 * left * 0.9, 0.9, 1.0, True], [0.01, 0.9, 1.0, True]]
     assert turned("INSTEAD", given, 0.5) == 1 and turned("INSTEAD", given, 2.0) == 1
+    many = instead.HOPELESS
+    # The same, and whether the model said otherwise.
+    asked = [[x * many * 0.9, 0.9, 1.0, turned_by_it] for x in (0.6, 1.1, 2.2) for turned_by_it in (True, False)]
+    assert turned("HOPELESS", asked, 0.5) == 1 and turned("HOPELESS", asked, 2.0) == 1
     likely = [[held_out_tests.CERTAINTY + 1.0, x * held_out_tests.LIKELY] for x in (0.6, 1.1, 1.9)]
     assert turned("LIKELY", likely, 0.5) == 1 and turned("LIKELY", likely, 2.0) == 2
     rise = lacking.SMALL_RISE
@@ -22,7 +26,7 @@ def test_a_threshold_turns_what_lies_between() -> None:
 
 
 def test_the_report_counts_what_was_recorded() -> None:
-    record = {"instead": [[0.01, 0.9, 1.0, True]], "likely": [], "worse": [], "mass": [2.0, 1.0]}
+    record = {"instead": [[0.01, 0.9, 1.0, True]], "hopeless": [], "likely": [], "worse": [], "mass": [2.0, 1.0]}
     text = report({"axis_0001": record})
-    assert text[2] == f"| `INSTEAD` | {lacking.INSTEAD:g} | 1 | 1 | 0 | 0 |"
+    assert text[2] == f"| `INSTEAD` | {instead.INSTEAD:g} | 1 | 1 | 0 | 0 |"
     assert "a factor of 2.00 off" in text[-1]

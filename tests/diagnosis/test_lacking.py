@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 from linid.diagnosis.held_out_tests import Part, is_likely, is_trifle
+from linid.diagnosis.instead import HOPELESS, does_without_effects, leaves_no_more
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence
-from linid.diagnosis.lacking import does_without_effects, passing, with_effects_of, worse_somewhere
+from linid.diagnosis.lacking import _leaves_little, passing, with_effects_of, worse_somewhere
 from linid.diagnosis.report_data import Change, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.physics.model import Model
@@ -64,6 +67,32 @@ def test_a_term_takes_the_place_of_effects_that_leave_most_to_a_term_beside_them
     assert not does_without_effects(by_term=0.025, by_effects=0.11, beside=0.68, its_shape=True)
     # Half of what effects and term leave together is told by anything.
     assert does_without_effects(by_term=0.01, by_effects=0.22, beside=0.1, its_shape=True)
+
+
+def test_a_model_with_a_term_is_asked_only_where_it_may_turn_what_the_term_leaves_as_found() -> None:
+    asked = []
+
+    class Found:
+        """What a lead tells: the excess that a term closes as found, and in the model."""
+
+        def __init__(self, as_found: float, in_model: float) -> None:
+            self.proposal, self.in_model = SimpleNamespace(closed=as_found), in_model
+
+        @property
+        def closes(self) -> float:
+            asked.append(self.in_model)
+            return self.in_model
+
+    def leaves_little(as_found: float, in_model: float) -> bool:
+        asked.clear()
+        lead: Any = Found(1.0 - as_found, 1.0 - in_model)
+        return _leaves_little(lead, 0.5, None, leaves_no_more)
+
+    near, far = 0.5 * (0.9 * HOPELESS), 0.5 * (1.1 * HOPELESS)
+    assert leaves_little(0.4, 0.9) and not asked
+    assert leaves_little(near, 0.4) and asked
+    assert not leaves_little(near, 0.6) and asked
+    assert not leaves_little(far, 0.0) and not asked
 
 
 def changes(*ahead: tuple[float, float]) -> list[RecordingChange]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from functools import partial
+from functools import lru_cache, partial
 from itertools import product
 
 import numpy as np
@@ -87,19 +87,27 @@ def own_range(effect: Effect, amplitude: str, outlook: Outlook, force: float) ->
     term: OwnTerm = effect.own
     name = amplitude.removeprefix(f"{term.name}_")
     given = term.range_of(name)
-    if given is not None:
-        return given
-    points = _points(outlook, force)
-    sizes = []
-    for entry in effect.grid(outlook):
-        local = {key.removeprefix(f"{term.name}_"): value for key, value in entry.items()}
-        local |= dict.fromkeys(term.amplitudes, 1.0)
-        total = sum((np.abs(formula_values(one.node, points, local)) for one in term.multiplier(name)), np.zeros(1))
-        usual = total[np.isfinite(total)]
-        sizes.append(float(np.quantile(usual, 0.9)) if usual.size else 0.0)
-    seen = [size for size in sizes if size > _SMALLEST * max(sizes)]
-    largest = AMPLITUDE_PER_FORCE * force / (min(seen) if seen else 1.0)
-    return -largest, largest
+    return _usual_ranges(term.text, outlook, force)[name] if given is None else given
+
+
+@lru_cache(maxsize=64)  # every fit with the term asks for all its amplitudes
+def _usual_ranges(text: str, outlook: Outlook, force: float) -> dict[str, tuple[float, float]]:
+    """Range of each amplitude of a term that makes it a force of the axis' size, SI."""
+    term, points = parse_term(text), _points(outlook, force)
+    starts = [{key.removeprefix(f"{term.name}_"): x for key, x in one.items()} for one in _grid(term, outlook)]
+    ones = dict.fromkeys(term.amplitudes, 1.0)
+    out = {}
+    for name in term.amplitudes:
+        sizes = []
+        for start in starts:
+            values = [np.abs(formula_values(one.node, points, start | ones)) for one in term.multiplier(name)]
+            total = sum(values, np.zeros(1))
+            usual = total[np.isfinite(total)]
+            sizes.append(float(np.quantile(usual, 0.9)) if usual.size else 0.0)
+        seen = [size for size in sizes if size > _SMALLEST * max(sizes)]
+        largest = AMPLITUDE_PER_FORCE * force / (min(seen) if seen else 1.0)
+        out[name] = (-largest, largest)
+    return out
 
 
 def _points(outlook: Outlook, force: float) -> dict[str, Array]:
