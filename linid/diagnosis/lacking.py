@@ -15,13 +15,7 @@ from linid.diagnosis.foretold import RISEN
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.held_out_tests import LEAST_CLOSED as LEAST_CLOSED_SHARE
 from linid.diagnosis.held_out_tests import TO_THE_FLOOR, Part, is_likely, stands_clearly
-from linid.diagnosis.instead import (
-    are_its_shape,
-    does_without_effects,
-    is_hopeless,
-    leaves_no_more,
-    of_the_arguments,
-)
+from linid.diagnosis.instead import are_its_shape, does_without_effects, is_hopeless, leaves_no_more, of_the_arguments
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.means import Means
