@@ -10,6 +10,7 @@ import numpy as np
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
 from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
+from linid.simulation.along_between import SHORT, UNTOLD, is_uneven, nothing_between, told_between
 from linid.simulation.along_effects import effected_before, effects_shared, known_beforehand
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
@@ -31,8 +32,7 @@ from linid.simulation.splines_at import late_inputs
 
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
-UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
-PIECES = 8
+PIECES = 8  # in which the bristle is followed where the speed changes by much between two samples
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
 RAISED = 4.0  # times its own, to which effects may raise friction for that to hold: no deflection then exceeds this
 
@@ -62,7 +62,7 @@ class Resistance(NamedTuple):
 @inlined
 def decay_means(x, decay):
     """Means over s in [0, 1] of exp(-x s) and of s exp(-x s), x >= 0; decay: exp(-x)."""
-    if x < 0.02:
+    if x < SHORT:
         return 1.0 - x * (0.5 - x / 6.0), 0.5 - x * (1.0 / 3.0 - 0.125 * x)
     first = (1.0 - decay) / x
     return first, (first - decay) / x
@@ -85,14 +85,14 @@ def held_at_start(terms, axis, bristles, course, motion, currents, factor):
 @inlined
 def pieces_of(way):
     """How many pieces of the time between two samples the bristle is followed in, each at its mean speed."""
-    travel, v, v_next, dt = way
-    return PIECES if abs(v_next - v) > UNEVEN * abs(travel / dt) else 1
+    travel, v, v_next, dt, _ = way
+    return PIECES if is_uneven(travel, v, v_next, dt) else 1
 
 
 @inlined
 def reached_by(piece, pieces, way):
     """How far the axis has come by the end of a piece of the time between two samples, in m."""
-    travel, v, v_next, dt = way
+    travel, v, v_next, dt, _ = way
     if piece == pieces - 1:
         return travel
     s = (piece + 1) / pieces  # cubic through both samples with their speeds
@@ -105,15 +105,16 @@ def piece_of(bristles, resistance, piece, pieces, way, done):
     deflection of steady sliding at its mean speed, in m. way: as in `bristle_along`; done: of the way before it."""
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     _, level, load = resistance
-    reached = reached_by(piece, pieces, way)
-    curve = stribeck((reached - done) * pieces / way[3], coulomb, static, stribeck_velocity, exponent)
+    reached, curve = reached_by(piece, pieces, way), way[4]
+    if pieces > 1 or curve != curve:
+        curve = stribeck((reached - done) * pieces / way[3], coulomb, static, stribeck_velocity, exponent)
     return reached, reached - done, level * (curve + load) / sigma_0
 
 
 @inlined
 def bristle_along(axis, bristles, resistance, w, way, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
-    to 1. way: travel between in m, speeds at both in m/s, time in s."""
+    to 1. way: travel between in m, speeds at both in m/s, time in s, friction curve at the mean speed in N or nan."""
     pieces = pieces_of(way)
     done = mean = late = 0.0  # of the way
     for piece in range(pieces):
@@ -148,18 +149,26 @@ def skipped(k, wanted, y, memory):
 
 
 @inlined
-def resistance_at(terms, axis, k, where, given, before):
-    """What effects do to friction at sample k; where: time, position, speed, inputs; given: as of `given_over`; before:
-    at the last one, for what no effect touches."""
-    factor, level, load = before
+def factor_at(terms, axis, k, where, given):
+    """The factor of effects on the bristle at sample k; where: time, position, speed, inputs; given: as of
+    `given_over`."""
+    if not axis.on & terms.acts.friction:
+        return 1.0
     t, y, v, currents = where
-    if axis.on & terms.acts.friction:
-        if given.motor.size == 0:
-            factor = friction_factor(terms, axis, t, y, v, currents)
-        else:
-            factor = given.friction[k]
-            if axis.on & terms.acts.stateful_friction:
-                factor = terms.friction(factor, axis.on & terms.acts.stateful_friction, t, y, v, currents, axis.p)
+    if given.motor.size == 0:
+        return friction_factor(terms, axis, t, y, v, currents)
+    factor = given.friction[k]
+    if axis.on & terms.acts.stateful_friction:
+        factor = terms.friction(factor, axis.on & terms.acts.stateful_friction, t, y, v, currents, axis.p)
+    return factor
+
+
+@inlined
+def resistance_at(terms, axis, where, factor):
+    """What effects do to friction at a sample or between two, given the factor on the bristle; where: time, position,
+    speed, inputs."""
+    t, y, v, currents = where
+    level, load = 1.0, 0.0
     if axis.on & terms.acts.level:
         level = level_factor(terms, axis, t, y, v, currents)
     if axis.on & terms.acts.load:
@@ -189,7 +198,8 @@ def begun(terms, axis, bristles, course, motion, currents, given, w):
     if math.isnan(w):
         w = steady_bristle(terms, axis, bristles, t, y, v, currents)
         if not motion.standstill[0] and motion.y.size > START_SAMPLES:
-            resistance = resistance_at(terms, axis, 0, (t, y, v, currents), given, Resistance(1.0, 1.0, 0.0))
+            where = t, y, v, currents
+            resistance = resistance_at(terms, axis, where, factor_at(terms, axis, 0, where, given))
             breakaway = resistance.level * (bristles.static + resistance.load) / bristles.sigma_0
             if just_set_off(v, breakaway):
                 held = held_at_start(terms, axis, bristles, course, motion, currents, resistance.factor)
@@ -230,19 +240,14 @@ def write_hidden(terms, axis, k, t, motion, currents, kept, found):
 
 
 @inlined
-def between(terms, axis, course, motion, k, before):
-    """What acts between sample k and the next: friction as effects make it, and the hidden states brought along."""
-    acts = terms.acts
-    factor, level, load = before
-    where = midway(terms, axis, course, motion, k)
-    _, t, y, speed, currents = where
-    if axis.on & acts.level:
-        level = level_factor(terms, axis, t, y, speed, currents)
-    if axis.on & acts.load:
-        load = friction_load(terms, axis, t, y, speed, currents)
-    if axis.on & acts.advance:
-        advance_on(terms, axis, course, motion, where)
-    return Resistance(factor, level, load)
+def resistance_between(terms, axis, course, motion, k, factor, told):
+    """What effects do to friction between sample k and the next; told: as of `told_between`."""
+    if not axis.on & (terms.acts.level | terms.acts.load):
+        return Resistance(factor, 1.0, 0.0)
+    if told.level.size > 0:
+        return Resistance(factor, told.level[k], 0.0)
+    _, t, y, v, currents = midway(terms, axis, course, motion, k)
+    return resistance_at(terms, axis, (t, y, v, currents), factor)
 
 
 @allocating
@@ -258,7 +263,6 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     sigma_0, sigma_1, sigma_2, mass = bristles.sigma_0, bristles.sigma_1, bristles.sigma_2, bristles.mass
-    resistance = Resistance(1.0, 1.0, 0.0)
     last = before_last = mean = late = force = 0.0
     want_a = found.a.size > 0
     # Where nothing that has states of its own acts on the bristle, it can be followed in parts.
@@ -266,6 +270,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
     given = known_beforehand(terms, axis, candidates, course, motion, effected, found)
+    told = nothing_between() if skipping else told_between(terms, axis, bristles, course, motion)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
@@ -283,12 +288,13 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
             w = begun(terms, axis, bristles, course, motion, currents, given, w)
         if want_a or motion.standstill[k]:
             force = outer_force(terms, axis, motion, k, t, currents, given)
-        resistance = resistance_at(terms, axis, k, (t, y[k], v[k], currents), given, resistance)
+        where = t, y[k], v[k], currents
+        factor = factor_at(terms, axis, k, where, given)
         if motion.standstill[k]:
-            w = terms.law.at_rest(axis, bristles, resistance, w, force, dt)
+            w = terms.law.at_rest(axis, bristles, resistance_at(terms, axis, where, factor), w, force, dt)
         found.w[k] = w
         # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
-        bristle = resistance.factor / mass
+        bristle = factor / mass
         if want_a:
             outer = (force - sigma_2 * v[k]) / mass
             if k > 1:
@@ -298,10 +304,16 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
             found.a[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
         write_hidden(terms, axis, k, t, motion, currents, kept, found)
         if k < count - 1:
-            if on & acts.between:
-                resistance = between(terms, axis, course, motion, k, resistance)
-            way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
-            w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
+            resistance = resistance_between(terms, axis, course, motion, k, factor, told)
+            if on & acts.advance:
+                advance_on(terms, axis, course, motion, midway(terms, axis, course, motion, k))
+            if told.kept.size > 0 and told.kept[k] != UNTOLD:
+                rest = told.rest[k]
+                off = w - rest
+                w, mean, late = rest + off * told.kept[k], rest + off * told.mean[k], 0.5 * rest + off * told.late[k]
+            else:
+                way = y[k + 1] - y[k], v[k], v[k + 1], dt, told.curve[k] if told.curve.size > 0 else math.nan
+                w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
             if want_a:  # the bristle's rate is a difference of w: the equation's right-hand side would amplify noise
                 found.a[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
 

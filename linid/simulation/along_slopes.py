@@ -41,6 +41,7 @@ from linid.simulation.along_beside import (
     told_beforehand,
     write_readings,
 )
+from linid.simulation.along_between import SHORT, told_between
 from linid.simulation.along_effects import effected_before, given_over, samples_of
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
@@ -66,7 +67,7 @@ class Ends(NamedTuple):
 @inlined
 def mean_slopes(x, decay, first, second):
     """Derivatives by x of the means of `decay_means`."""
-    if x < 0.02:
+    if x < SHORT:
         return -0.5 + x * (1.0 / 3.0 - 0.125 * x), -1.0 / 3.0 + x * (0.25 - 0.1 * x)
     by_first = (decay - first) / x
     return by_first, (by_first + decay - second) / x
@@ -97,11 +98,11 @@ def rest_beside(bristles, resistance, w, force, dt, room):
 
 
 @inlined
-def carry_bristles(room, level_by, shares, ends):
-    """Take the slopes of the bristle along one piece of the way between two samples. level_by: of the friction curve;
+def carry_bristles(room, curve_by, shares, ends):
+    """Take the slopes of the bristle along one piece of the way between two samples. curve_by: of the friction curve;
     shares: of it, of what effects make of it and of the stiffness in the deflection of steady sliding."""
     carried, table, width = room.carried, room.table, room.width
-    by_coulomb, by_static, by_velocity, by_exponent = level_by[1:]
+    by_coulomb, by_static, by_velocity, by_exponent = curve_by
     for block in range(0, width, LANES):
         by = by_coulomb * lanes_at(table, block) + by_static * lanes_at(table, width + block)
         by = by + by_velocity * lanes_at(table, 2 * width + block) + by_exponent * lanes_at(table, 3 * width + block)
@@ -116,25 +117,43 @@ def carry_bristles(room, level_by, shares, ends):
 
 
 @inlined
-def bristle_beside(bristles, resistance, w, way, bent, room):
-    """The bristle after the interval between two samples with its means (`bristle_along`), and the slopes of all three
-    put in."""
+def told_curve(bristles, told, k, speed, bent):
+    """The friction curve between sample k and the next with its derivatives by the parameters (`level_slopes`)."""
+    coulomb, _, stribeck_velocity, exponent = bristles[:4]
+    power, left, curve = told.power[k], told.decayed[k], told.curve[k]
+    ratio, excess = abs(speed) / stribeck_velocity, curve - coulomb
+    by_exponent = -excess * power * math.log(ratio) if bent and ratio > 0.0 else 0.0
+    return curve, (1.0 - left, left, excess * exponent * power / stribeck_velocity, by_exponent)
+
+
+@inlined
+def bristle_beside(bristles, resistance, w, way, bent, told, k, room):
+    """The bristle after the interval between sample k and the next with its means (`bristle_along`), and the slopes of
+    all three put in; told: as of `told_between`."""
+    coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     pieces = pieces_of(way)
     scale = 1.0 / pieces
     done = mean = late = 0.0
     for piece in range(pieces):
         reached = reached_by(piece, pieces, way)
         part, done = reached - done, reached
-        coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
-        curve = level_slopes(part * pieces / way[3], coulomb, static, stribeck_velocity, exponent, bent)
+        speed = part * pieces / way[3]
+        if pieces == 1:
+            curve, curve_by = told_curve(bristles, told, k, speed, bent)
+        else:
+            slopes = level_slopes(speed, coulomb, static, stribeck_velocity, exponent, bent)
+            curve, curve_by = slopes.level, slopes.level_by[1:]
         sign = -1.0 if part < 0.0 else 1.0
         share = sign * resistance.level / sigma_0
-        level = curve.level + resistance.load
+        level = curve + resistance.load
         rest = share * level
-        started = w - rest
         passed = abs(part / rest)
-        decay = math.exp(-passed)
-        first, second = decay_means(passed, decay)
+        if pieces == 1 and told.kept.size > 0:
+            decay, first, second = told.kept[k], told.mean[k], told.late[k]
+        else:
+            decay = math.exp(-passed)
+            first, second = decay_means(passed, decay)
+        started = w - rest
         by_first, by_second = mean_slopes(passed, decay, first, second)
         whole = rest + started * first
         w = rest + started * decay
@@ -148,7 +167,7 @@ def bristle_beside(bristles, resistance, w, way, bent, room):
         late_by *= scale * scale
         by_level, by_stiffness = sign * level / sigma_0, rest / sigma_0
         ends = Ends(decay, end_by, scale * first, scale * mean_by, late_of, late_by)
-        carry_bristles(room, curve.level_by, (share, by_level, by_stiffness), ends)
+        carry_bristles(room, curve_by, (share, by_level, by_stiffness), ends)
     return w, mean, late
 
 
@@ -210,6 +229,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     given = given_over(terms, axis, candidates, samples, effected_before(count))
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
+    told = told_between(terms, axis, bristles, course, motion)
     asks = np.any(room.ways & (TOLD | HOLDS) != TOLD)
     stirs, reads = np.any(room.ways & (MOVES | ASKED) != 0), np.any(room.ways & READS != 0)
     by_sample = on & (acts.stateful_sensor | acts.delay) != 0
@@ -241,8 +261,8 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
                     advance_on(terms, axis, course, motion, where)
                     if stirs:
                         states_beside(terms, axis, course, where, (v[k + 1] - v[k]) / dt, room)
-            way = (y[k + 1] - y[k], v[k], v[k + 1], dt)
-            w, mean, late = bristle_beside(bristles, Resistance(factor, *level), w, way, bent, room)
+            way = (y[k + 1] - y[k], v[k], v[k + 1], dt, math.nan)
+            w, mean, late = bristle_beside(bristles, Resistance(factor, *level), w, way, bent, told, k, room)
         write_bristle(bristles, factor, (k, dt), (*before, mean, late), found.a, room)
 
 

@@ -1,7 +1,8 @@
 """The friction laws as the kernels take them: along a measured motion, and step by step of a simulation.
 
-Each bundle has elements (how many springs move on their own), along, at_rest, share_out, bristle, predicted, step. The
-elements' deflections stand in the parameters behind the hidden states; w is then what a single bristle would bend.
+Each bundle has elements (how many springs move on their own), plain (1 where the bristle moves as `bristle_along` has
+it, else 0), along, at_rest, share_out, bristle, predicted, step. The elements' deflections stand in the parameters
+behind the hidden states; w is then what a single bristle would bend.
 """
 
 from __future__ import annotations
@@ -40,11 +41,11 @@ def law_terms(name: str) -> Bundle:
     law = find_law(name)
     if law.elements:
         along, at_rest = _elements_along(law)
-        return Bundle(elements=law.elements, along=along, at_rest=at_rest, **element_terms(law))
+        return Bundle(elements=law.elements, plain=0, along=along, at_rest=at_rest, **element_terms(law))
     single: dict[str, Any] = {"elements": 0, "at_rest": bristle_at_rest, "share_out": _no_share, "bristle": _no_bristle}
     if law.moved is None:
-        return Bundle(along=bristle_along, predicted=predicted, step=followed_bristle, **single)
-    return Bundle(along=_single_along(law), **bristle_terms(law), **single)
+        return Bundle(plain=1, along=bristle_along, predicted=predicted, step=followed_bristle, **single)
+    return Bundle(plain=0, along=_single_along(law), **bristle_terms(law), **single)
 
 
 def _single_along(law: Law) -> Any:

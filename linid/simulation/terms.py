@@ -250,6 +250,7 @@ _OVER: dict[str, Callable[..., Any]] = {
     "thrust": partial(_over, joined=_product, place=_measured_place),
     "force": partial(_over, joined=_sum, place=_measured_place),
     "friction": partial(_over, joined=_product, place=_measured_place),
+    "level": partial(_over, joined=_product, place=_measured_place),
     "sensor": partial(_over, joined=_sum, place=_measured_place),
 }
 
