@@ -10,7 +10,7 @@ import numpy as np
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
 from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
-from linid.simulation.along_between import SHORT, UNTOLD, is_uneven, nothing_between, told_between
+from linid.simulation.along_between import PIECES, SHORT, is_uneven, nothing_between, reached_at, told_between
 from linid.simulation.along_effects import effected_before, effects_shared, known_beforehand
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
@@ -32,7 +32,6 @@ from linid.simulation.splines_at import late_inputs
 
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
-PIECES = 8  # in which the bristle is followed where the speed changes by much between two samples
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
 RAISED = 4.0  # times its own, to which effects may raise friction for that to hold: no deflection then exceeds this
 
@@ -95,8 +94,7 @@ def reached_by(piece, pieces, way):
     travel, v, v_next, dt, _ = way
     if piece == pieces - 1:
         return travel
-    s = (piece + 1) / pieces  # cubic through both samples with their speeds
-    return s * s * (3.0 - 2.0 * s) * travel + dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+    return reached_at((piece + 1) / pieces, travel, v, v_next, dt)
 
 
 @inlined
@@ -307,10 +305,9 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
             resistance = resistance_between(terms, axis, course, motion, k, factor, told)
             if on & acts.advance:
                 advance_on(terms, axis, course, motion, midway(terms, axis, course, motion, k))
-            if told.kept.size > 0 and told.kept[k] != UNTOLD:
-                rest = told.rest[k]
-                off = w - rest
-                w, mean, late = rest + off * told.kept[k], rest + off * told.mean[k], 0.5 * rest + off * told.late[k]
+            if told.kept.size > 0:
+                mean, late = told.mean[k] + told.mean_kept[k] * w, told.late[k] + told.late_kept[k] * w
+                w = told.end[k] + told.kept[k] * w
             else:
                 way = y[k + 1] - y[k], v[k], v[k + 1], dt, told.curve[k] if told.curve.size > 0 else math.nan
                 w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)

@@ -17,25 +17,28 @@ from linid.simulation.lane_functions import exp_lanes, power_lanes
 from linid.simulation.lanes import LANES, lanes_at, put_lanes, select
 
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
-UNTOLD = -1.0  # for what an uneven interval keeps: it has none that holds for all of it
+PIECES = LANES
 SHORT = 0.02  # deflections of steady sliding, within which means are taken by their series
 
 
 class Between(NamedTuple):
     """Of each interval between samples (n or more,), or empty where not told. curve: friction at the mean speed in N;
     power: of that speed in Stribeck velocities, by the exponent; decayed: exp(-power); level: the factor that effects
-    make on the curve; rest: deflection of steady sliding in m, with the sign of the travel; kept: share that is left of
-    how far the bristle was off that, `UNTOLD` where the speed changes by much; mean, late: of that share over the
-    interval, and with a weight that grows from 0 to 1."""
+    make on the curve; rest: deflection of steady sliding in m, with the sign of the travel. The deflection w at an
+    interval's beginning becomes end + kept w at its end, its mean is mean + mean_kept w, and that with a weight that
+    grows from 0 to 1 late + late_kept w, in m; where the speed changes by much, of all PIECES together."""
 
     curve: Any
     power: Any
     decayed: Any
     level: Any
     rest: Any
+    end: Any
     kept: Any
     mean: Any
+    mean_kept: Any
     late: Any
+    late_kept: Any
 
 
 @inlined
@@ -45,49 +48,94 @@ def is_uneven(travel, v, v_next, dt):
 
 
 @inlined
+def reached_at(s, travel, v, v_next, dt):
+    """How far the axis has come after a share s of the time between two samples, in m: a cubic through both with their
+    speeds."""
+    return s * s * (3.0 - 2.0 * s) * travel + dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+
+
+@inlined
 def room_for(count):
     """The next number of intervals that fills all lanes."""
     return (count + LANES - 1) // LANES * LANES
 
 
 @inlined
-def decay_means_lanes(x, decay):
-    """`decay_means` for lanes."""
-    small = x < SHORT
-    first = (1.0 - decay) / x
-    second = (first - decay) / x
-    return (
-        select(small, 1.0 - x * (0.5 - x * (1.0 / 6.0)), first),
-        select(small, 0.5 - x * ((1.0 / 3.0) - 0.125 * x), second),
-    )
+def curve_lanes(bristles, speed):
+    """The friction curve in N at lanes of speeds in m/s, with its power and exp(-power) (eq. 42)."""
+    coulomb, static, stribeck_velocity, exponent = bristles[:4]
+    ratio = abs(speed) / stribeck_velocity
+    power = ratio * ratio if exponent == 2.0 else power_lanes(ratio, exponent)
+    decayed = select(power > DECAYED, 0.0, exp_lanes(-power))
+    return coulomb + (static - coulomb) * decayed, power, decayed
+
+
+@inlined
+def shares_lanes(sigma_0, travel, friction):
+    """Deflection of steady sliding in m along lanes of ways in m under friction in N, and what is left of being off it:
+    at the end, in the mean, and in that with a growing weight (`decay_means`)."""
+    rest = friction / sigma_0
+    passed = abs(travel) / rest
+    decay, small = exp_lanes(-passed), passed < SHORT
+    first = (1.0 - decay) / passed
+    second = (first - decay) / passed
+    first = select(small, 1.0 - passed * (0.5 - passed * (1.0 / 6.0)), first)
+    second = select(small, 0.5 - passed * ((1.0 / 3.0) - 0.125 * passed), second)
+    return select(travel < 0.0, -rest, rest), decay, first, second
 
 
 @compiled
 def put_curves(bristles, dt, travel, curve, power, decayed):
     """Put the friction curve at the mean speeds in; travel: in m, between samples dt seconds apart."""
-    coulomb, static, stribeck_velocity, exponent = bristles[:4]
     for block in range(0, travel.size, LANES):
-        ratio = abs(lanes_at(travel, block)) / dt / stribeck_velocity
-        raised = ratio * ratio if exponent == 2.0 else power_lanes(ratio, exponent)
-        left = select(raised > DECAYED, 0.0, exp_lanes(-raised))
-        put_lanes(power, block, raised)
-        put_lanes(decayed, block, left)
-        put_lanes(curve, block, coulomb + (static - coulomb) * left)
+        found = curve_lanes(bristles, lanes_at(travel, block) / dt)
+        put_lanes(curve, block, found[0])
+        put_lanes(power, block, found[1])
+        put_lanes(decayed, block, found[2])
 
 
 @compiled
 def put_shares(sigma_0, travel, between):
-    """Put in what each interval makes of the bristle."""
+    """Put in what each interval makes of the bristle, as if its speed hardly changed."""
     for block in range(0, travel.size, LANES):
-        way = lanes_at(travel, block)
-        rest = lanes_at(between.level, block) * lanes_at(between.curve, block) / sigma_0
-        passed = abs(way) / rest
-        decay = exp_lanes(-passed)
-        mean, late = decay_means_lanes(passed, decay)
-        put_lanes(between.rest, block, select(way < 0.0, -rest, rest))
-        put_lanes(between.kept, block, decay)
-        put_lanes(between.mean, block, mean)
-        put_lanes(between.late, block, late)
+        friction = lanes_at(between.level, block) * lanes_at(between.curve, block)
+        rest, kept, first, second = shares_lanes(sigma_0, lanes_at(travel, block), friction)
+        put_lanes(between.rest, block, rest)
+        put_lanes(between.end, block, rest - rest * kept)
+        put_lanes(between.kept, block, kept)
+        put_lanes(between.mean, block, rest - rest * first)
+        put_lanes(between.mean_kept, block, first)
+        put_lanes(between.late, block, rest * (0.5 - second))
+        put_lanes(between.late_kept, block, second)
+
+
+@compiled
+def put_uneven(bristles, dt, motion, travel, pieces, between):
+    """Put in what uneven intervals make of it, piece by piece; pieces: (6, PIECES), of which the first two rows say
+    where each begins and ends, in shares of the time."""
+    begins, ends, scale = lanes_at(pieces, 0), lanes_at(pieces, PIECES), 1.0 / PIECES
+    for k in range(motion.y.size - 1):
+        way = travel[k], motion.v[k], motion.v[k + 1], dt
+        if not is_uneven(*way):
+            continue
+        part = reached_at(ends, *way) - reached_at(begins, *way)
+        friction = between.level[k] * curve_lanes(bristles, part / (scale * dt))[0]
+        found = shares_lanes(bristles.sigma_0, part, friction)
+        for row in range(4):
+            put_lanes(pieces, (2 + row) * PIECES, found[row])
+        end = mean = mean_kept = late = late_kept = 0.0
+        kept = 1.0
+        for piece in range(PIECES):
+            rest, left, first, second = pieces[2, piece], pieces[3, piece], pieces[4, piece], pieces[5, piece]
+            off = end - rest
+            whole, whole_kept = rest + off * first, kept * first
+            mean += scale * whole
+            mean_kept += scale * whole_kept
+            late += scale * scale * (piece * whole + 0.5 * rest + off * second)
+            late_kept += scale * scale * (piece * whole_kept + kept * second)
+            end, kept = rest + off * left, kept * left
+        between.end[k], between.mean[k], between.late[k] = end, mean, late
+        between.kept[k], between.mean_kept[k], between.late_kept[k] = kept, mean_kept, late_kept
 
 
 @allocating
@@ -104,7 +152,7 @@ def put_levels(terms, axis, course, motion, travel, level):
 def nothing_between():
     """Nothing is told beforehand."""
     none = np.empty(0)
-    return Between(none, none, none, none, none, none, none, none)
+    return Between(none, none, none, none, none, none, none, none, none, none, none)
 
 
 @allocating
@@ -112,20 +160,22 @@ def told_between(terms, axis, bristles, course, motion):
     """What is told of all intervals of a recording: the curve, and all else where it hangs on the motion alone."""
     count, dt, acts, on = motion.y.size - 1, course.dt, terms.acts, axis.on
     size = room_for(count)
-    travel, curve, power, decayed = np.zeros(size), np.empty(size), np.empty(size), np.empty(size)
+    travel, rooms = np.zeros(size), np.empty((10, size))
+    curve, power, decayed = rooms[0], rooms[1], rooms[2]
     for k in range(count):
         travel[k] = motion.y[k + 1] - motion.y[k]
     put_curves(bristles, dt, travel, curve, power, decayed)
     if terms.law.plain == 0 or on & (acts.load | acts.stateful_level | acts.level & acts.by_inputs):
         none = np.empty(0)
-        return Between(curve, power, decayed, none, none, none, none, none)
+        return Between(curve, power, decayed, none, none, none, none, none, none, none, none)
     level = np.ones(size)
     if on & acts.level:
         put_levels(terms, axis, course, motion, travel, level)
-    rooms = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    between = Between(curve, power, decayed, level, *rooms)
+    found = rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8], rooms[9]
+    between = Between(curve, power, decayed, level, *found)
     put_shares(bristles.sigma_0, travel, between)
-    for k in range(count):
-        if is_uneven(travel[k], motion.v[k], motion.v[k + 1], dt):
-            between.kept[k] = UNTOLD
+    pieces = np.empty((6, PIECES))
+    for piece in range(PIECES):
+        pieces[0, piece], pieces[1, piece] = piece / PIECES, (piece + 1) / PIECES
+    put_uneven(bristles, dt, motion, travel, pieces, between)
     return between

@@ -149,7 +149,7 @@ def bristle_beside(bristles, resistance, w, way, bent, told, k, room):
         rest = share * level
         passed = abs(part / rest)
         if pieces == 1 and told.kept.size > 0:
-            decay, first, second = told.kept[k], told.mean[k], told.late[k]
+            decay, first, second = told.kept[k], told.mean_kept[k], told.late_kept[k]
         else:
             decay = math.exp(-passed)
             first, second = decay_means(passed, decay)
