@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from linid.physics.effects.registry import EFFECTS
+from linid.physics.effects.effect import term
+from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording
+from linid.simulation import run
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
 from tests.simulation.axis_with_effects import AXIS, SAMPLES, simulate, start_of_run, synchronous_run
@@ -48,6 +50,7 @@ KNOWN = [
     "backlash",
     "drive_train_backlash",
     "dwell_stiction",
+    "thermal_derating",
 ]
 COASTING = [
     "cable_force",
@@ -179,9 +182,15 @@ def test_slopes_by_hidden_states_at_the_start(effects: tuple[str, ...]) -> None:
     assert np.all(np.abs(found - expected).max(axis=0) < 1e-2 * scale)
 
 
-def test_derating_is_differenced() -> None:
-    """It decides by a hidden state what the motor gets."""
+def test_hidden_states_that_decide_what_the_motor_gets_are_differenced(monkeypatch: pytest.MonkeyPatch) -> None:
+    @term
+    def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, derating, thermal_time):  # type: ignore[no-untyped-def]
+        return i_1 - derating * s_1, i_2, i_3
+
     simulator = Simulator(Model("sine", ("thermal_derating",)), pack_inputs([synchronous_run(0.1)]), 2)
+    assert simulator.has_slopes(True)
+    driven_by_heat = replace(find_effect("thermal_derating"), thrust=None, drive=drive)
+    monkeypatch.setattr(run, "find_effect", lambda name: driven_by_heat)
     assert not simulator.has_slopes(True)
 
 

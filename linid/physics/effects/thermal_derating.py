@@ -13,10 +13,9 @@ from linid.physics.parameter import Parameter
 
 
 @term
-def drive(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, derating, thermal_time):
-    """The currents that a cold motor would need for the same force, A."""
-    factor = 1.0 / bounded(1.0 + derating * s_1)
-    return i_1 * factor, i_2 * factor, i_3 * factor
+def thrust(t, y, v, i_1, i_2, i_3, record, elapsed, s_1, derating, thermal_time):
+    """Factor on the thrust: magnets and winding lose in proportion, whatever the current."""
+    return 1.0 / bounded(1.0 + derating * s_1)
 
 
 @term
@@ -43,7 +42,7 @@ EFFECT = Effect(
     amplitudes=("derating",),
     kinds=MOTORS,
     grid=grid,
-    drive=drive,
+    thrust=thrust,
     advance=advance,
     told=True,  # the inputs alone decide it
     # Heat: a running time, of the recording with a fast part and of the campaign with a slow one.
