@@ -9,6 +9,7 @@ import math
 
 from linid.physics.effects.effect import Effect, Outlook, Values, term
 from linid.physics.effects.shapes import sine_pair
+from linid.physics.motors.harmonics import sine_cosine
 from linid.physics.parameter import Parameter
 
 
@@ -50,12 +51,20 @@ def force(
 ):
     """Sum over eight orders of the angle, N."""
     angle = cogging_wavenumber * y
-    total = (
-        sine_pair(order_1 * angle, sine_1, cosine_1)
-        + sine_pair(order_2 * angle, sine_2, cosine_2)
-        + sine_pair(order_3 * angle, sine_3, cosine_3)
-        + sine_pair(order_4 * angle, sine_4, cosine_4)
-    )
+    if order_1 == 1.0 and order_2 == 2.0 and order_3 == 4.0 and order_4 == 6.0:  # of the field: by angle addition
+        s, c = sine_cosine(angle)
+        s_2, c_2 = 2.0 * s * c, 1.0 - 2.0 * s * s
+        s_4, c_4 = 2.0 * s_2 * c_2, 1.0 - 2.0 * s_2 * s_2
+        s_6, c_6 = s_4 * c_2 + c_4 * s_2, c_4 * c_2 - s_4 * s_2
+        total = sine_1 * s + cosine_1 * c + (sine_2 * s_2 + cosine_2 * c_2)
+        total += sine_3 * s_4 + cosine_3 * c_4 + (sine_4 * s_6 + cosine_4 * c_6)
+    else:
+        total = (
+            sine_pair(order_1 * angle, sine_1, cosine_1)
+            + sine_pair(order_2 * angle, sine_2, cosine_2)
+            + sine_pair(order_3 * angle, sine_3, cosine_3)
+            + sine_pair(order_4 * angle, sine_4, cosine_4)
+        )
     if sine_5 != 0.0 or cosine_5 != 0.0 or sine_6 != 0.0 or cosine_6 != 0.0:
         total += sine_pair(order_5 * angle, sine_5, cosine_5) + sine_pair(order_6 * angle, sine_6, cosine_6)
     if sine_7 != 0.0 or cosine_7 != 0.0 or sine_8 != 0.0 or cosine_8 != 0.0:
