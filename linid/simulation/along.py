@@ -33,6 +33,7 @@ from linid.simulation.splines_at import late_inputs
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
+FACTOR, FORCE, MEAN, LATE = range(4)
 RAISED = 4.0  # times its own, to which effects may raise friction for that to hold: no deflection then exceeds this
 
 
@@ -248,6 +249,25 @@ def resistance_between(terms, axis, course, motion, k, factor, told):
     return resistance_at(terms, axis, (t, y, v, currents), factor)
 
 
+@compiled
+def put_acceleration(bristles, dt, v, rows, out):
+    """Put the acceleration in m/s^2 in at all samples. rows: (4, samples), the factor on the bristle, all forces but
+    friction in N, and the bristle's mean over the interval after each sample with that of a growing weight, m."""
+    sigma_0, damping, mass, last = bristles.sigma_0, bristles.sigma_1 / dt, bristles.mass, out.size - 1
+    rows[MEAN, last] = rows[LATE, last] = 0.0
+    for k in range(out.size):
+        rows[FORCE, k] = (rows[FORCE, k] - bristles.sigma_2 * v[k]) / mass
+    out[0] = -rows[FACTOR, 0] / mass * (sigma_0 * (rows[MEAN, 0] - rows[LATE, 0]) + damping * rows[MEAN, 0])
+    # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals. Its
+    # rate is a difference of w: the equation's right-hand side would amplify noise.
+    for k in range(1, out.size):
+        held = rows[LATE, k - 1] + rows[MEAN, k] - rows[LATE, k]
+        bristle = sigma_0 * held + damping * (rows[MEAN, k] - rows[MEAN, k - 1])
+        out[k] = -rows[FACTOR, k] / mass * bristle
+    for k in range(1, last):
+        out[k] += (rows[FORCE, k - 1] + 10.0 * rows[FORCE, k] + rows[FORCE, k + 1]) / 12.0
+
+
 @allocating
 def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
@@ -260,13 +280,13 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
-    sigma_0, sigma_1, sigma_2, mass = bristles.sigma_0, bristles.sigma_1, bristles.sigma_2, bristles.mass
-    last = before_last = mean = late = force = 0.0
+    mean = late = force = 0.0
     want_a = found.a.size > 0
+    rows = np.empty((4, count if want_a else 0))
     # Where nothing that has states of its own acts on the bristle, it can be followed in parts.
     skipping = motion.wanted.size > 0 and not want_a and not (on & acts.advance or on & acts.sensor)
     raised = RAISED if on & acts.level or on & acts.load else 1.0
-    memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / sigma_0
+    memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / bristles.sigma_0
     given = known_beforehand(terms, axis, candidates, course, motion, effected, found)
     told = nothing_between() if skipping else told_between(terms, axis, bristles, course, motion)
     goal = k = -1  # goal: the next wanted sample
@@ -278,7 +298,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
                 break
             if back > k:
                 k = back
-                w = math.copysign(bristles.coulomb / sigma_0, v[k])
+                w = math.copysign(bristles.coulomb / bristles.sigma_0, v[k])
                 terms.law.share_out(axis, bristles, w)
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
@@ -291,15 +311,6 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
         if motion.standstill[k]:
             w = terms.law.at_rest(axis, bristles, resistance_at(terms, axis, where, factor), w, force, dt)
         found.w[k] = w
-        # Triangle-weighted means of what changes smoothly by its three samples (Numerov), of the bristle by integrals.
-        bristle = factor / mass
-        if want_a:
-            outer = (force - sigma_2 * v[k]) / mass
-            if k > 1:
-                found.a[k - 1] += (before_last + 10.0 * last + outer) / 12.0
-            before_last = last
-            last = outer
-            found.a[k] = -bristle * (sigma_0 * late - sigma_1 * mean / dt)
         write_hidden(terms, axis, k, t, motion, currents, kept, found)
         if k < count - 1:
             resistance = resistance_between(terms, axis, course, motion, k, factor, told)
@@ -311,8 +322,10 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
             else:
                 way = y[k + 1] - y[k], v[k], v[k + 1], dt, told.curve[k] if told.curve.size > 0 else math.nan
                 w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
-            if want_a:  # the bristle's rate is a difference of w: the equation's right-hand side would amplify noise
-                found.a[k] -= bristle * (sigma_0 * (mean - late) + sigma_1 * mean / dt)
+        if want_a:
+            rows[FACTOR, k], rows[FORCE, k], rows[MEAN, k], rows[LATE, k] = factor, force, mean, late
+    if want_a:
+        put_acceleration(bristles, dt, v, rows, found.a)
 
 
 def along_tasks_with(terms: Bundle) -> Any:
