@@ -48,9 +48,10 @@ from linid.simulation.splines_at import late_inputs
 # and the one before; what is being written.
 BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, LAST, BEFORE_LAST, WRITTEN, ROWS = range(12)
 # Bits of the ways of a direction: whether it changes the factor on the bristle, that on the level of friction, what is
-# added before, hidden states and the reading; whether all that it does to the forces is told beforehand; whether it is
-# asked sample by sample.
-HOLDS, LEVELS, LOADS, MOVES, READS, TOLD, ASKED = (1 << k for k in range(7))
+# added before, hidden states and the reading; whether all that it does to the forces is told beforehand, but for the
+# factor that hidden states make on the thrust; whether that is all that it changes of the forces; whether it is asked
+# sample by sample.
+HOLDS, LEVELS, LOADS, MOVES, READS, TOLD, DERATED, DERATES, ASKED = (1 << k for k in range(9))
 
 
 class Directions(NamedTuple):
@@ -93,7 +94,8 @@ class Beside(NamedTuple):
 
 
 class Here(NamedTuple):
-    """Sample k. t: s in the recording; y: m; v: m/s; currents: inputs; force: N on the mass but friction."""
+    """Sample k. t: s in the recording; y: m; v: m/s; currents: inputs; force: N on the mass but friction; derating: the
+    factor that hidden states make on the thrust."""
 
     k: Any
     t: Any
@@ -101,6 +103,7 @@ class Here(NamedTuple):
     v: Any
     currents: Any
     force: Any
+    derating: Any
 
 
 @allocating
@@ -199,9 +202,20 @@ def is_told(terms, axis, bits, moved, known):
         return False
     if bits & (acts.delay | acts.drive) and on & acts.push_by_inputs:
         return False
+    if moved and on & acts.stateful_thrust and bits & acts.force:
+        return False
     if moved and on & (acts.thrust | PUSH_BIT):
-        return known and not on & (acts.stateful_thrust | PUSH_BIT)
+        return known and not on & PUSH_BIT
     return known or not bits & (acts.thrust | acts.force)
+
+
+@inlined
+def is_derating(terms, axis, bits, moved):
+    """Whether all that a direction does to the forces is to change the factor on the thrust, by hidden states and
+    whatever the inputs are. Arguments as in `is_told`; moved: whether it changes the motor's own force."""
+    acts = terms.acts
+    alone = bits & acts.stateful_thrust != 0 and bits & (acts.push & ~acts.thrust) == 0
+    return alone and not moved and not bits & acts.push_by_inputs and not axis.on & PUSH_BIT
 
 
 @allocating
@@ -215,11 +229,14 @@ def told_beforehand(terms, axis, touched, samples, given, room):
     for c in range(touched.size):
         bits, p, out, row = touched[c] & on, room.params[c], room.forces[c], room.row[c]
         moved = row > 0 or bits & acts.thrust != 0
-        told = is_told(terms, axis, bits, moved, given.motor.size > 0)
+        known = given.motor.size > 0
+        told = is_told(terms, axis, bits, moved, known)
+        derates = known and is_derating(terms, axis, bits, row > 0)
         whole = row > 0 or bits & (acts.delay | of_motor(terms)) != 0
-        room.part[c] = of_motor(terms) if whole else bits & acts.push
+        room.part[c] = bits & acts.thrust if derates else of_motor(terms) if whole else bits & acts.push
         asked = not told or room.ways[c] & (HOLDS | LEVELS | LOADS | READS) != 0
-        room.ways[c] |= (TOLD if told else 0) | (ASKED if asked else 0)
+        room.ways[c] |= (TOLD if told else 0) | (DERATES if derates else 0) | (ASKED if asked else 0)
+        room.ways[c] |= DERATED if told and moved and on & acts.stateful_thrust else 0
         if not told:
             continue
         if bits & acts.force:
@@ -251,15 +268,22 @@ def currents_beside(terms, axis, course, place, c, room):
 
 
 @inlined
-def forces_beside(terms, axis, course, here, asks, room):
-    """Put in how forces and the factor on the bristle answer at a sample; returns that factor. asks: whether not all of
-    it is told beforehand."""
-    factor, of_force = 1.0, FORCE * room.width
+def forces_beside(terms, axis, course, here, given, asks, room):
+    """Put in how forces and the factor on the bristle answer at a sample; returns that factor. given: as of
+    `given_over`; asks: whether not all of it is told beforehand."""
+    factor, of_force, k = 1.0, FORCE * room.width, here.k
     if axis.on & terms.acts.friction:
         factor = friction_factor(terms, axis, here.t, here.y, here.v, here.currents)
     for c in range(room.lag.size):
         if room.ways[c] & TOLD:
-            room.carried[of_force + c] = room.forces[c, here.k]
+            told = room.forces[c, k]
+            room.carried[of_force + c] = told * here.derating if room.ways[c] & DERATED else told
+        elif room.ways[c] & DERATES:
+            bits, (t, y, v, currents) = room.part[c], here[1:5]
+            of_model = terms.thrust(1.0, bits, t, y, v, currents, axis.p)
+            other = terms.thrust(1.0, bits, t, y, v, currents, room.params[c])
+            thrust = given.motor[k] * given.thrust[k] * here.derating
+            room.carried[of_force + c] = thrust * (other / of_model - 1.0) / FORCE_STEP
     if asks:
         ask_forces(terms, axis, course, here, factor, room)
     return factor
@@ -268,7 +292,7 @@ def forces_beside(terms, axis, course, here, asks, room):
 @compiled
 def ask_forces(terms, axis, course, here, factor, room):
     """Put in the answers of `forces_beside` that are not told beforehand."""
-    k, t, y, v, currents, _ = here
+    k, t, y, v, currents = here[:5]
     carried, of_force, of_factor = room.carried, FORCE * room.width, FACTOR * room.width
     at, done, plain, known = Instant(t, y, v, currents, room.motor[0, k], False), -1, 0.0, (0.0, currents)
     for c in range(room.lag.size):
@@ -276,7 +300,7 @@ def ask_forces(terms, axis, course, here, factor, room):
             continue
         other = beside(axis, room.params, c)
         given = currents_beside(terms, axis, course, (k, currents), c, room)
-        if not room.ways[c] & TOLD:
+        if not room.ways[c] & (TOLD | DERATES):
             bits = room.part[c]
             if bits != done:
                 done, known = bits, given_at(terms, axis, at)
@@ -339,7 +363,7 @@ def tell_readings(terms, axis, samples, found, room):
 @compiled
 def write_readings(terms, axis, course, here, found, room):
     """Put in how the reading at sample k answers (`write_hidden`)."""
-    k, t, y, v, currents, _ = here
+    k, t, y, v, currents = here[:5]
     on = axis.on
     error = reading_error(terms, on, t, y, v, currents, axis.p)
     reading = reading_error(terms, on, t, y - error, v, currents, axis.p)

@@ -16,6 +16,7 @@ from linid.simulation.along_beside import (
     ASKED,
     BEFORE_LAST,
     BRISTLE,
+    DERATES,
     FACTOR,
     FORCE,
     HOLDS,
@@ -212,6 +213,17 @@ def write_bristle(bristles, factor, here, means, a, room):
         a[c, k] = carried[WRITTEN * width + c]
 
 
+@inlined
+def derating_at(terms, axis, k, where, given):
+    """The factor that hidden states make on the thrust at sample k; where: time, position, speed; given: as of
+    `given_over`."""
+    by_states = axis.on & terms.acts.stateful_thrust
+    if by_states == 0 or given.motor.size == 0 or not axis.powered:
+        return 1.0
+    currents = given.inputs[0][k], given.inputs[1][k], given.inputs[2][k]
+    return terms.thrust(1.0, by_states, *where, currents, axis.p)
+
+
 @allocating
 def along_slopes_one(terms, candidates, directions, recording, motion, found):
     """Derivatives of the acceleration along a measured motion of one recording; recording: inputs of all and its
@@ -230,7 +242,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
     told = told_between(terms, axis, bristles, course, motion)
-    asks = np.any(room.ways & (TOLD | HOLDS) != TOLD)
+    asks = np.any(room.ways & (TOLD | DERATES) == 0) or np.any(room.ways & HOLDS != 0)
     stirs, reads = np.any(room.ways & (MOVES | ASKED) != 0), np.any(room.ways & READS != 0)
     by_sample = on & (acts.stateful_sensor | acts.delay) != 0
     if reads and not by_sample:
@@ -241,8 +253,8 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
         force = outer_force(terms, axis, motion, k, t, currents, given)
-        here = Here(k, t, y[k], v[k], currents, force)
-        factor = forces_beside(terms, axis, course, here, asks, room)
+        here = Here(k, t, y[k], v[k], currents, force, derating_at(terms, axis, k, (t, y[k], v[k]), given))
+        factor = forces_beside(terms, axis, course, here, given, asks, room)
         if motion.standstill[k]:
             if by_level:
                 level = level_beside(terms, axis, course, (1.0 * k, t, y[k], v[k], currents), room)
