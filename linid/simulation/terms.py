@@ -189,11 +189,11 @@ def _over(rest: Any, term: Any, bit: int, where: Bundle, *, joined: Any, place: 
     def total(out, on, samples, p):
         rest(out, on, samples, p)
         if on & bit:
-            others, elapsed = values_at(p, where), p[ELAPSED]
+            others, record, elapsed = values_at(p, where), p[RECORD], p[ELAPSED]
             for k in range(out.size):
                 t, y = samples.t_start + k * samples.dt, place(samples, out, k)
                 currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
-                new = term(t, y, samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+                new = term(t, y, samples.v[k], *currents, record, elapsed + t, *others)
                 out[k] = joined(out[k], new)
 
     return total
@@ -229,11 +229,11 @@ def _driven_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     def total(out, on, samples, p):
         rest(out, on, samples, p)
         if on & bit:
-            others, elapsed = values_at(p, where), p[ELAPSED]
+            others, record, elapsed = values_at(p, where), p[RECORD], p[ELAPSED]
             for k in range(samples.y.size):
                 t = samples.t_start + k * samples.dt
                 currents = out[0, k], out[1, k], out[2, k]
-                given = term(t, samples.y[k], samples.v[k], *currents, p[RECORD], elapsed + t, *others)
+                given = term(t, samples.y[k], samples.v[k], *currents, record, elapsed + t, *others)
                 out[0, k], out[1, k], out[2, k] = given
 
     return total

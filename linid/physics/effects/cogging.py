@@ -56,8 +56,8 @@ def force(
         s_2, c_2 = 2.0 * s * c, 1.0 - 2.0 * s * s
         s_4, c_4 = 2.0 * s_2 * c_2, 1.0 - 2.0 * s_2 * s_2
         s_6, c_6 = s_4 * c_2 + c_4 * s_2, c_4 * c_2 - s_4 * s_2
-        total = sine_1 * s + cosine_1 * c + (sine_2 * s_2 + cosine_2 * c_2)
-        total += sine_3 * s_4 + cosine_3 * c_4 + (sine_4 * s_6 + cosine_4 * c_6)
+        first = sine_1 * s + cosine_1 * c + sine_2 * s_2 + cosine_2 * c_2
+        total = first + sine_3 * s_4 + cosine_3 * c_4 + sine_4 * s_6 + cosine_4 * c_6
     else:
         total = (
             sine_pair(order_1 * angle, sine_1, cosine_1)

@@ -31,7 +31,8 @@ def marked(record: float, recordings: float) -> bool:
     """Whether the bit of a recording's number is set in `recordings`, a sum of 2^(number - 1). record: that number."""
     if record < 1.0:
         return False
-    return (int(recordings) >> int(record - 1.0)) & 1 == 1
+    shifted = math.floor(recordings / 2.0 ** (record - 1.0))
+    return shifted - 2.0 * math.floor(0.5 * shifted) > 0.0
 
 
 @term
