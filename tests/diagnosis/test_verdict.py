@@ -91,6 +91,10 @@ def test_what_changes_below_the_floor_of_a_measure_is_not_worse() -> None:
     """A free run of a stick-slip axis misses it by as much whenever it is repeated."""
     same = entry(measures={"free_run": Change(1.68, 2.46, 3.1), "force": Change(3.0, 1.0, 0.1)})
     assert same.worsens == () and "worse" not in said((same,), 20.0, 0.1)[1]
+    # One that misses by more than noise explains may miss by as much more as it explains.
+    scattered = entry(measures={"free_run": Change(3.82, 5.93, 3.55)})
+    risen = entry(measures={"free_run": Change(3.82, 7.5, 3.55)})
+    assert scattered.worsens == () and risen.worsens == ("free_run",)
 
 
 @pytest.mark.parametrize("motion", [-3.0, 0.2, float(np.nextafter(0.5, 0.0))])
