@@ -276,7 +276,7 @@ def test_windows_of_one_sample_and_axes_at_rest() -> None:
     assert v[0, 0] == 1.0 and np.all(v[0, 1:] == 0.0) and steps == 0
 
 
-# Positions and slopes of windows of the stand under scattered candidates, as bits.
+# Positions and slopes of windows of the stand under scattered candidates, and what these say along its motion, as bits.
 RUN = """
 import hashlib, numpy
 from tests.simulation.test_lockstep import ahead, scattered
@@ -288,8 +288,10 @@ y = [objective.simulator.run(params, objective.segments, starts, guided=guided)[
 moved = numpy.ones((*starts.shape[1:], 2))
 tangents = numpy.vstack([params[1], params[2]])
 slopes = objective.simulator.slopes(params[0], tangents, objective.segments, starts[0], moved)[1]
-all_three = [hashlib.sha256(numbers.tobytes()).hexdigest() for numbers in (*y, slopes)]
-print(numpy.isfinite(y).mean(), numpy.isfinite(slopes).mean(), *all_three)
+motion, none = objective.motion, numpy.full((3, len(objective.recordings)), numpy.nan)
+along = objective.simulator.along(params, motion.y, motion.v, motion.standstill, none).acceleration
+all_four = [hashlib.sha256(numbers.tobytes()).hexdigest() for numbers in (*y, slopes, along)]
+print(numpy.isfinite(y).mean(), numpy.isfinite(slopes).mean(), *all_four)
 """
 
 

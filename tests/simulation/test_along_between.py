@@ -1,0 +1,61 @@
+"""The bristle between samples of a measured motion, of all intervals at once: as a closed form has it one by one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from linid.physics.model import Model
+from linid.recording.recording import Recording
+from linid.simulation.along_between import PIECES, UNEVEN
+from linid.simulation.inputs import pack_inputs
+from linid.simulation.run import Simulator
+
+DT = 1e-3
+FRICTION = {"coulomb_force": 2.0, "static_force": 3.2, "stribeck_velocity": 5e-3, "bristle_stiffness": 2e4}
+
+
+def after(w: float, way: tuple[float, float, float], level: float, exponent: float) -> float:
+    """The bristle after an interval: w' = v - sigma_0 |v| w / g (4, 42) at the mean speed, or at those of pieces."""
+    travel, v, v_next = way
+    pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / DT) else 1
+    done = 0.0
+    for piece in range(pieces):
+        s = (piece + 1) / pieces
+        reached = s * s * (3.0 - 2.0 * s) * travel + DT * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
+        part, done = (reached if piece < pieces - 1 else travel) - done, reached
+        ratio = abs(part) * pieces / DT / FRICTION["stribeck_velocity"]
+        static, coulomb = FRICTION["static_force"], FRICTION["coulomb_force"]
+        curve = coulomb + (static - coulomb) * math.exp(-(ratio**exponent))
+        rest = math.copysign(level * curve / FRICTION["bristle_stiffness"], part)
+        w = rest + (w - rest) * math.exp(-abs(part / rest))
+    return w
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    count=st.integers(2, 60),
+    exponent=st.sampled_from([2.0, 1.3, 0.6]),
+    more=st.sampled_from([0.0, 0.4, -0.3]),
+    speed=st.sampled_from([1e-4, 1e-2, 1.0]),
+)
+@settings(deadline=None, max_examples=60)
+def test_every_interval_is_the_closed_form(seed: int, count: int, exponent: float, more: float, speed: float) -> None:
+    """Any number of samples, reversals and speeds that change by much; an effect makes more or less of friction."""
+    v = speed * np.random.default_rng(seed).normal(size=count)
+    y = np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))])
+    recording = Recording("r", DT * np.arange(count), y, kind="free_wheel", number=2)
+    model = Model("friction", ("friction_level_change",))
+    level = model.vector({**FRICTION, "stribeck_exponent": exponent, "friction_change": more, "friction_change_recordings": 2.0})
+    start = 0.3 * FRICTION["coulomb_force"] / FRICTION["bristle_stiffness"]
+    none = np.zeros(count, dtype=bool)
+    simulator = Simulator(model, pack_inputs([recording]), 1)
+    found = simulator.along(level[None], y, v, none, np.array([[start]])).bristle[0]
+    expected = [start]
+    for k in range(count - 1):
+        expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0 + more, exponent))
+    assert found == pytest.approx(np.array(expected), rel=1e-11, abs=1e-18)
