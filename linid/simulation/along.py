@@ -33,7 +33,7 @@ from linid.simulation.splines_at import late_inputs
 START_SAMPLES = 20  # over which the balance of forces at a recording's start is averaged
 REST_AVERAGE = 0.03  # s, over which a resting bristle is drawn to the balance of forces
 FORGOTTEN = 22.0  # breakaway deflections of travel, after which a bristle has forgotten all (to 3e-10)
-FACTOR, FORCE, MEAN, LATE = range(4)
+FACTOR, FORCE, MEAN, LATE = range(4)  # rows of what makes the acceleration
 RAISED = 4.0  # times its own, to which effects may raise friction for that to hold: no deflection then exceeds this
 
 
@@ -238,17 +238,6 @@ def write_hidden(terms, axis, k, t, motion, currents, kept, found):
         found.reading[k] = reading_error(terms, on, t, y - error, v, currents, p)
 
 
-@inlined
-def resistance_between(terms, axis, course, motion, k, factor, told):
-    """What effects do to friction between sample k and the next; told: as of `told_between`."""
-    if not axis.on & (terms.acts.level | terms.acts.load):
-        return Resistance(factor, 1.0, 0.0)
-    if told.level.size > 0:
-        return Resistance(factor, told.level[k], 0.0)
-    _, t, y, v, currents = midway(terms, axis, course, motion, k)
-    return resistance_at(terms, axis, (t, y, v, currents), factor)
-
-
 @compiled
 def put_acceleration(bristles, dt, v, rows, out):
     """Put the acceleration in m/s^2 in at all samples. rows: (4, samples), the factor on the bristle, all forces but
@@ -306,22 +295,23 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
             w = begun(terms, axis, bristles, course, motion, currents, given, w)
         if want_a or motion.standstill[k]:
             force = outer_force(terms, axis, motion, k, t, currents, given)
-        where = t, y[k], v[k], currents
-        factor = factor_at(terms, axis, k, where, given)
+        here = t, y[k], v[k], currents
+        factor = factor_at(terms, axis, k, here, given)
         if motion.standstill[k]:
-            w = terms.law.at_rest(axis, bristles, resistance_at(terms, axis, where, factor), w, force, dt)
+            w = terms.law.at_rest(axis, bristles, resistance_at(terms, axis, here, factor), w, force, dt)
         found.w[k] = w
         write_hidden(terms, axis, k, t, motion, currents, kept, found)
         if k < count - 1:
-            resistance = resistance_between(terms, axis, course, motion, k, factor, told)
-            if on & acts.advance:
-                advance_on(terms, axis, course, motion, midway(terms, axis, course, motion, k))
+            where = midway(terms, axis, course, motion, k)
             if told.kept.size > 0:
                 mean, late = told.mean[k] + told.mean_kept[k] * w, told.late[k] + told.late_kept[k] * w
                 w = told.end[k] + told.kept[k] * w
             else:
+                resistance = resistance_at(terms, axis, where[1:], factor)
                 way = y[k + 1] - y[k], v[k], v[k + 1], dt, told.curve[k] if told.curve.size > 0 else math.nan
                 w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
+            if on & acts.advance:
+                advance_on(terms, axis, course, motion, where)
         if want_a:
             rows[FACTOR, k], rows[FORCE, k], rows[MEAN, k], rows[LATE, k] = factor, force, mean, late
     if want_a:

@@ -14,10 +14,11 @@ from linid.physics.friction import DECAYED
 from linid.simulation.along_effects import Samples
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.lane_functions import exp_lanes, power_lanes
-from linid.simulation.lanes import LANES, lanes_at, put_lanes, select
+from linid.simulation.lanes import LANES, lanes_at, padded, put_lanes, select
 
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
 PIECES = LANES
+room_for = inlined(padded)
 SHORT = 0.02  # deflections of steady sliding, within which means are taken by their series
 
 
@@ -52,12 +53,6 @@ def reached_at(s, travel, v, v_next, dt):
     """How far the axis has come after a share s of the time between two samples, in m: a cubic through both with their
     speeds."""
     return s * s * (3.0 - 2.0 * s) * travel + dt * s * (1.0 - s) * ((1.0 - s) * v - s * v_next)
-
-
-@inlined
-def room_for(count):
-    """The next number of intervals that fills all lanes."""
-    return (count + LANES - 1) // LANES * LANES
 
 
 @inlined

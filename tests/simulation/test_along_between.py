@@ -50,11 +50,11 @@ def test_every_interval_is_the_closed_form(seed: int, count: int, exponent: floa
     y = np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))])
     recording = Recording("r", DT * np.arange(count), y, kind="free_wheel", number=2)
     model = Model("friction", ("friction_level_change",))
-    level = model.vector({**FRICTION, "stribeck_exponent": exponent, "friction_change": more, "friction_change_recordings": 2.0})
+    values = {**FRICTION, "stribeck_exponent": exponent, "friction_change": more, "friction_change_recordings": 2.0}
     start = 0.3 * FRICTION["coulomb_force"] / FRICTION["bristle_stiffness"]
     none = np.zeros(count, dtype=bool)
     simulator = Simulator(model, pack_inputs([recording]), 1)
-    found = simulator.along(level[None], y, v, none, np.array([[start]])).bristle[0]
+    found = simulator.along(model.vector(values)[None], y, v, none, np.array([[start]])).bristle[0]
     expected = [start]
     for k in range(count - 1):
         expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0 + more, exponent))
