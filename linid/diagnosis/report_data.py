@@ -106,8 +106,11 @@ class Entry:
     def worsens(self) -> tuple[str, ...]:
         """Measures that are worse with it than without, by more than noise alone makes of them: a free run that comes
         to rest elsewhere each time it is measured anew says nothing."""
-        rises = {name: (change.after - change.before, change.floor) for name, change in self.measures.items()}
-        return tuple(name for name, (rise, floor) in rises.items() if rise > max(np.nan_to_num(floor), 0.0))
+        return tuple(
+            name
+            for name, change in self.measures.items()
+            if change.after - change.before > float(np.fmax(change.floor, 0.0))
+        )
 
 
 @dataclass(frozen=True)

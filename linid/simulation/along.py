@@ -208,18 +208,28 @@ def begun(terms, axis, bristles, course, motion, currents, given, w):
 
 
 @inlined
-def outer_force(terms, axis, motion, k, t, currents, given):
-    """All forces on the mass but friction at sample k, in N; given: as of `given_over`."""
+def derating_at(terms, axis, k, where, given):
+    """The factor that hidden states make on the thrust at sample k; where: time, position, speed; given: as of
+    `given_over`."""
+    by_states = axis.on & terms.acts.stateful_thrust
+    if by_states == 0 or given.motor.size == 0 or not axis.powered:
+        return 1.0
+    currents = given.inputs[0][k], given.inputs[1][k], given.inputs[2][k]
+    return terms.thrust(1.0, by_states, *where, currents, axis.p)
+
+
+@inlined
+def outer_force(terms, axis, motion, k, t, currents, given, derating):
+    """All forces on the mass but friction at sample k, in N; given: as of `given_over`; derating: as of
+    `derating_at`."""
     on, acts, y, v = axis.on, terms.acts, motion.y[k], motion.v[k]
     if given.motor.size == 0:
         return force_once(terms, axis, t, y, v, currents)
     if not on & acts.push:
         return given.motor[k]
-    motor, push = given.motor[k] * given.thrust[k], given.push[k]
-    if on & (acts.stateful_thrust | acts.stateful_force | acts.pushed):
+    motor, push = given.motor[k] * given.thrust[k] * derating, given.push[k]
+    if on & (acts.stateful_force | acts.pushed):
         i = given.inputs[0][k], given.inputs[1][k], given.inputs[2][k]
-        if axis.powered:
-            motor = terms.thrust(motor, on & acts.stateful_thrust, t, y, v, i, axis.p)
         push = terms.force(push, on & acts.stateful_force, t, y, v, i, axis.p)
         if on & acts.pushed:
             return terms.pushed(motor + push, on, motor, t, y, v, i, axis.p)
@@ -294,7 +304,8 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
         if k == 0:
             w = begun(terms, axis, bristles, course, motion, currents, given, w)
         if want_a or motion.standstill[k]:
-            force = outer_force(terms, axis, motion, k, t, currents, given)
+            derating = derating_at(terms, axis, k, (t, y[k], v[k]), given)
+            force = outer_force(terms, axis, motion, k, t, currents, given, derating)
         here = t, y[k], v[k], currents
         factor = factor_at(terms, axis, k, here, given)
         if motion.standstill[k]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.own_terms.layout import PUSH_BIT
-from linid.simulation.along import begun
+from linid.simulation.along import begun, factor_at
 from linid.simulation.along_effects import Samples, nothing_given, write_readings_over
 from linid.simulation.along_motion import advance_by, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
@@ -271,9 +271,8 @@ def currents_beside(terms, axis, course, place, c, room):
 def forces_beside(terms, axis, course, here, given, asks, room):
     """Put in how forces and the factor on the bristle answer at a sample; returns that factor. given: as of
     `given_over`; asks: whether not all of it is told beforehand."""
-    factor, of_force, k = 1.0, FORCE * room.width, here.k
-    if axis.on & terms.acts.friction:
-        factor = friction_factor(terms, axis, here.t, here.y, here.v, here.currents)
+    of_force, k = FORCE * room.width, here.k
+    factor = factor_at(terms, axis, k, here[1:5], given)
     for c in range(room.lag.size):
         if room.ways[c] & TOLD:
             told = room.forces[c, k]

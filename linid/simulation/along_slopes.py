@@ -11,7 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.simulation.along import REST_AVERAGE, Resistance, decay_means, outer_force, pieces_of, reached_by
+from linid.simulation.along import (
+    REST_AVERAGE,
+    Resistance,
+    decay_means,
+    derating_at,
+    outer_force,
+    pieces_of,
+    reached_by,
+)
 from linid.simulation.along_beside import (
     ASKED,
     BEFORE_LAST,
@@ -213,17 +221,6 @@ def write_bristle(bristles, factor, here, means, a, room):
         a[c, k] = carried[WRITTEN * width + c]
 
 
-@inlined
-def derating_at(terms, axis, k, where, given):
-    """The factor that hidden states make on the thrust at sample k; where: time, position, speed; given: as of
-    `given_over`."""
-    by_states = axis.on & terms.acts.stateful_thrust
-    if by_states == 0 or given.motor.size == 0 or not axis.powered:
-        return 1.0
-    currents = given.inputs[0][k], given.inputs[1][k], given.inputs[2][k]
-    return terms.thrust(1.0, by_states, *where, currents, axis.p)
-
-
 @allocating
 def along_slopes_one(terms, candidates, directions, recording, motion, found):
     """Derivatives of the acceleration along a measured motion of one recording; recording: inputs of all and its
@@ -252,8 +249,9 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     for k in range(count):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
-        force = outer_force(terms, axis, motion, k, t, currents, given)
-        here = Here(k, t, y[k], v[k], currents, force, derating_at(terms, axis, k, (t, y[k], v[k]), given))
+        derating = derating_at(terms, axis, k, (t, y[k], v[k]), given)
+        force = outer_force(terms, axis, motion, k, t, currents, given, derating)
+        here = Here(k, t, y[k], v[k], currents, force, derating)
         factor = forces_beside(terms, axis, course, here, given, asks, room)
         if motion.standstill[k]:
             if by_level:

@@ -315,10 +315,9 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
     load and pushed (N on the mass by the motor's force) (value, on, push, t, y, v, currents, p); all others (value, on,
     t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); law: those of the friction law (laws.py); acts:
     per term the bits of all effects, and of own terms, that have it, besides `any`, `push` (what changes the forces on
-    the mass), `pressed` (what makes friction of the motor's force), `between` (what acts between the samples of a
-    measured motion), `push_by_inputs` (forces beside the motor's that hang on what it gets) and `by_inputs` (hidden
-    states and friction that do); chosen, always: bits that the caller of the kernel chooses, and that it has when it is
-    compiled.
+    the mass), `pressed` (what makes friction of the motor's force), `push_by_inputs` (forces beside the motor's that
+    hang on what it gets) and `by_inputs` (hidden states and friction that do); chosen, always: bits that the caller of
+    the kernel chooses, and that it has when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
@@ -340,7 +339,6 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
         "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
         "push_by_inputs": active_mask(tuple(e.name for e in effects if e.pushes_by_inputs)),
         "by_inputs": pressed | active_mask(tuple(e.name for e in effects if e.reads(_RESISTING, *INPUTS))),
-        "between": bits["level"] | bits["load"] | bits["advance"],
         **{f"stateful_{term}": _stateful(term, effects) for term in _OVER},
     }
     return Bundle(
