@@ -40,7 +40,7 @@ _MEMORY = STATE_START + MEMORY_PLACE
 _BEFORE = _MEMORY + STATE_SIZE  # the memory at the start of a step
 _COUNT = len(layout.MEMORY)
 _LOAD, _NUMBER, _RAMP = layout.LOAD, layout.NUMBER, layout.RAMP
-_SPLINE, _SURFACE, _PERIODIC = layout.SPLINE, layout.SURFACE, layout.PERIODIC
+_SPLINE, _SURFACE, _PERIODIC, _WAVE = layout.SPLINE, layout.SURFACE, layout.PERIODIC, layout.WAVE
 _NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP = (
     layout.NEGATIVE,
     layout.ABS,
@@ -203,6 +203,9 @@ def program_value(p, pc, stop):
         elif code == _PERIODIC:
             x = periodic_value(p, pc, x)
             pc += 3
+        elif code == _WAVE:
+            x = p[int(p[pc])] * math.sin(x) + p[int(p[pc + 1])] * math.cos(x)
+            pc += 2
         elif code == _SURFACE:
             x = surface_value(p, pc, p[top], x)
             top -= 1

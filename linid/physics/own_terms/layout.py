@@ -29,11 +29,11 @@ MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "
 PLAY = 2e-5  # m (rotary: rad): moving back by less is no reversal, moving by less is rest
 LEAST_REST = 0.05  # s: a shorter one is a slow passage
 
-# Operations: those that put a number on the stack first, then curves, those on one number, those on two. The last ones
-# come again with their second number behind the code, and with the place of it: formulas are full of such.
-LOAD, NUMBER, RAMP, SPLINE, SURFACE, PERIODIC = range(6)
-NEGATIVE, ABS, SIGN, SIN, COS, EXP, LOG, SQRT, TANH = range(6, 15)
-ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, MIN, MAX = range(15, 22)
+# Operations: those that put a number on the stack first, then curves and waves, those on one number, those on two. The
+# last ones come again with their second number behind the code, and with the place of it: formulas are full of such.
+LOAD, NUMBER, RAMP, SPLINE, SURFACE, PERIODIC, WAVE = range(7)
+NEGATIVE, ABS, SIGN, SIN, COS, EXP, LOG, SQRT, TANH = range(7, 16)
+ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, MIN, MAX = range(16, 23)
 WITH_NUMBER, WITH_LOAD = (k * (MAX - ADD + 1) for k in (1, 2))  # added to the code
 
 ONE_ARGUMENT = {"abs": ABS, "sign": SIGN, "sin": SIN, "cos": COS, "exp": EXP, "log": LOG, "sqrt": SQRT, "tanh": TANH}

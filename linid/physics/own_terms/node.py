@@ -30,6 +30,13 @@ class Node:
             return int(self.numbers[2] * self.numbers[5])
         return int(self.numbers[-1]) if self.kind in layout.SPLINES else 0
 
+    @property
+    def of_wave(self) -> tuple[str, Node, str] | None:
+        """sin or cos, its angle and the parameter's name of a parameter times one of them; None for anything else."""
+        if self.kind != "*" or self.args[0].kind != "parameter" or self.args[1].kind not in ("sin", "cos"):
+            return None
+        return self.args[1].kind, self.args[1].args[0], self.args[0].name
+
     def walk(self) -> list[Node]:
         """This node and all below it, in the order of the text."""
         return [self, *(inner for one in self.args for inner in one.walk())]

@@ -43,6 +43,9 @@ def _number(tree: Node) -> float | None:
 
 def _of_two(tree: Node, places: Mapping[str, int]) -> list[float]:
     """An operation on two numbers, the second one behind its code where that is no operation itself."""
+    wave = _wave(tree)
+    if wave:
+        return [*program_of(wave[0], places), float(layout.WAVE), *(float(places[name]) for name in wave[1:])]
     first, second = tree.args
     if tree.kind in layout.EITHER_WAY and (_number(first) is not None or first.kind in _NAMED):
         first, second = second, first
@@ -52,6 +55,16 @@ def _of_two(tree: Node, places: Mapping[str, int]) -> list[float]:
     if second.kind in _NAMED:
         return [*out, float(code + layout.WITH_LOAD), float(places[second.name])]
     return [*out, *program_of(second, places), float(code)]
+
+
+def _wave(tree: Node) -> tuple[Node, str, str] | None:
+    """The angle of a wave and the names of its amplitudes: one times the sine plus one times the cosine of one angle,
+    which together take little longer than one of them; None for anything else."""
+    sides = [one.of_wave for one in tree.args] if tree.kind == "+" else []
+    found = {kind: (angle, name) for kind, angle, name in filter(None, sides)}
+    if len(found) < 2 or found["sin"][0] != found["cos"][0]:
+        return None
+    return found["sin"][0], found["sin"][1], found["cos"][1]
 
 
 def _ramp(tree: Node, places: Mapping[str, int]) -> list[float]:

@@ -45,17 +45,28 @@ def summands_of(tree: Node, place: str) -> tuple[Summand, ...]:
 
 
 def sum_of(summands: Sequence[Summand]) -> Node:
-    """The tree of a sum; a first factor of several operations that neighbours share is computed once."""
+    """The tree of a sum; a first factor that neighbours share is multiplied once."""
     nodes = []
     for _, group in groupby(summands, key=lambda one: one.factors[:1]):
         some = list(group)
-        shared = some[0].factors[:1]
-        if len(some) > 1 and shared and shared[0].args:
+        if len(some) > 1 and some[0].factors:
             rest = sum_of([replace(one, factors=one.factors[1:]) for one in some])
-            nodes.append(Node("*", (*shared, rest)))
+            nodes.append(Node("*", (some[0].factors[0], rest)))
         else:
             nodes += [one.node for one in some]
-    return reduce(lambda a, b: Node("+", (a, b)), nodes)
+    return reduce(lambda a, b: Node("+", (a, b)), _with_waves(nodes))
+
+
+def _with_waves(nodes: Sequence[Node]) -> list[Node]:
+    """The nodes of a sum, a sine and a cosine of the same angle that are neighbours added first: they are one wave."""
+    out: list[Node] = []
+    for node in nodes:
+        one, last = node.of_wave, out[-1].of_wave if out else None
+        if one and last and one[1] == last[1]:
+            out[-1] = Node("+", (out[-1], node))
+        else:
+            out.append(node)
+    return out
 
 
 def _expanded(node: Node, place: str) -> list[Summand]:
