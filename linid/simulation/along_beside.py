@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
-from linid.physics.own_terms.layout import PUSH_BIT
+from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT, PUSH_BIT
 from linid.simulation.along import begun, factor_at
 from linid.simulation.along_effects import Samples, nothing_given, write_readings_over
 from linid.simulation.along_motion import advance_by, advance_on, inputs_of_sample, midway
+from linid.simulation.along_own import own_columns, own_forces, own_level
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
@@ -23,19 +24,19 @@ from linid.simulation.forces import (
     driven_currents,
     field_position,
     friction_factor,
-    friction_load,
     level_factor,
     motor_forces,
     reading_error,
 )
+from linid.simulation.own_slopes import own_slopes_of
 from linid.simulation.slope_effects import (
     FORCE_STEP,
     Instant,
     added_by,
     along_directions,
     beside,
-    force_at,
     given_at,
+    library_force_at,
     of_motor,
     part_at,
     table_of,
@@ -47,11 +48,11 @@ from linid.simulation.splines_at import late_inputs
 # bristle at a sample, the level of friction between two and what is added before; outer acceleration at the last sample
 # and the one before; what is being written.
 BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, LAST, BEFORE_LAST, WRITTEN, ROWS = range(12)
-# Bits of the ways of a direction: whether it changes the factor on the bristle, that on the level of friction, what is
-# added before, hidden states and the reading; whether all that it does to the forces is told beforehand, but for the
-# factor that hidden states make on the thrust; whether that is all that it changes of the forces; whether it is asked
-# sample by sample.
-HOLDS, LEVELS, LOADS, MOVES, READS, TOLD, DERATED, DERATES, ASKED = (1 << k for k in range(9))
+# Bits of the ways of a direction: whether it changes the factor on the bristle, that on the level of friction, hidden
+# states and the reading; whether all that it does to the forces but by own terms is told
+# beforehand, but for the factor that hidden states make on the thrust; whether that is all that it changes of the
+# forces; whether it is asked sample by sample; whether own terms hear of it by the motor's force.
+HOLDS, LEVELS, MOVES, READS, TOLD, DERATED, DERATES, ASKED, HEARD = (1 << k for k in range(9))
 
 
 class Directions(NamedTuple):
@@ -76,7 +77,7 @@ class Beside(NamedTuple):
     and of those directions that change them; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
     forces: (K, samples) N, so far as told beforehand; part: (K,) bits of the effects that change these otherwise, for
     `part_at`; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do to mass and
-    static force; carried: (ROWS * width).
+    static force; carried: (ROWS * width); own: `OwnSlopes`.
 
     Functions that are called for every sample and are not inlined take as long to be handed this as for their work.
     """
@@ -91,6 +92,7 @@ class Beside(NamedTuple):
     width: Any
     table: Any
     carried: Any
+    own: Any
 
 
 class Here(NamedTuple):
@@ -143,8 +145,7 @@ def room_beside(terms, axis, directions, candidates, recording):
     for c in range(count):
         ways[c] |= HOLDS if touched[c] & acts.friction else 0
         ways[c] |= LEVELS if touched[c] & acts.level else 0
-        ways[c] |= LOADS if touched[c] & acts.load else 0
-        ways[c] |= MOVES if touched[c] & acts.advance else 0
+        ways[c] |= MOVES if touched[c] & acts.advance & ~MEMORY_BIT else 0
         ways[c] |= READS if touched[c] & acts.sensor else 0
     samples = inputs.sample_offsets[r + 1] - inputs.sample_offsets[r]
     return Beside(
@@ -158,6 +159,7 @@ def room_beside(terms, axis, directions, candidates, recording):
         width,
         table_of(terms, axis, params, inputs.added_mass[r], directions.table).flatten(),
         np.zeros(ROWS * width),
+        own_slopes_of(axis.on, candidates.params, count, FORCE_STEP),
     )
 
 
@@ -198,14 +200,14 @@ def is_told(terms, axis, bits, moved, known):
     the effects that it changes; moved: whether it changes the motor's force; known: whether that is told beforehand."""
     acts, on = terms.acts, axis.on
     states = acts.stateful_field | acts.stateful_thrust | acts.stateful_force
-    if bits & (acts.pushed | states):
+    if bits & states:
         return False
     if bits & (acts.delay | acts.drive) and on & acts.push_by_inputs:
         return False
-    if moved and on & acts.stateful_thrust and bits & acts.force:
+    if moved and (on & acts.stateful_thrust or on & PUSH_BIT) and bits & acts.force:
         return False
-    if moved and on & (acts.thrust | PUSH_BIT):
-        return known and not on & PUSH_BIT
+    if moved and on & acts.thrust:
+        return known
     return known or not bits & (acts.thrust | acts.force)
 
 
@@ -215,7 +217,7 @@ def is_derating(terms, axis, bits, moved):
     whatever the inputs are. Arguments as in `is_told`; moved: whether it changes the motor's own force."""
     acts = terms.acts
     alone = bits & acts.stateful_thrust != 0 and bits & (acts.push & ~acts.thrust) == 0
-    return alone and not moved and not bits & acts.push_by_inputs and not axis.on & PUSH_BIT
+    return alone and not moved and not bits & acts.push_by_inputs
 
 
 @allocating
@@ -227,16 +229,17 @@ def told_beforehand(terms, axis, touched, samples, given, room):
     before, after, factor = np.empty(n), np.empty(n), np.empty(n)
     done = 0  # bits of the effects whose forces `before` holds
     for c in range(touched.size):
-        bits, p, out, row = touched[c] & on, room.params[c], room.forces[c], room.row[c]
+        bits, p, out, row = touched[c] & on & ~(FORCE_BIT | LEVEL_BIT), room.params[c], room.forces[c], room.row[c]
         moved = row > 0 or bits & acts.thrust != 0
         known = given.motor.size > 0
         told = is_told(terms, axis, bits, moved, known)
         derates = known and is_derating(terms, axis, bits, row > 0)
         whole = row > 0 or bits & (acts.delay | of_motor(terms)) != 0
         room.part[c] = bits & acts.thrust if derates else of_motor(terms) if whole else bits & acts.push
-        asked = not told or room.ways[c] & (HOLDS | LEVELS | LOADS | READS) != 0
+        asked = not told or room.ways[c] & (HOLDS | LEVELS | READS) != 0
         room.ways[c] |= (TOLD if told else 0) | (DERATES if derates else 0) | (ASKED if asked else 0)
         room.ways[c] |= DERATED if told and moved and on & acts.stateful_thrust else 0
+        room.ways[c] |= HEARD if on & PUSH_BIT and (whole or derates or moved) else 0
         if not told:
             continue
         if bits & acts.force:
@@ -273,24 +276,31 @@ def forces_beside(terms, axis, course, here, given, asks, room):
     `given_over`; asks: whether not all of it is told beforehand."""
     of_force, k = FORCE * room.width, here.k
     factor = factor_at(terms, axis, k, here[1:5], given)
+    push = heard = 0.0
+    if axis.on & FORCE_BIT:
+        push, heard = own_forces(terms, axis, here, given, room)
     for c in range(room.lag.size):
+        hears = 1.0 + heard if room.ways[c] & HEARD else 1.0
         if room.ways[c] & TOLD:
-            told = room.forces[c, k]
+            told = room.forces[c, k] * hears
             room.carried[of_force + c] = told * here.derating if room.ways[c] & DERATED else told
         elif room.ways[c] & DERATES:
             bits, (t, y, v, currents) = room.part[c], here[1:5]
             of_model = terms.thrust(1.0, bits, t, y, v, currents, axis.p)
             other = terms.thrust(1.0, bits, t, y, v, currents, room.params[c])
             thrust = given.motor[k] * given.thrust[k] * here.derating
-            room.carried[of_force + c] = thrust * (other / of_model - 1.0) / FORCE_STEP
+            room.carried[of_force + c] = hears * thrust * (other / of_model - 1.0) / FORCE_STEP
     if asks:
-        ask_forces(terms, axis, course, here, factor, room)
+        ask_forces(terms, axis, course, here, factor, heard, room)
+    if axis.on & FORCE_BIT:
+        own_columns(axis, push, here.v, room, of_force)
     return factor
 
 
 @compiled
-def ask_forces(terms, axis, course, here, factor, room):
-    """Put in the answers of `forces_beside` that are not told beforehand."""
+def ask_forces(terms, axis, course, here, factor, heard, room):
+    """Put in the answers of `forces_beside` that are not told beforehand; heard: how own terms answer the motor's
+    force."""
     k, t, y, v, currents = here[:5]
     carried, of_force, of_factor = room.carried, FORCE * room.width, FACTOR * room.width
     at, done, plain, known = Instant(t, y, v, currents, room.motor[0, k], False), -1, 0.0, (0.0, currents)
@@ -300,14 +310,16 @@ def ask_forces(terms, axis, course, here, factor, room):
         other = beside(axis, room.params, c)
         given = currents_beside(terms, axis, course, (k, currents), c, room)
         if not room.ways[c] & (TOLD | DERATES):
-            bits = room.part[c]
+            bits, there = room.part[c], Instant(t, y, v, given, room.motor[room.row[c], k], False)
             if bits != done:
                 done, known = bits, given_at(terms, axis, at)
-                plain = part_at(terms, axis, bits, at, known)
+                plain = part_at(terms, axis, bits, at, known[1])
             if bits & of_motor(terms):  # as `part_at` does it, which is a sixth slower here
-                force = force_at(terms, other, Instant(t, y, v, given, room.motor[room.row[c], k], False))
+                force = library_force_at(terms, other, there)
             else:
-                force = added_by(terms, other, bits, at, known)
+                force = added_by(terms, other, bits, at, known[1])
+            if room.ways[c] & HEARD:
+                force += heard * (given_at(terms, other, there)[0] - known[0])
             carried[of_force + c] = (force - plain) / FORCE_STEP
         if room.ways[c] & HOLDS:
             carried[of_factor + c] = (friction_factor(terms, other, t, y, v, given) - factor) / FORCE_STEP
@@ -320,16 +332,13 @@ def level_beside(terms, axis, course, where, room):
     (place, t, y, v, currents), (level, load), carried = where, (1.0, 0.0), room.carried
     if axis.on & terms.acts.level:
         level = level_factor(terms, axis, t, y, v, currents)
-    if axis.on & terms.acts.load:
-        load = friction_load(terms, axis, t, y, v, currents)
-    for c in range(room.lag.size):
-        if room.ways[c] & (LEVELS | LOADS):
-            other = beside(axis, room.params, c)
-            given = currents_beside(terms, axis, course, (place, currents), c, room)
+        for c in range(room.lag.size):
             if room.ways[c] & LEVELS:
+                other = beside(axis, room.params, c)
+                given = currents_beside(terms, axis, course, (place, currents), c, room)
                 carried[LEVEL * room.width + c] = (level_factor(terms, other, t, y, v, given) - level) / FORCE_STEP
-            if room.ways[c] & LOADS:
-                carried[LOAD * room.width + c] = (friction_load(terms, other, t, y, v, given) - load) / FORCE_STEP
+    if axis.on & LEVEL_BIT:
+        load = own_level(axis, where, room, LOAD * room.width)
     return level, load
 
 

@@ -226,11 +226,9 @@ def driven_acceleration(p, push, v):
     return (push - friction) / (p[MASS] + p[ADDED_MASS])
 
 
-@compiled
-def own_sum(p, on, part, push, t, y, v):
-    """Sum in N of the forces (part 0) or levels of friction (part 1) of all own terms; nan if it is no number.
-
-    push: the motor's force in N."""
+@inlined
+def put_variables(p, on, push, t, y, v):
+    """Put the variables of own terms in; push: the motor's force in N."""
     at = OWN_VARIABLES
     p[at], p[at + 1], p[at + 2], p[at + 3], p[at + 4] = t, p[ELAPSED] + t, y, v, push
     if on & MEMORY_BIT:
@@ -242,6 +240,14 @@ def own_sum(p, on, part, push, t, y, v):
         p[at + 9] = driven_acceleration(p, push, v)
     if on & STRIBECK_BIT:
         p[at + 10] = stribeck(v, p[0], p[1], p[2], p[3]) / p[0]
+
+
+@compiled
+def own_sum(p, on, part, push, t, y, v):
+    """Sum in N of the forces (part 0) or levels of friction (part 1) of all own terms; nan if it is no number.
+
+    push: the motor's force in N."""
+    put_variables(p, on, push, t, y, v)
     total = 0.0
     for k in range(TERMS):
         head = OWN_START + HEAD * k + 2 * part

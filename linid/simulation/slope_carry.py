@@ -20,15 +20,12 @@ from linid.simulation.slope_effects import (
     NONE,
     START_LEVEL,
     Answer,
-    FrictionAnswer,
     Instant,
-    answer_of_factor,
     answer_of_force,
-    answer_of_friction,
     force_at,
     places_of,
-    with_answer,
 )
+from linid.simulation.slope_resistance import FrictionAnswer, answer_of_factor, answer_of_friction, with_answer
 from linid.simulation.slope_states import (
     AT_END,
     AT_MIDDLE,

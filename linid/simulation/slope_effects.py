@@ -1,7 +1,7 @@
-"""How forces and friction with effects answer motion and parameters: what a step's derivatives need of them.
+"""How forces with effects answer motion and parameters: what a step's derivatives need of them.
 
-By differences of the terms themselves, some evaluations per instant: most columns share them. How hidden states go on
-is told in slope_states.py.
+By differences of the terms themselves, some evaluations per instant: most columns share them; of own terms exactly
+(own_slopes.py). Friction is told in slope_resistance.py, how hidden states go on in slope_states.py.
 """
 
 from __future__ import annotations
@@ -11,20 +11,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import STATE_START
-from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, PUSH_BIT, STRIBECK_BIT
+from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import (
     Axis,
     bristles_of,
     driven_currents,
-    friction_factor,
-    level_factor,
     reading_error,
     thrust_factor,
     with_effects,
     work_vector,
 )
-from linid.simulation.friction_slopes import LevelSlopes
+from linid.simulation.own_slopes import add_columns, answer_by_motion, own_slopes_of, put_answers
+from linid.simulation.own_terms import FORCE
 
 # Steps of differences: of a search coordinate, whose forces are smooth to the last bits, of which it leaves half; of a
 # speed with so many m/s, of a place in m, of a force with so many N, of a hidden state with so much in its own unit.
@@ -41,7 +40,7 @@ class Acting(NamedTuple):
     unit of what is told; fast, pushing: bits of the effects whose forces hang on speed, and of those that change forces
     beside the motor's own; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
     effects; driven: (3,) whether place, speed and acceleration drive them; by_state: (OWN * n) how what is told answers
-    them."""
+    them; of_own: `OwnSlopes`."""
 
     moved: Any
     touched: Any
@@ -53,6 +52,7 @@ class Acting(NamedTuple):
     owners: Any
     driven: Any
     by_state: Any
+    of_own: Any
 
 
 class Instant(NamedTuple):
@@ -78,23 +78,15 @@ class Answer(NamedTuple):
     state: Any
 
 
-class FrictionAnswer(NamedTuple):
-    """Friction at an instant: the factor on its level and N added before, and how level and fall answer."""
-
-    factor: Any
-    load: Any
-    level: Any
-    fall: Any
-
-
 @allocating
 def acting_on(terms, candidates, tangents):
     """Room for the answers of a model with effects; nothing of it where there are none."""
     acts, on = terms.acts, candidates.on & terms.chosen | terms.always
     count, width = tangents.count, tangents.table.shape[1]
     nothing, none, hidden = np.empty(0, np.int64), np.empty(0), (tangents.kept, tangents.owners, tangents.driven)
+    of_own = own_slopes_of(on, candidates.params, count, FORCE_STEP)
     if on & acts.any == 0:
-        return Acting(nothing, nothing, np.empty((0, 0)), none, 0, 0, nothing, nothing, tangents.driven, none)
+        return Acting(nothing, nothing, np.empty((0, 0)), none, 0, 0, nothing, nothing, tangents.driven, none, of_own)
     moved, touched = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     found = 0
     for c in range(count):
@@ -103,8 +95,8 @@ def acting_on(terms, candidates, tangents):
             found += 1
     work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
     params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * tangents.kept.size)
-    pushing = acts.thrust | acts.force | acts.pushed | (acts.drive if on & acts.push_by_inputs else 0)
-    return Acting(moved[:found], touched[:found], params, own, tangents.fast, pushing, *hidden, by_state)
+    pushing = acts.thrust | acts.force | (acts.drive if on & acts.push_by_inputs else 0)
+    return Acting(moved[:found], touched[:found], params, own, tangents.fast, pushing, *hidden, by_state, of_own)
 
 
 @allocating
@@ -126,6 +118,13 @@ def along_directions(candidates, params, inputs, r):
 def beside(axis, params, c):
     """The axis a FORCE_STEP along direction c, but for its motor; params: of all directions."""
     return Axis(axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, params[c], axis.table)
+
+
+@inlined
+def without_own(axis):
+    """The axis without what own terms add: their answers come from own_slopes.py."""
+    on = axis.on & ~(FORCE_BIT | LEVEL_BIT | LOAD_BIT)
+    return Axis(on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, axis.p, axis.table)
 
 
 @compiled
@@ -153,6 +152,12 @@ def force_at(terms, axis, at):
     """All forces on the mass but friction in N, by the motor's."""
     currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
     return with_effects(terms, axis, at.t, at.y, at.v, currents, at.motor)
+
+
+@compiled
+def library_force_at(terms, axis, at):
+    """`force_at` without own terms."""
+    return force_at(terms, without_own(axis), at)
 
 
 @inlined
@@ -197,15 +202,9 @@ def places_of(kind, width, acting):
 
 
 @compiled
-def added_by(terms, axis, bits, at, given):
-    """What effects and own terms with these bits add to the forces on the mass, N; given: the motor's force with its
-    factor in N, and its inputs."""
-    push, currents = given
-    force = terms.force(0.0, bits, at.t, at.y, at.v, currents, axis.p)
-    if bits & terms.acts.pushed:
-        bits |= axis.on & (ACCELERATION_BIT | STRIBECK_BIT | MEMORY_BIT)  # what own terms hang on is told them too
-        force = terms.pushed(force, bits, push, at.t, at.y, at.v, currents, axis.p)
-    return force
+def added_by(terms, axis, bits, at, currents):
+    """What effects with these bits add to the forces on the mass, N; currents: what the motor gets."""
+    return terms.force(0.0, bits, at.t, at.y, at.v, currents, axis.p)
 
 
 @inlined
@@ -223,17 +222,15 @@ def thrust_at(terms, axis, at, currents):
 
 
 @compiled
-def part_at(terms, axis, bits, at, given):
-    """A part of the forces of `force_at` that holds all that effects with these bits do; given: as of `added_by`."""
-    acts, (push, currents) = terms.acts, given
+def part_at(terms, axis, bits, at, currents):
+    """A part of the forces of `library_force_at` that holds all that effects with these bits do; currents: what the
+    motor gets but for them."""
+    acts = terms.acts
     if bits & acts.drive:
-        return force_at(terms, axis, at)
+        return library_force_at(terms, axis, at)
     if bits & acts.thrust == 0:
-        return added_by(terms, axis, bits, at, given)
-    push = at.motor * thrust_at(terms, axis, at, currents)
-    if axis.on & PUSH_BIT:
-        bits |= axis.on & acts.pushed
-    return push + added_by(terms, axis, bits, at, (push, currents))
+        return added_by(terms, axis, bits, at, currents)
+    return at.motor * thrust_at(terms, axis, at, currents) + added_by(terms, axis, bits, at, currents)
 
 
 @compiled
@@ -244,137 +241,78 @@ def given_at(terms, axis, at):
 
 
 @compiled
-def force_by_motor(terms, axis, at, given):
-    """How the forces of `force_at` answer the motor's."""
-    acts, (push, currents) = terms.acts, given
-    factor = thrust_at(terms, axis, at, currents)
-    if axis.on & PUSH_BIT:
-        step = _PUSH_STEP * (abs(push) + _WEAK)
-        bits, after = axis.on & acts.pushed, (push + step, currents)
-        more = added_by(terms, axis, bits, at, after) - added_by(terms, axis, bits, at, given)
-        return factor * (1.0 + more / step)
-    return factor
-
-
-@compiled
 def answer_of_force(terms, axis, acting, at, places):
-    """How the forces of `force_at` answer, by differences of the part that changes; places: `places_of`."""
+    """How all forces on the mass but friction answer: those of effects by differences of the part that changes; places:
+    `places_of`."""
     own, state = places
-    given = given_at(terms, axis, at)
+    push, currents = given_at(terms, axis, at)
     by_speed = by_place = by_motor = 0.0
     bits = acting.fast & axis.on & acting.pushing
     if bits:
         quick, speed = faster(at)
-        by_speed = (part_at(terms, axis, bits, quick, given) - part_at(terms, axis, bits, at, given)) / speed
+        by_speed = (part_at(terms, axis, bits, quick, currents) - part_at(terms, axis, bits, at, currents)) / speed
     if at.moves:
-        by_place = (force_at(terms, axis, farther(at)) - force_at(terms, axis, at)) / PLACE_STEP
+        by_place = (library_force_at(terms, axis, farther(at)) - library_force_at(terms, axis, at)) / PLACE_STEP
     if axis.powered:
-        by_motor = force_by_motor(terms, axis, at, given)
+        by_motor = thrust_at(terms, axis, at, currents)
     last, plain = 0, 0.0
     for i in range(acting.moved.size):
         bits, c = acting.touched[i] & acting.pushing, acting.moved[i]
+        acting.own[own + c] = 0.0
         if bits:
             if bits != last:
-                last, plain = bits, part_at(terms, axis, bits, at, given)
-            other = part_at(terms, beside(axis, acting.params, c), bits, at, given)
+                last, plain = bits, part_at(terms, axis, bits, at, currents)
+            other = part_at(terms, beside(axis, acting.params, c), bits, at, currents)
             acting.own[own + c] = (other - plain) / FORCE_STEP
     for k in range(acting.kept.size):
         bits, place = acting.owners[k] & acting.pushing, STATE_START + acting.kept[k]
+        acting.by_state[state + k] = 0.0
         if bits:
             if bits != last:
-                last, plain = bits, part_at(terms, axis, bits, at, given)
+                last, plain = bits, part_at(terms, axis, bits, at, currents)
             value, step = nudged(axis.p, place)
-            acting.by_state[state + k] = (part_at(terms, axis, bits, at, given) - plain) / step
+            acting.by_state[state + k] = (part_at(terms, axis, bits, at, currents) - plain) / step
             axis.p[place] = value
-    return Answer(by_motor, by_speed, by_place, own, state)
+    answer = Answer(by_motor, by_speed, by_place, own, state)
+    return with_own_force(terms, axis, acting, at, push, answer) if axis.on & FORCE_BIT else answer
 
 
 @compiled
-def friction_by(terms, axis, at):
-    """Factor on the level of friction, and N added before it."""
-    factor, load = 1.0, 0.0
-    if axis.on & terms.acts.load:
-        push = 0.0
-        if axis.powered and axis.on & terms.acts.pressed:
-            push = at.motor
-            if axis.on & terms.acts.thrust:
-                driven = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
-                push *= thrust_factor(terms, axis, at.t, at.y, at.v, driven)
-        load = terms.load(0.0, axis.on, push, at.t, at.y, at.v, at.currents, axis.p)
-    if axis.on & terms.acts.level:
-        factor = level_factor(terms, axis, at.t, at.y, at.v, at.currents)
-    return factor, load
+def with_own_force(terms, axis, acting, at, push, answer):
+    """`answer_of_force` with own terms; push: the motor's force with its factor in N, answer: without them."""
+    p, of_own = axis.p, acting.of_own
+    put_answers(p, axis.on, FORCE, push, at.t, at.y, at.v, of_own)
+    mine = answer_by_motion(p, axis.on, push, at.y, at.v, of_own)
+    add_columns(p, acting.params, FORCE_STEP, axis.on, push, at.v, of_own, 1.0, acting.own, answer.own)
+    return with_own_answer(terms, axis, acting, at, push, mine, answer)
 
 
 @compiled
-def answer_of_factor(terms, axis, acting, at, places):
-    """The factor on the bristle, and how it answers, which is not by hidden states; places: `places_of`."""
-    currents = at.currents
-    factor = friction_factor(terms, axis, at.t, at.y, at.v, currents)
-    quick, speed = faster(at)
-    by_speed, by_place = (friction_factor(terms, axis, at.t, at.y, quick.v, currents) - factor) / speed, 0.0
+def with_own_answer(terms, axis, acting, at, push, mine, answer):
+    """An answer with that of own terms, by what moves the motor's force too. push: that with its factor in N; mine: of
+    own terms (`OwnAnswer`); answer: without them, but for what columns change of them."""
+    by_motor, by_speed, by_place = answer.by_motor, answer.by_speed + mine.by_speed, answer.by_place
     if at.moves:
-        by_place = (friction_factor(terms, axis, at.t, at.y + PLACE_STEP, at.v, currents) - factor) / PLACE_STEP
-    for i in range(acting.moved.size):
-        if acting.touched[i] & terms.acts.friction:
-            c = acting.moved[i]
-            other = friction_factor(terms, beside(axis, acting.params, c), at.t, at.y, at.v, currents)
-            acting.own[places[0] + c] = (other - factor) / FORCE_STEP
-    return factor, Answer(0.0, by_speed, by_place, *places)
-
-
-@inlined
-def changes(found, other, curve, step):
-    """Slopes of level and fall by what changes factor and load from one pair to the other within a step."""
-    factor, load = (other[0] - found[0]) / step, (other[1] - found[1]) / step
-    return found[0] * load + (curve[0] + found[1]) * factor, curve[1] * factor
-
-
-@compiled
-def answer_of_friction(terms, axis, acting, at, curve, places):
-    """How friction answers. curve: level and fall in N without effects; places: `places_of` level and fall."""
-    of_level, of_fall = places
-    acts = terms.acts
-    found = friction_by(terms, axis, at)
-    quick, speed = faster(at)
-    level_speed, fall_speed = changes(found, friction_by(terms, axis, quick), curve, speed)
-    level_place = fall_place = level_motor = fall_motor = 0.0
-    if at.moves:
-        level_place, fall_place = changes(found, friction_by(terms, axis, farther(at)), curve, PLACE_STEP)
-    if axis.powered and axis.on & terms.acts.pressed:
-        hard, push = harder(at)
-        level_motor, fall_motor = changes(found, friction_by(terms, axis, hard), curve, push)
-    changing = acts.load | acts.level | (acts.drive | acts.thrust if axis.on & acts.pressed else 0)
-    for i in range(acting.moved.size):
-        if acting.touched[i] & changing:
-            c = acting.moved[i]
-            level, fall = changes(found, friction_by(terms, beside(axis, acting.params, c), at), curve, FORCE_STEP)
-            acting.own[of_level[0] + c], acting.own[of_fall[0] + c] = level, fall
-    for k in range(acting.kept.size):
-        if acting.owners[k] & changing:
-            place = STATE_START + acting.kept[k]
-            value, step = nudged(axis.p, place)
-            level, fall = changes(found, friction_by(terms, axis, at), curve, step)
-            acting.by_state[of_level[1] + k], acting.by_state[of_fall[1] + k] = level, fall
-            axis.p[place] = value
-    return FrictionAnswer(
-        found[0],
-        found[1],
-        Answer(level_motor, level_speed, level_place, *of_level),
-        Answer(fall_motor, fall_speed, fall_place, *of_fall),
-    )
-
-
-@inlined
-def with_answer(plain, answer):
-    """Level and fall of friction as effects make them, with their derivatives by speed and by friction's parameters."""
-    f, level, fall = answer.factor, plain.level_by, plain.fall_by
-    return LevelSlopes(
-        f * (plain.level + answer.load),
-        f * plain.fall,
-        (f * level[0] + answer.level.by_speed, f * level[1], f * level[2], f * level[3], f * level[4]),
-        (f * fall[0] + answer.fall.by_speed, f * fall[1], f * fall[2], f * fall[3], f * fall[4]),
-    )
+        by_place += mine.by_place
+    by_push, moving = mine.by_push, axis.on & (terms.acts.thrust | terms.acts.drive)
+    if by_push != 0.0 and axis.powered:
+        by_motor += by_push * thrust_at(terms, axis, at, given_at(terms, axis, at)[1])
+    if by_push != 0.0 and moving:
+        quick, speed = faster(at)
+        by_speed += by_push * (given_at(terms, axis, quick)[0] - push) / speed
+        if at.moves:
+            by_place += by_push * (given_at(terms, axis, farther(at))[0] - push) / PLACE_STEP
+        for i in range(acting.moved.size):
+            if acting.touched[i] & moving:
+                c = acting.moved[i]
+                other = given_at(terms, beside(axis, acting.params, c), at)[0]
+                acting.own[answer.own + c] += by_push * (other - push) / FORCE_STEP
+        for k in range(acting.kept.size):
+            if acting.owners[k] & moving:
+                value, step = nudged(axis.p, STATE_START + acting.kept[k])
+                acting.by_state[answer.state + k] += by_push * (given_at(terms, axis, at)[0] - push) / step
+                axis.p[STATE_START + acting.kept[k]] = value
+    return Answer(by_motor, by_speed, by_place, answer.own, answer.state)
 
 
 @compiled

@@ -15,15 +15,12 @@ from linid.simulation.slope_effects import (
     MIDDLE_FALL,
     PLACE_STEP,
     START_LEVEL,
-    FrictionAnswer,
-    answer_of_factor,
     answer_of_force,
-    answer_of_friction,
     beside,
     faster_by,
     places_of,
-    with_answer,
 )
+from linid.simulation.slope_resistance import FrictionAnswer, answer_of_factor, answer_of_friction, with_answer
 from linid.simulation.slope_states import AT_START, states_are_now
 from linid.simulation.slope_steps import columns_at, curve_at, level_lanes
 

@@ -29,6 +29,9 @@ OWN = [
     ("mine: c_1 * acceleration + c_2 * sin(T)", "phase_gain_imbalance", "thermal_derating"),
     ("mine: c_1 * y * sign(v) + c_2 * stribeck * sign(v)", "asymmetric_friction", "position_dependent_friction"),
     ("mine: c_1 * exp(-since_reversal) * sign(v) + c_2 * y * v", "end_effect", "friction_level_change"),
+    ("mine: F * (c_1 * cos(90 * y) + c_2 * sin(90 * y)) + v * periodic(y, 0.03, 5)", "thermal_derating", "cogging"),
+    ("mine: c_1 * F * tanh(slid) + spline2(y, -0.1, 0.3, 4, v, -1, 1, 4)", "input_delay", "dwell_stiction"),
+    ("mine: c_1 * acceleration * y + c_2 * F * v", "backlash", "drive_train_backlash", "force_saturation"),
 ]
 
 

@@ -134,6 +134,14 @@ def test_slopes_of_a_coast_down_with_an_effect(effect: str) -> None:
     check(*both((effect,), SAMPLES[effect], *coasting()), 1e-3)
 
 
+@pytest.mark.parametrize("effect", ["thermal_derating", "force_saturation", "end_effect", "cable_force"])
+@pytest.mark.parametrize("text", ["grip: c*F*sin(300*y)", "rub: -abs(F)*sign(v)*c", "sway: c*acceleration"])
+def test_slopes_with_an_own_term_beside_an_effect(text: str, effect: str) -> None:
+    """What an effect makes of the motor's force, terms that hang on it hear of."""
+    values = {f"{text.partition(':')[0]}_c": 0.05} | SAMPLES[effect]
+    check(*both((effect, text), values, *driven((effect,))), 1e-2)
+
+
 @pytest.mark.parametrize("text", OWN)
 def test_slopes_with_an_own_term(text: str) -> None:
     name = text.partition(":")[0]

@@ -1,0 +1,44 @@
+"""What own terms answer along a measured motion."""
+
+from __future__ import annotations
+
+from linid.physics.own_terms.layout import PUSH_BIT
+from linid.simulation.binding import compiled
+from linid.simulation.own_slopes import add_columns, answer_by_motion, put_answers
+from linid.simulation.own_terms import FORCE, LEAST_LEVEL, LEVEL
+from linid.simulation.slope_effects import FORCE_STEP, Instant, given_at
+
+
+@compiled
+def own_forces(terms, axis, here, given, room):
+    """Put in how the forces of own terms answer at a sample, as of `forces_beside`; returns the motor's force in N and
+    how they answer it."""
+    k, t, y, v, currents = here[:5]
+    if given.motor.size > 0:
+        push = given.motor[k] * given.thrust[k] * here.derating
+    else:
+        push = given_at(terms, axis, Instant(t, y, v, currents, room.motor[0, k], False))[0]
+    if room.own.column.size == 0 and room.own.hanging.size == 0 and axis.on & PUSH_BIT == 0:
+        return push, 0.0
+    put_answers(axis.p, axis.on, FORCE, push, t, y, v, room.own)
+    return push, answer_by_motion(axis.p, axis.on, push, y, v, room.own).by_push
+
+
+@compiled
+def own_columns(axis, push, v, room, start):
+    """Add what the directions do to own terms (`put_answers`) to a row of what is carried, from `start` on."""
+    add_columns(axis.p, room.params, FORCE_STEP, axis.on, push, v, room.own, 1.0, room.carried, start)
+
+
+@compiled
+def own_level(axis, where, room, start):
+    """N that own terms add to the level of friction, and how that answers, put in from `start` on; where: as of
+    `level_beside`."""
+    (t, y, v), least = where[1:4], (LEAST_LEVEL - 1.0) * axis.p[0]
+    for c in range(room.lag.size):
+        room.carried[start + c] = 0.0
+    load = put_answers(axis.p, axis.on, LEVEL, 0.0, t, y, v, room.own)
+    if load < least:
+        return least
+    own_columns(axis, 0.0, v, room, start)
+    return load

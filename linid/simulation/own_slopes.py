@@ -1,0 +1,365 @@
+"""Derivatives of own terms: their programs are gone through once more from the end, which tells by how much every
+variable and every parameter changes the value, exactly and all at once.
+
+Source: Griewank and Walther 2008, Evaluating Derivatives, chapter 3 (reverse mode).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linid.physics.friction import stribeck
+from linid.physics.model import MASS, MEMORY_PLACE, OWN_STACK, OWN_START, OWN_VARIABLES, STATE_START, WORK_SIZE
+from linid.physics.own_terms import layout
+from linid.physics.own_terms.layout import (
+    ACCELERATION_BIT,
+    FORCE_BIT,
+    HEAD,
+    LEVEL_BIT,
+    MEMORY_BIT,
+    POOL,
+    STRIBECK_BIT,
+    TERMS,
+)
+from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.own_terms import (
+    driven_acceleration,
+    interval_of,
+    of_one,
+    of_two,
+    periodic_value,
+    pushed_value,
+    put_variables,
+    spline_value,
+    surface_value,
+    weights_at,
+)
+
+_STEP = 1e-6  # of a parameter, a force or a speed, in their own scale; for variables that are formulas themselves
+_WEAK, _SLOW = 1.0, 1e-3  # N, m/s
+_SPEED, _PLACE, _PUSH, _TRAVEL, _ACCELERATION, _STRIBECK = (
+    OWN_VARIABLES + layout.VARIABLES.index(name) for name in ("v", "y", "F", "travel", "acceleration", "stribeck")
+)
+_TURN = STATE_START + MEMORY_PLACE + layout.MEMORY.index("turn")
+_LOAD, _NUMBER, _RAMP, _MAX, _ADD = layout.LOAD, layout.NUMBER, layout.RAMP, layout.MAX, layout.ADD
+_SPLINE, _SURFACE, _PERIODIC, _WAVE = layout.SPLINE, layout.SURFACE, layout.PERIODIC, layout.WAVE
+_NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP, _LOG, _SQRT = range(layout.NEGATIVE, layout.TANH)
+_SUBTRACT, _MULTIPLY, _DIVIDE, _POWER, _MIN = range(layout.SUBTRACT, layout.MAX)
+_WITH_NUMBER, _WITH_LOAD = layout.WITH_NUMBER, layout.WITH_LOAD
+
+
+class OwnSlopes(NamedTuple):
+    """Own terms beside a model, empty where it has none. where, first, second: (POOL,) the operations of a program in
+    their order and the numbers that they took; by: (WORK_SIZE,) how what own terms add answers variables and
+    parameters, in N per unit of each; column, place, rate: which columns change which parameters by how much;
+    hanging: columns that change variables."""
+
+    where: Any
+    first: Any
+    second: Any
+    by: Any
+    column: Any
+    place: Any
+    rate: Any
+    hanging: Any
+
+
+class OwnAnswer(NamedTuple):
+    """How what own terms add answers the motor's force in N, the speed in m/s and the place in m."""
+
+    by_push: Any
+    by_speed: Any
+    by_place: Any
+
+
+@allocating
+def own_slopes_of(on, params, other, step):
+    """Room for the derivatives of own terms. params: (1 + K, ...) of the model and a `step` along each of K columns;
+    other: their number."""
+    none, nothing = np.empty(0, np.int64), np.empty(0)
+    if on & (FORCE_BIT | LEVEL_BIT) == 0:
+        return OwnSlopes(none, nothing, nothing, nothing, none, none, nothing, none)
+    found = 0
+    for c in range(other):
+        for k in range(OWN_START, params.shape[1]):
+            found += params[1 + c, k] != params[0, k]
+    column, place, rate = np.empty(found, np.int64), np.empty(found, np.int64), np.empty(found)
+    hanging, hang = np.empty(other, np.int64), 0
+    found = 0
+    for c in range(other):
+        for k in range(OWN_START, params.shape[1]):
+            if params[1 + c, k] != params[0, k]:
+                column[found], place[found], rate[found] = c, k, (params[1 + c, k] - params[0, k]) / step
+                found += 1
+        hangs = False
+        for k in range(MASS + 1):
+            hangs = hangs or params[1 + c, k] != params[0, k]
+        if hangs and on & (ACCELERATION_BIT | STRIBECK_BIT):
+            hanging[hang] = c
+            hang += 1
+    where, by = np.empty(POOL, np.int64), np.zeros(WORK_SIZE)
+    return OwnSlopes(where, np.empty(POOL), np.empty(POOL), by, column, place, rate, hanging[:hang])
+
+
+@inlined
+def slopes_of_weights(u):
+    """Derivatives by u of `weights_at`."""
+    r = 1.0 - u
+    return -0.5 * r * r, u * (1.5 * u - 2.0), u * (1.0 - 1.5 * u) + 0.5, 0.5 * u * u
+
+
+@compiled
+def answer_of_spline(p, pc, x, given, by):
+    """`given` times the slope by x of `spline_value`; what the coefficients are given is added to `by`."""
+    if math.isnan(x):
+        return x
+    low, inverse, intervals = p[pc + 1], p[pc + 2], p[pc + 3] - 3.0
+    s = (x - low) * inverse
+    j, u = interval_of(x, low, inverse, intervals)
+    weights, slopes, at, slope = weights_at(u), slopes_of_weights(u), int(p[pc]) + j, 0.0
+    for k in range(4):
+        by[at + k] += given * weights[k]
+        slope += slopes[k] * p[at + k]
+    return given * slope * inverse if 0.0 <= s <= intervals else 0.0
+
+
+@compiled
+def answer_of_surface(p, pc, x, x2, given, by):
+    """`given` times the slopes by x and x2 of `surface_value`; what the coefficients are given is added to `by`."""
+    if math.isnan(x) or math.isnan(x2):
+        return math.nan, math.nan
+    inverse, inverse_2, n, n_2 = p[pc + 2], p[pc + 5], p[pc + 3] - 3.0, p[pc + 6] - 3.0
+    s, s_2 = (x - p[pc + 1]) * inverse, (x2 - p[pc + 4]) * inverse_2
+    j, u = interval_of(x, p[pc + 1], inverse, n)
+    k, u_2 = interval_of(x2, p[pc + 4], inverse_2, n_2)
+    rows, columns, width = weights_at(u), weights_at(u_2), int(p[pc + 6])
+    by_rows, by_columns, at = slopes_of_weights(u), slopes_of_weights(u_2), int(p[pc]) + j * width + k
+    slope = slope_2 = 0.0
+    for row in range(4):
+        for one in range(4):
+            by[at + one] += given * rows[row] * columns[one]
+            slope += by_rows[row] * columns[one] * p[at + one]
+            slope_2 += rows[row] * by_columns[one] * p[at + one]
+        at += width
+    slope = given * slope * inverse if 0.0 <= s <= n else 0.0
+    slope_2 = given * slope_2 * inverse_2 if 0.0 <= s_2 <= n_2 else 0.0
+    return slope, slope_2
+
+
+@compiled
+def answer_of_periodic(p, pc, x, given, by):
+    """`given` times the slope by x of `periodic_value`; what the coefficients are given is added to `by`."""
+    n, s = p[pc + 2], x * p[pc + 1]
+    s -= math.floor(s / n) * n
+    if not abs(s) <= n:
+        return math.nan
+    if s >= n:
+        s = 0.0
+    j, count, at, slope = int(s), int(n), int(p[pc]), 0.0
+    weights, slopes = weights_at(s - j), slopes_of_weights(s - j)
+    for k in range(4):
+        place = at + (j + k) % count
+        by[place] += given * weights[k]
+        slope += slopes[k] * p[place]
+    return given * slope * p[pc + 1]
+
+
+@inlined
+def slope_of_one(code, x):
+    """The derivative of `of_one`; 0 where it has none."""
+    if code == _NEGATIVE:
+        return -1.0
+    if code == _ABS:
+        return math.copysign(1.0, x) if x != 0.0 else 0.0
+    if code == _SIGN:
+        return 0.0
+    if code == _SIN:
+        return math.cos(x)
+    if code == _COS:
+        return -math.sin(x)
+    if code == _EXP:
+        return math.exp(x)
+    if code == _LOG:
+        return 1.0 / x if x != 0.0 else 0.0
+    if code == _SQRT:
+        return 0.5 / math.sqrt(x) if x > 0.0 else 0.0
+    return 1.0 - math.tanh(x) ** 2
+
+
+@inlined
+def slopes_of_two(code, x, x2, fixed):
+    """The derivatives of `of_two` by both numbers, 0 where there is none; fixed: the second one is never asked for."""
+    if code == _ADD:
+        return 1.0, 1.0
+    if code == _SUBTRACT:
+        return 1.0, -1.0
+    if code == _MULTIPLY:
+        return x2, x
+    if code == _DIVIDE:
+        return (1.0 / x2, -x / (x2 * x2)) if x2 != 0.0 else (0.0, 0.0)
+    if code == _POWER:
+        if x2 == 2.0 and fixed:
+            return 2.0 * x, 0.0
+        if x == 0.0:
+            return 1.0 if x2 == 1.0 else 0.0, 0.0
+        by_exponent = x**x2 * math.log(x) if x > 0.0 and not fixed else 0.0
+        return x2 * x ** (x2 - 1.0), by_exponent
+    first = x < x2 if code == _MIN else x > x2
+    return (1.0, 0.0) if first else (0.0, 1.0)
+
+
+@compiled
+def gone_through(p, pc, stop, own):
+    """`program_value`, what its operations took written down; returns it and how many they were."""
+    top, x, count = OWN_STACK - 1, 0.0, 0
+    while pc < stop:
+        code = int(p[pc])
+        own.where[count], own.first[count], own.second[count] = pc, x, 0.0
+        pc += 1
+        if code > _MAX:
+            number = code > _MAX + _WITH_NUMBER
+            other = p[int(p[pc])] if number else p[pc]
+            own.second[count] = other
+            x = of_two(code - (_WITH_LOAD if number else _WITH_NUMBER), x, other)
+            pc += 1
+        elif code >= _ADD:
+            own.first[count], own.second[count] = p[top], x
+            x = of_two(code, p[top], x)
+            top -= 1
+        elif code <= _RAMP:
+            top += 1
+            p[top] = x
+            x = pushed_value(p, pc, code)
+            pc += 5 if code == _RAMP else 1
+        elif code == _SPLINE:
+            x = spline_value(p, pc, x)
+            pc += 4
+        elif code == _PERIODIC:
+            x = periodic_value(p, pc, x)
+            pc += 3
+        elif code == _WAVE:
+            x = p[int(p[pc])] * math.sin(x) + p[int(p[pc + 1])] * math.cos(x)
+            pc += 2
+        elif code == _SURFACE:
+            own.first[count], own.second[count] = p[top], x
+            x = surface_value(p, pc, p[top], x)
+            top -= 1
+            pc += 7
+        else:
+            x = of_one(code, x)
+        count += 1
+    return x, count
+
+
+@inlined
+def given_to_pushed(p, pc, code, given, by):
+    """What a number that an operation has put on the stack is given is added to `by`."""
+    if code == _NUMBER:
+        return
+    place = int(p[pc])
+    if code == _RAMP:
+        x = p[place]
+        given *= p[pc + 4] if p[pc + 1] < x < p[pc + 2] else 0.0
+    by[place] += given
+
+
+@compiled
+def gone_back(p, count, own):
+    """The way back through a program: what every number adds to its value per unit is added to `own.by`."""
+    by, top, given = own.by, OWN_STACK - 1, 1.0
+    for n in range(count - 1, -1, -1):
+        pc, x, x2 = own.where[n], own.first[n], own.second[n]
+        code = int(p[pc])
+        pc += 1
+        if code > _MAX:
+            from_place = code > _MAX + _WITH_NUMBER
+            code -= _WITH_LOAD if from_place else _WITH_NUMBER
+            of_first, of_second = slopes_of_two(code, x, x2, not from_place)
+            if from_place:
+                by[int(p[pc])] += given * of_second
+            given *= of_first
+        elif code >= _ADD:
+            of_first, of_second = slopes_of_two(code, x, x2, False)
+            top += 1
+            p[top] = given * of_first
+            given *= of_second
+        elif code <= _RAMP:
+            given_to_pushed(p, pc, code, given, by)
+            given = p[top]
+            top -= 1
+        elif code == _SPLINE:
+            given = answer_of_spline(p, pc, x, given, by)
+        elif code == _PERIODIC:
+            given = answer_of_periodic(p, pc, x, given, by)
+        elif code == _WAVE:
+            s, c = math.sin(x), math.cos(x)
+            of_sine, of_cosine = int(p[pc]), int(p[pc + 1])
+            by[of_sine] += given * s
+            by[of_cosine] += given * c
+            given *= p[of_sine] * c - p[of_cosine] * s
+        elif code == _SURFACE:
+            first, second = answer_of_surface(p, pc, x, x2, given, by)
+            top += 1
+            p[top] = first
+            given = second
+        else:
+            given *= slope_of_one(code, x)
+
+
+@compiled
+def put_answers(p, on, part, push, t, y, v, own):
+    """Put in how the sum of the forces (part 0) or levels of friction (part 1) of all own terms answers variables and
+    parameters; returns that sum in N. push: the motor's force in N."""
+    put_variables(p, on, push, t, y, v)
+    by, total = own.by, 0.0
+    for k in range(OWN_START, OWN_START + layout.SIZE):
+        by[k] = 0.0
+    for k in range(len(layout.VARIABLES)):
+        by[OWN_VARIABLES + k] = 0.0
+    for k in range(TERMS):
+        head = OWN_START + HEAD * k + 2 * part
+        start, stop = int(p[head]), int(p[head + 1])
+        if stop > start:
+            value, count = gone_through(p, start, stop, own)
+            gone_back(p, count, own)
+            total += value
+    return total
+
+
+@compiled
+def answer_by_motion(p, on, push, y, v, own):
+    """How own terms answer push, speed and place, given how they answer their variables (`put_answers`)."""
+    by = own.by
+    by_push, by_speed, by_place = by[_PUSH], by[_SPEED], by[_PLACE]
+    faster = _STEP * (abs(v) + _SLOW)
+    if on & MEMORY_BIT:
+        by_place += by[_TRAVEL] * (1.0 if y > p[_TURN] else -1.0)
+    if on & ACCELERATION_BIT:
+        a, more = driven_acceleration(p, push, v), _STEP * (abs(push) + _WEAK)
+        by_push += by[_ACCELERATION] * (driven_acceleration(p, push + more, v) - a) / more
+        by_speed += by[_ACCELERATION] * (driven_acceleration(p, push, v + faster) - a) / faster
+    if on & STRIBECK_BIT:
+        rise = stribeck(v + faster, p[0], p[1], p[2], p[3]) - stribeck(v, p[0], p[1], p[2], p[3])
+        by_speed += by[_STRIBECK] * rise / (p[0] * faster)
+    return OwnAnswer(by_push, by_speed, by_place)
+
+
+@compiled
+def add_columns(p, params, step, on, push, v, own, scale, out, start):
+    """Add `scale` times how own terms answer the columns to `out` from `start` on, given how they answer their
+    variables and parameters (`put_answers`). params: (K, WORK_SIZE) a `step` along each column."""
+    by = own.by
+    for n in range(own.column.size):
+        out[start + own.column[n]] += scale * own.rate[n] * by[own.place[n]]
+    for c in own.hanging:
+        q, total = params[c], 0.0
+        if on & ACCELERATION_BIT:
+            change = driven_acceleration(q, push, v) - driven_acceleration(p, push, v)
+            total += by[_ACCELERATION] * change / step
+        if on & STRIBECK_BIT:
+            change = stribeck(v, q[0], q[1], q[2], q[3]) / q[0] - stribeck(v, p[0], p[1], p[2], p[3]) / p[0]
+            total += by[_STRIBECK] * change / step
+        out[start + c] += scale * total
