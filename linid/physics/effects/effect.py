@@ -18,6 +18,7 @@ import dis
 import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 from linid.physics.motors.registry import MOTORS as ALL_MOTORS
@@ -193,8 +194,7 @@ class Effect:
 
     def states_of(self, term: str) -> int:
         """Number of hidden states that one of its terms takes, all of them or none."""
-        names = inspect.signature(getattr(self, term).py_func).parameters
-        return sum(name.startswith("s_") and name[2:].isdigit() for name in names)
+        return _states_in(getattr(self, term).py_func)
 
     @property
     def pushes_by_speed(self) -> bool:
@@ -333,6 +333,13 @@ def _fault(effect: Effect) -> str:
         if fault:
             return fault
     return ""
+
+
+@cache  # every simulation asks
+def _states_in(function: Callable[..., Any]) -> int:
+    """Number of arguments that are hidden states."""
+    names = inspect.signature(function).parameters
+    return sum(name.startswith("s_") and name[2:].isdigit() for name in names)
 
 
 def _used(function: Callable[..., Any]) -> set[str]:
