@@ -9,8 +9,17 @@ import numpy as np
 
 from linid.physics.friction import stribeck
 from linid.physics.model import STATE_START
-from linid.simulation.along_before import bristle_or_before, followed_before, shared_with
-from linid.simulation.along_between import PIECES, SHORT, is_uneven, nothing_between, reached_at, told_between
+from linid.simulation.along_before import bristle_or_before, followed_before, is_followed_before, shared_with
+from linid.simulation.along_between import (
+    PIECES,
+    SHORT,
+    asked_between,
+    is_uneven,
+    nothing_between,
+    reached_at,
+    skipped,
+    told_between,
+)
 from linid.simulation.along_effects import effected_before, effects_shared, known_beforehand
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
@@ -130,21 +139,6 @@ def bristle_along(axis, bristles, resistance, w, way, want_means):
             mean += whole / pieces
             late += (piece * whole + 0.5 * rest + started * second) / pieces**2
     return w, mean, late
-
-
-@compiled
-def skipped(k, wanted, y, memory):
-    """The next sample whose bristle is wanted (or the number of samples), and the sample from which to follow it:
-    what lies farther back than `memory` (m of travel) it has forgotten."""
-    goal = k
-    while goal < wanted.size and not wanted[goal]:
-        goal += 1
-    back, travelled = goal, 0.0
-    if goal < wanted.size:
-        while back > k and travelled < memory:
-            travelled += abs(y[back] - y[back - 1])
-            back -= 1
-    return goal, back
 
 
 @inlined
@@ -272,9 +266,9 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
     w: start deflection in m, nan if not given; kept: places of the wanted hidden states; shared: as of `shared_with`
-    and of `effects_shared`.
+    and of `effects_shared`, and as of `told_between` with whether that is known; returns that.
     """
-    before, effected = shared
+    before, effected, told, told_is_known = shared
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
@@ -287,7 +281,9 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / bristles.sigma_0
     given = known_beforehand(terms, axis, candidates, course, motion, effected, found)
-    told = nothing_between() if skipping else told_between(terms, axis, bristles, course, motion)
+    if not told_is_known:
+        asked = asked_between(motion, memory, skipping)
+        told = told_between(terms, axis, bristles, course, motion, asked)
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
@@ -327,6 +323,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
             rows[FACTOR, k], rows[FORCE, k], rows[MEAN, k], rows[LATE, k] = factor, force, mean, late
     if want_a:
         put_acceleration(bristles, dt, v, rows, found.a)
+    return told
 
 
 def along_tasks_with(terms: Bundle) -> Any:
@@ -341,7 +338,7 @@ def along_tasks_with(terms: Bundle) -> Any:
         longest = 0
         for r in range(inputs.dts.size):
             longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
-        before, effected = followed_before(longest), effected_before(longest)
+        before, effected, told = followed_before(longest), effected_before(longest), nothing_between()
         for number in range(begin, end):
             r = number // count
             candidate = number % count
@@ -350,17 +347,17 @@ def along_tasks_with(terms: Bundle) -> Any:
             a = inputs.sample_offsets[r]
             b = inputs.sample_offsets[r + 1]
             wanted = motion.wanted[a:b] if motion.wanted.size > 0 else motion.wanted
-            along_one(
+            same_friction = is_followed_before(candidates.params[candidate], before)
+            before_it = shared_with(terms, on, candidates.params[candidate], before)
+            effects = effects_shared(candidates.params[candidate], effected)
+            told = along_one(
                 terms,
                 candidates,
                 stretch_of(candidates, inputs, candidate, r, 0, b - a),
                 MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.inputs[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
-                (
-                    shared_with(terms, on, candidates.params[candidate], before),
-                    effects_shared(candidates.params[candidate], effected),
-                ),
+                (before_it, effects, told, same_friction and effects.known),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],

@@ -47,14 +47,20 @@ def shared_with(terms, on, params, before):
     if terms.law.elements > 0 or on & terms.acts.static:
         nothing = before.begun[0:0]
         return Followed(before.params, nothing, nothing, nothing, nothing, nothing, nothing)
-    other = False
-    for k in range(FRICTION + MOST_OWN):
-        value = params[k if k < FRICTION else LAW_START + k - FRICTION]
-        other = other or before.params[k] != value
-        before.params[k] = value
-    if other:
+    if not is_followed_before(params, before):
         before.begun[:] = math.nan
+    for k in range(FRICTION + MOST_OWN):
+        before.params[k] = params[k if k < FRICTION else LAW_START + k - FRICTION]
     return before
+
+
+@inlined
+def is_followed_before(params, before):
+    """Whether the candidate before had the same friction, but for what effects make of it."""
+    same = True
+    for k in range(FRICTION + MOST_OWN):
+        same = same and before.params[k] == params[k if k < FRICTION else LAW_START + k - FRICTION]
+    return same
 
 
 @inlined

@@ -77,7 +77,7 @@ class Beside(NamedTuple):
     and of those directions that change them; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
     forces: (K, samples) N, so far as told beforehand; part: (K,) bits of the effects that change these otherwise, for
     `part_at`; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do to mass and
-    static force; carried: (ROWS * width); own: `OwnSlopes`.
+    static force; carried: (ROWS * width); own: of `own_slopes_of`.
 
     Functions that are called for every sample and are not inlined take as long to be handed this as for their work.
     """

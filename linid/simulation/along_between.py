@@ -79,10 +79,52 @@ def shares_lanes(sigma_0, travel, friction):
     return select(travel < 0.0, -rest, rest), decay, first, second
 
 
+@inlined
+def is_asked(asked, k):
+    """Whether something in the lanes of interval k is asked for; asked: by blocks of lanes, or empty where all is."""
+    return asked.size == 0 or asked[k // LANES]
+
+
 @compiled
-def put_curves(bristles, dt, travel, curve, power, decayed):
-    """Put the friction curve at the mean speeds in; travel: in m, between samples dt seconds apart."""
+def skipped(k, wanted, y, memory):
+    """The next sample whose bristle is wanted (or the number of samples), and the sample from which to follow it:
+    what lies farther back than `memory` (m of travel) it has forgotten."""
+    goal = k
+    while goal < wanted.size and not wanted[goal]:
+        goal += 1
+    back, travelled = goal, 0.0
+    if goal < wanted.size:
+        while back > k and travelled < memory:
+            travelled += abs(y[back] - y[back - 1])
+            back -= 1
+    return goal, back
+
+
+@allocating
+def asked_between(motion, memory, skipping):
+    """The blocks of lanes that hold an interval through which the bristle is followed (`skipped`), or empty where it is
+    through all."""
+    count = motion.y.size
+    asked = np.zeros(room_for(count) // LANES if skipping else 0, dtype=np.bool_)
+    goal = k = -1
+    while skipping and k < count - 1:
+        k += 1
+        if k > goal:
+            goal, back = skipped(k, motion.wanted, motion.y, memory)
+            if goal == count:
+                break
+            k = max(k, back)
+        asked[k // LANES] = True
+    return asked
+
+
+@compiled
+def put_curves(bristles, dt, travel, asked, curve, power, decayed):
+    """Put the friction curve at the mean speeds in; travel: in m, between samples dt seconds apart; asked: as of
+    `asked_between`."""
     for block in range(0, travel.size, LANES):
+        if not is_asked(asked, block):
+            continue
         found = curve_lanes(bristles, lanes_at(travel, block) / dt)
         put_lanes(curve, block, found[0])
         put_lanes(power, block, found[1])
@@ -90,9 +132,11 @@ def put_curves(bristles, dt, travel, curve, power, decayed):
 
 
 @compiled
-def put_shares(sigma_0, travel, between):
-    """Put in what each interval makes of the bristle, as if its speed hardly changed."""
+def put_shares(sigma_0, travel, asked, between):
+    """Put in what each interval makes of the bristle, as if its speed hardly changed; asked: as of `asked_between`."""
     for block in range(0, travel.size, LANES):
+        if not is_asked(asked, block):
+            continue
         friction = lanes_at(between.level, block) * lanes_at(between.curve, block)
         rest, kept, first, second = shares_lanes(sigma_0, lanes_at(travel, block), friction)
         put_lanes(between.rest, block, rest)
@@ -105,13 +149,13 @@ def put_shares(sigma_0, travel, between):
 
 
 @compiled
-def put_uneven(bristles, dt, motion, travel, pieces, between):
-    """Put in what uneven intervals make of it, piece by piece; pieces: (6, PIECES), of which the first two rows say
-    where each begins and ends, in shares of the time."""
+def put_uneven(bristles, dt, motion, travel, asked, pieces, between):
+    """Put in what uneven intervals make of it, piece by piece; asked: as of `asked_between`; pieces: (6, PIECES), of
+    which the first two rows say where each begins and ends, in shares of the time."""
     begins, ends, scale = lanes_at(pieces, 0), lanes_at(pieces, PIECES), 1.0 / PIECES
     for k in range(motion.y.size - 1):
         way = travel[k], motion.v[k], motion.v[k + 1], dt
-        if not is_uneven(*way):
+        if not is_uneven(*way) or not is_asked(asked, k):
             continue
         part = reached_at(ends, *way) - reached_at(begins, *way)
         friction = between.level[k] * curve_lanes(bristles, part / (scale * dt))[0]
@@ -151,15 +195,16 @@ def nothing_between():
 
 
 @allocating
-def told_between(terms, axis, bristles, course, motion):
-    """What is told of all intervals of a recording: the curve, and all else where it hangs on the motion alone."""
+def told_between(terms, axis, bristles, course, motion, asked):
+    """What is told of the intervals of a recording: the curve, and all else where it hangs on the motion alone. asked:
+    as of `asked_between`."""
     count, dt, acts, on = motion.y.size - 1, course.dt, terms.acts, axis.on
     size = room_for(count)
     travel, rooms = np.zeros(size), np.empty((10, size))
     curve, power, decayed = rooms[0], rooms[1], rooms[2]
     for k in range(count):
         travel[k] = motion.y[k + 1] - motion.y[k]
-    put_curves(bristles, dt, travel, curve, power, decayed)
+    put_curves(bristles, dt, travel, asked, curve, power, decayed)
     if terms.law.plain == 0 or on & (acts.load | acts.stateful_level | acts.level & acts.by_inputs):
         none = np.empty(0)
         return Between(curve, power, decayed, none, none, none, none, none, none, none, none)
@@ -168,9 +213,9 @@ def told_between(terms, axis, bristles, course, motion):
         put_levels(terms, axis, course, motion, travel, level)
     found = rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8], rooms[9]
     between = Between(curve, power, decayed, level, *found)
-    put_shares(bristles.sigma_0, travel, between)
+    put_shares(bristles.sigma_0, travel, asked, between)
     pieces = np.empty((6, PIECES))
     for piece in range(PIECES):
         pieces[0, piece], pieces[1, piece] = piece / PIECES, (piece + 1) / PIECES
-    put_uneven(bristles, dt, motion, travel, pieces, between)
+    put_uneven(bristles, dt, motion, travel, asked, pieces, between)
     return between

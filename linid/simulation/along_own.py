@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from linid.physics.own_terms.layout import PUSH_BIT
 from linid.simulation.binding import compiled
-from linid.simulation.own_slopes import add_columns, answer_by_motion, put_answers
+from linid.simulation.own_slopes import CHANGED, HANGING, add_columns, answer_by_motion, put_answers
 from linid.simulation.own_terms import FORCE, LEAST_LEVEL, LEVEL
 from linid.simulation.slope_effects import FORCE_STEP, Instant, given_at
 
@@ -18,7 +18,7 @@ def own_forces(terms, axis, here, given, room):
         push = given.motor[k] * given.thrust[k] * here.derating
     else:
         push = given_at(terms, axis, Instant(t, y, v, currents, room.motor[0, k], False))[0]
-    if room.own.column.size == 0 and room.own.hanging.size == 0 and axis.on & PUSH_BIT == 0:
+    if room.own[CHANGED] == 0.0 and room.own[HANGING] == 0.0 and axis.on & PUSH_BIT == 0:
         return push, 0.0
     put_answers(axis.p, axis.on, FORCE, push, t, y, v, room.own)
     return push, answer_by_motion(axis.p, axis.on, push, y, v, room.own).by_push

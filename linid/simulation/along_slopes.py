@@ -238,7 +238,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     given = given_over(terms, axis, candidates, samples, effected_before(count))
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
-    told = told_between(terms, axis, bristles, course, motion)
+    told = told_between(terms, axis, bristles, course, motion, motion.standstill[0:0])
     asks = np.any(room.ways & (TOLD | DERATES) == 0) or np.any(room.ways & HOLDS != 0)
     stirs, reads = np.any(room.ways & (MOVES | ASKED) != 0), np.any(room.ways & READS != 0)
     by_sample = on & (acts.stateful_sensor | acts.delay) != 0

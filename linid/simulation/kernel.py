@@ -38,6 +38,7 @@ from linid.simulation.steps import (
     bristle_now,
     followed_step,
     is_steady,
+    slid_on,
     sliding_step,
     too_slow,
 )
@@ -155,6 +156,8 @@ def over_sample(terms, axis, bristles, course, borders, n, going):
                 followed = too_slow(borders, motion.v, slid.v)
                 if followed:  # the same step once more
                     break
+                if axis.on & terms.acts.advance:
+                    slid_on(terms, axis, course, Place(n, done, 0), motion, slid, size)
                 motion = slid
                 done += size
                 steps += 1

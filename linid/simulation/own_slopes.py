@@ -44,27 +44,17 @@ _SPEED, _PLACE, _PUSH, _TRAVEL, _ACCELERATION, _STRIBECK = (
     OWN_VARIABLES + layout.VARIABLES.index(name) for name in ("v", "y", "F", "travel", "acceleration", "stribeck")
 )
 _TURN = STATE_START + MEMORY_PLACE + layout.MEMORY.index("turn")
+# What stands where in the room for derivatives: how many changes of parameters, and columns that change variables; how
+# what own terms add answers variables and parameters, N per unit of each; of the operations of a program in their
+# order, the numbers that they took and where they stand; then what columns change (`own_slopes_of`).
+CHANGED, HANGING, BY = range(3)
+FIRST = BY + WORK_SIZE
+SECOND, WHERE, ENTRIES = (FIRST + k * POOL for k in (1, 2, 3))
 _LOAD, _NUMBER, _RAMP, _MAX, _ADD = layout.LOAD, layout.NUMBER, layout.RAMP, layout.MAX, layout.ADD
 _SPLINE, _SURFACE, _PERIODIC, _WAVE = layout.SPLINE, layout.SURFACE, layout.PERIODIC, layout.WAVE
 _NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP, _LOG, _SQRT = range(layout.NEGATIVE, layout.TANH)
 _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER, _MIN = range(layout.SUBTRACT, layout.MAX)
 _WITH_NUMBER, _WITH_LOAD = layout.WITH_NUMBER, layout.WITH_LOAD
-
-
-class OwnSlopes(NamedTuple):
-    """Own terms beside a model, empty where it has none. where, first, second: (POOL,) the operations of a program in
-    their order and the numbers that they took; by: (WORK_SIZE,) how what own terms add answers variables and
-    parameters, in N per unit of each; column, place, rate: which columns change which parameters by how much;
-    hanging: columns that change variables."""
-
-    where: Any
-    first: Any
-    second: Any
-    by: Any
-    column: Any
-    place: Any
-    rate: Any
-    hanging: Any
 
 
 class OwnAnswer(NamedTuple):
@@ -76,32 +66,32 @@ class OwnAnswer(NamedTuple):
 
 
 @allocating
-def own_slopes_of(on, params, other, step):
-    """Room for the derivatives of own terms. params: (1 + K, ...) of the model and a `step` along each of K columns;
-    other: their number."""
-    none, nothing = np.empty(0, np.int64), np.empty(0)
+def own_slopes_of(on, params, count, step):
+    """Room for the derivatives of own terms, empty where a model has none: one array, as simulations hand it on at
+    every step. Beside the numbers under the names above: columns, places and rates by which columns change parameters,
+    and behind them the columns that change variables.
+
+    params: (1 + count, ...) of the model and a `step` along each column.
+    """
     if on & (FORCE_BIT | LEVEL_BIT) == 0:
-        return OwnSlopes(none, nothing, nothing, nothing, none, none, nothing, none)
-    found = 0
-    for c in range(other):
-        for k in range(OWN_START, params.shape[1]):
-            found += params[1 + c, k] != params[0, k]
-    column, place, rate = np.empty(found, np.int64), np.empty(found, np.int64), np.empty(found)
-    hanging, hang = np.empty(other, np.int64), 0
-    found = 0
-    for c in range(other):
+        return np.empty(0)
+    changed = hanging = 0
+    own = np.zeros(ENTRIES + count * (3 * layout.SIZE + 1))
+    for c in range(count):
         for k in range(OWN_START, params.shape[1]):
             if params[1 + c, k] != params[0, k]:
-                column[found], place[found], rate[found] = c, k, (params[1 + c, k] - params[0, k]) / step
-                found += 1
+                at = ENTRIES + 3 * changed
+                own[at], own[at + 1], own[at + 2] = c, k, (params[1 + c, k] - params[0, k]) / step
+                changed += 1
+    for c in range(count if on & (ACCELERATION_BIT | STRIBECK_BIT) else 0):
         hangs = False
         for k in range(MASS + 1):
             hangs = hangs or params[1 + c, k] != params[0, k]
-        if hangs and on & (ACCELERATION_BIT | STRIBECK_BIT):
-            hanging[hang] = c
-            hang += 1
-    where, by = np.empty(POOL, np.int64), np.zeros(WORK_SIZE)
-    return OwnSlopes(where, np.empty(POOL), np.empty(POOL), by, column, place, rate, hanging[:hang])
+        if hangs:
+            own[ENTRIES + 3 * changed + hanging] = c
+            hanging += 1
+    own[CHANGED], own[HANGING] = changed, hanging
+    return own[: ENTRIES + 3 * changed + hanging].copy()
 
 
 @inlined
@@ -112,8 +102,8 @@ def slopes_of_weights(u):
 
 
 @compiled
-def answer_of_spline(p, pc, x, given, by):
-    """`given` times the slope by x of `spline_value`; what the coefficients are given is added to `by`."""
+def answer_of_spline(p, pc, x, given, own):
+    """`given` times the slope by x of `spline_value`; what the coefficients are given is put in."""
     if math.isnan(x):
         return x
     low, inverse, intervals = p[pc + 1], p[pc + 2], p[pc + 3] - 3.0
@@ -121,14 +111,14 @@ def answer_of_spline(p, pc, x, given, by):
     j, u = interval_of(x, low, inverse, intervals)
     weights, slopes, at, slope = weights_at(u), slopes_of_weights(u), int(p[pc]) + j, 0.0
     for k in range(4):
-        by[at + k] += given * weights[k]
+        own[BY + at + k] += given * weights[k]
         slope += slopes[k] * p[at + k]
     return given * slope * inverse if 0.0 <= s <= intervals else 0.0
 
 
 @compiled
-def answer_of_surface(p, pc, x, x2, given, by):
-    """`given` times the slopes by x and x2 of `surface_value`; what the coefficients are given is added to `by`."""
+def answer_of_surface(p, pc, x, x2, given, own):
+    """`given` times the slopes by x and x2 of `surface_value`; what the coefficients are given is put in."""
     if math.isnan(x) or math.isnan(x2):
         return math.nan, math.nan
     inverse, inverse_2, n, n_2 = p[pc + 2], p[pc + 5], p[pc + 3] - 3.0, p[pc + 6] - 3.0
@@ -140,7 +130,7 @@ def answer_of_surface(p, pc, x, x2, given, by):
     slope = slope_2 = 0.0
     for row in range(4):
         for one in range(4):
-            by[at + one] += given * rows[row] * columns[one]
+            own[BY + at + one] += given * rows[row] * columns[one]
             slope += by_rows[row] * columns[one] * p[at + one]
             slope_2 += rows[row] * by_columns[one] * p[at + one]
         at += width
@@ -150,8 +140,8 @@ def answer_of_surface(p, pc, x, x2, given, by):
 
 
 @compiled
-def answer_of_periodic(p, pc, x, given, by):
-    """`given` times the slope by x of `periodic_value`; what the coefficients are given is added to `by`."""
+def answer_of_periodic(p, pc, x, given, own):
+    """`given` times the slope by x of `periodic_value`; what the coefficients are given is put in."""
     n, s = p[pc + 2], x * p[pc + 1]
     s -= math.floor(s / n) * n
     if not abs(s) <= n:
@@ -162,7 +152,7 @@ def answer_of_periodic(p, pc, x, given, by):
     weights, slopes = weights_at(s - j), slopes_of_weights(s - j)
     for k in range(4):
         place = at + (j + k) % count
-        by[place] += given * weights[k]
+        own[BY + place] += given * weights[k]
         slope += slopes[k] * p[place]
     return given * slope * p[pc + 1]
 
@@ -217,16 +207,16 @@ def gone_through(p, pc, stop, own):
     top, x, count = OWN_STACK - 1, 0.0, 0
     while pc < stop:
         code = int(p[pc])
-        own.where[count], own.first[count], own.second[count] = pc, x, 0.0
+        own[WHERE + count], own[FIRST + count], own[SECOND + count] = pc, x, 0.0
         pc += 1
         if code > _MAX:
             number = code > _MAX + _WITH_NUMBER
             other = p[int(p[pc])] if number else p[pc]
-            own.second[count] = other
+            own[SECOND + count] = other
             x = of_two(code - (_WITH_LOAD if number else _WITH_NUMBER), x, other)
             pc += 1
         elif code >= _ADD:
-            own.first[count], own.second[count] = p[top], x
+            own[FIRST + count], own[SECOND + count] = p[top], x
             x = of_two(code, p[top], x)
             top -= 1
         elif code <= _RAMP:
@@ -244,7 +234,7 @@ def gone_through(p, pc, stop, own):
             x = p[int(p[pc])] * math.sin(x) + p[int(p[pc + 1])] * math.cos(x)
             pc += 2
         elif code == _SURFACE:
-            own.first[count], own.second[count] = p[top], x
+            own[FIRST + count], own[SECOND + count] = p[top], x
             x = surface_value(p, pc, p[top], x)
             top -= 1
             pc += 7
@@ -255,23 +245,23 @@ def gone_through(p, pc, stop, own):
 
 
 @inlined
-def given_to_pushed(p, pc, code, given, by):
-    """What a number that an operation has put on the stack is given is added to `by`."""
+def given_to_pushed(p, pc, code, given, own):
+    """What a number that an operation has put on the stack is given, put in."""
     if code == _NUMBER:
         return
     place = int(p[pc])
     if code == _RAMP:
         x = p[place]
         given *= p[pc + 4] if p[pc + 1] < x < p[pc + 2] else 0.0
-    by[place] += given
+    own[BY + place] += given
 
 
 @compiled
 def gone_back(p, count, own):
-    """The way back through a program: what every number adds to its value per unit is added to `own.by`."""
-    by, top, given = own.by, OWN_STACK - 1, 1.0
+    """The way back through a program: what every number adds to its value per unit, put in."""
+    top, given = OWN_STACK - 1, 1.0
     for n in range(count - 1, -1, -1):
-        pc, x, x2 = own.where[n], own.first[n], own.second[n]
+        pc, x, x2 = int(own[WHERE + n]), own[FIRST + n], own[SECOND + n]
         code = int(p[pc])
         pc += 1
         if code > _MAX:
@@ -279,7 +269,7 @@ def gone_back(p, count, own):
             code -= _WITH_LOAD if from_place else _WITH_NUMBER
             of_first, of_second = slopes_of_two(code, x, x2, not from_place)
             if from_place:
-                by[int(p[pc])] += given * of_second
+                own[BY + int(p[pc])] += given * of_second
             given *= of_first
         elif code >= _ADD:
             of_first, of_second = slopes_of_two(code, x, x2, False)
@@ -287,21 +277,21 @@ def gone_back(p, count, own):
             p[top] = given * of_first
             given *= of_second
         elif code <= _RAMP:
-            given_to_pushed(p, pc, code, given, by)
+            given_to_pushed(p, pc, code, given, own)
             given = p[top]
             top -= 1
         elif code == _SPLINE:
-            given = answer_of_spline(p, pc, x, given, by)
+            given = answer_of_spline(p, pc, x, given, own)
         elif code == _PERIODIC:
-            given = answer_of_periodic(p, pc, x, given, by)
+            given = answer_of_periodic(p, pc, x, given, own)
         elif code == _WAVE:
             s, c = math.sin(x), math.cos(x)
             of_sine, of_cosine = int(p[pc]), int(p[pc + 1])
-            by[of_sine] += given * s
-            by[of_cosine] += given * c
+            own[BY + of_sine] += given * s
+            own[BY + of_cosine] += given * c
             given *= p[of_sine] * c - p[of_cosine] * s
         elif code == _SURFACE:
-            first, second = answer_of_surface(p, pc, x, x2, given, by)
+            first, second = answer_of_surface(p, pc, x, x2, given, own)
             top += 1
             p[top] = first
             given = second
@@ -314,11 +304,11 @@ def put_answers(p, on, part, push, t, y, v, own):
     """Put in how the sum of the forces (part 0) or levels of friction (part 1) of all own terms answers variables and
     parameters; returns that sum in N. push: the motor's force in N."""
     put_variables(p, on, push, t, y, v)
-    by, total = own.by, 0.0
+    total = 0.0
     for k in range(OWN_START, OWN_START + layout.SIZE):
-        by[k] = 0.0
+        own[BY + k] = 0.0
     for k in range(len(layout.VARIABLES)):
-        by[OWN_VARIABLES + k] = 0.0
+        own[BY + OWN_VARIABLES + k] = 0.0
     for k in range(TERMS):
         head = OWN_START + HEAD * k + 2 * part
         start, stop = int(p[head]), int(p[head + 1])
@@ -332,18 +322,17 @@ def put_answers(p, on, part, push, t, y, v, own):
 @compiled
 def answer_by_motion(p, on, push, y, v, own):
     """How own terms answer push, speed and place, given how they answer their variables (`put_answers`)."""
-    by = own.by
-    by_push, by_speed, by_place = by[_PUSH], by[_SPEED], by[_PLACE]
+    by_push, by_speed, by_place = own[BY + _PUSH], own[BY + _SPEED], own[BY + _PLACE]
     faster = _STEP * (abs(v) + _SLOW)
     if on & MEMORY_BIT:
-        by_place += by[_TRAVEL] * (1.0 if y > p[_TURN] else -1.0)
+        by_place += own[BY + _TRAVEL] * (1.0 if y > p[_TURN] else -1.0)
     if on & ACCELERATION_BIT:
         a, more = driven_acceleration(p, push, v), _STEP * (abs(push) + _WEAK)
-        by_push += by[_ACCELERATION] * (driven_acceleration(p, push + more, v) - a) / more
-        by_speed += by[_ACCELERATION] * (driven_acceleration(p, push, v + faster) - a) / faster
+        by_push += own[BY + _ACCELERATION] * (driven_acceleration(p, push + more, v) - a) / more
+        by_speed += own[BY + _ACCELERATION] * (driven_acceleration(p, push, v + faster) - a) / faster
     if on & STRIBECK_BIT:
         rise = stribeck(v + faster, p[0], p[1], p[2], p[3]) - stribeck(v, p[0], p[1], p[2], p[3])
-        by_speed += by[_STRIBECK] * rise / (p[0] * faster)
+        by_speed += own[BY + _STRIBECK] * rise / (p[0] * faster)
     return OwnAnswer(by_push, by_speed, by_place)
 
 
@@ -351,15 +340,16 @@ def answer_by_motion(p, on, push, y, v, own):
 def add_columns(p, params, step, on, push, v, own, scale, out, start):
     """Add `scale` times how own terms answer the columns to `out` from `start` on, given how they answer their
     variables and parameters (`put_answers`). params: (K, WORK_SIZE) a `step` along each column."""
-    by = own.by
-    for n in range(own.column.size):
-        out[start + own.column[n]] += scale * own.rate[n] * by[own.place[n]]
-    for c in own.hanging:
+    behind = ENTRIES + 3 * int(own[CHANGED])
+    for at in range(ENTRIES, behind, 3):
+        out[start + int(own[at])] += scale * own[at + 2] * own[BY + int(own[at + 1])]
+    for n in range(int(own[HANGING])):
+        c = int(own[behind + n])
         q, total = params[c], 0.0
         if on & ACCELERATION_BIT:
             change = driven_acceleration(q, push, v) - driven_acceleration(p, push, v)
-            total += by[_ACCELERATION] * change / step
+            total += own[BY + _ACCELERATION] * change / step
         if on & STRIBECK_BIT:
             change = stribeck(v, q[0], q[1], q[2], q[3]) / q[0] - stribeck(v, p[0], p[1], p[2], p[3]) / p[0]
-            total += by[_STRIBECK] * change / step
+            total += own[BY + _STRIBECK] * change / step
         out[start + c] += scale * total

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.simulation.binding import compiled, inlined
+from linid.simulation.binding import inlined
 from linid.simulation.course import FINEST, inputs_then
 from linid.simulation.forces import force_once
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
@@ -55,7 +55,7 @@ from linid.simulation.slope_steps import (
     slid_lanes,
 )
 from linid.simulation.splines_at import spline_at
-from linid.simulation.steps import Middle, impulse, reach_of
+from linid.simulation.steps import Middle, Reach, impulse, reach_of
 
 
 class Carried(NamedTuple):
@@ -134,11 +134,13 @@ def unanswered(width, acting):
     return push, push, friction, friction, (1.0, push)
 
 
-@compiled
-def answers_of_slide(terms, along, motion, v_mid, moment, points):
-    """Force in the middle of a step of fast sliding in N, and how that and the one at its end answer. moment: (n, x, h)
-    of the step's end, x s after sample n; points: those of the motor's forces in its middle and at its end."""
+@inlined
+def answers_of_slide(terms, along, motion, slid, v_mid, moment, points):
+    """Force in the middle of a step of fast sliding in N, how that and the one at its end answer, and how hidden states
+    do, put in. slid: the motion after it; moment: (n, x, h) of the step's end, x s after sample n; points: those of the
+    motor's forces in its middle and at its end."""
     axis, course, width = along.axis, along.course, along.table.shape[1]
+    acting, hidden, moving = along.acting, along.hidden, axis.on & terms.acts.advance
     n, x, h = moment
     half, moves = 0.5 * h, not course.guided
     t = course.t_start + n * course.dt + x
@@ -153,14 +155,22 @@ def answers_of_slide(terms, along, motion, v_mid, moment, points):
         push, push_end = along.motor[points[0]], along.motor[points[1]]
     middle = Instant(t - half, y_mid, v_mid, now, push, moves)
     end = Instant(t, y_end, 2.0 * v_mid - motion.v, then, push_end, moves)
-    return (
-        force_at(terms, axis, middle),
-        answer_of_force(terms, axis, along.acting, middle, places_of(MIDDLE, width, along.acting)),
-        answer_of_force(terms, axis, along.acting, end, places_of(END, width, along.acting)),
-    )
+    reach = Reach(n, h, x, t - half, y_mid, y_end, 2.0 * v_mid - motion.v)
+    if moving:
+        step_begins(along)
+        answers_of_states(terms, axis, acting, hidden, way_to_middle(reach, motion, v_mid))
+    force = force_at(terms, axis, middle)
+    at_middle = answer_of_force(terms, axis, acting, middle, places_of(MIDDLE, width, acting))
+    if moving:
+        answers_of_states(terms, axis, acting, hidden, way_to_end(reach, motion, v_mid, now))
+    at_end = answer_of_force(terms, axis, acting, end, places_of(END, width, acting))
+    if moving:
+        answers_of_states(terms, axis, acting, hidden, way_as_settled(reach, motion, slid, now))
+        step_ends(along)
+    return force, at_middle, at_end
 
 
-@compiled
+@inlined
 def carry_sliding(terms, along, motion, slid, weights, moment, points):
     """Take the slopes along a step of fast sliding. weights: of the step; moment, points: as in `answers_of_slide`."""
     axis, bristles, carried, width = along.axis, along.bristles, along.carried, along.table.shape[1]
@@ -170,23 +180,28 @@ def carry_sliding(terms, along, motion, slid, weights, moment, points):
     per_mass = 0.5 * h / bristles.mass
     v_mid = v + per_mass * (motion.force - turn * bristles.coulomb - bristles.sigma_2 * v)
     at_middle = at_end = no_answer(width, along.acting)
-    if axis.on & terms.acts.push:
-        force, at_middle, at_end = answers_of_slide(terms, along, motion, v_mid, moment, points)
+    if axis.on & (terms.acts.push | terms.acts.advance):
+        force, at_middle, at_end = answers_of_slide(terms, along, motion, slid, v_mid, moment, points)
     mean, rise = impulse(motion.force, force, slid.force)
     for block in range(0, width, LANES):
         start = lanes_at(carried.force, block)
         middle = lanes_at(carried.forces, points[0] * width + block)
         end = lanes_at(carried.forces, points[1] * width + block)
         columns, motions = columns_at(along.table, width, block), motions_at(carried, width, block)
-        if axis.on & terms.acts.push:
+        if axis.on & (terms.acts.push | terms.acts.advance):
             pull = start - turn * columns.coulomb - bristles.sigma_2 * motions.v - v * columns.sigma_2
             by_mass = (v_mid - v) / bristles.mass
             faster = motions.v + per_mass * pull - by_mass * columns.mass
             place, place_end = motions.y + 0.25 * h * (motions.v + faster), motions.y + h * faster
-            middle = answered(along, at_middle, block, middle, faster, place, AT_START)  # no states move here
-            end = answered(along, at_end, block, end, 2.0 * faster - motions.v, place_end, AT_START)
+            if axis.on & terms.acts.advance:
+                carry_to_end(along, block, h, motions, faster)
+            middle = answered(along, at_middle, block, middle, faster, place, AT_MIDDLE)
+            end = answered(along, at_end, block, end, 2.0 * faster - motions.v, place_end, AT_END)
         both = Pushes(start, middle, end), columns
-        put_motions(carried, width, block, slid_lanes(weights, bristles, v, mean, rise, h, motions, both))
+        new = slid_lanes(weights, bristles, v, mean, rise, h, motions, both)
+        if axis.on & terms.acts.advance:
+            carry_settled(along, block, h, motions, new)
+        put_motions(carried, width, block, new)
         put_lanes(carried.force, block, end)
 
 

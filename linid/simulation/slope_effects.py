@@ -40,7 +40,7 @@ class Acting(NamedTuple):
     unit of what is told; fast, pushing: bits of the effects whose forces hang on speed, and of those that change forces
     beside the motor's own; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
     effects; driven: (3,) whether place, speed and acceleration drive them; by_state: (OWN * n) how what is told answers
-    them; of_own: `OwnSlopes`."""
+    them; of_own: of `own_slopes_of`."""
 
     moved: Any
     touched: Any
@@ -240,7 +240,7 @@ def given_at(terms, axis, at):
     return at.motor * thrust_at(terms, axis, at, currents), currents
 
 
-@compiled
+@inlined
 def answer_of_force(terms, axis, acting, at, places):
     """How all forces on the mass but friction answer: those of effects by differences of the part that changes; places:
     `places_of`."""

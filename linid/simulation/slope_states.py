@@ -83,7 +83,7 @@ def way_as_settled(reach, motion, reached, currents):
     return Way(SETTLED, h, reach.t_mid, place, displacement / h, faster / h, currents)
 
 
-@compiled
+@inlined
 def states_are_now(along):
     """Put the hidden states of model and directions to those of the model at the start of the step."""
     axis, acting, hidden = along.axis, along.acting, along.hidden
@@ -102,7 +102,7 @@ def step_begins(along):
     states_are_now(along)
 
 
-@compiled
+@inlined
 def step_ends(along):
     """Put the hidden states of the model back to where the simulation has brought them."""
     axis, acting, hidden = along.axis, along.acting, along.hidden
@@ -152,7 +152,7 @@ def own_answers(terms, axis, acting, hidden, way, i):
         q[STATE_START + STATE_SIZE + kept[j]] = axis.p[STATE_START + STATE_SIZE + kept[j]]
 
 
-@compiled
+@inlined
 def answers_of_states(terms, axis, acting, hidden, way):
     """Bring the hidden states along a way, and put in how they answer."""
     p, kept, n, then = axis.p, acting.kept, acting.kept.size, hidden.then

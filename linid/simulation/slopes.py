@@ -42,6 +42,7 @@ from linid.simulation.steps import (
     borders_of,
     followed_step,
     is_steady,
+    slid_on,
     sliding_step,
     too_slow,
 )
@@ -99,6 +100,8 @@ def carry_over_sample(terms, along, n, going):
                 follow = too_slow(borders, motion.v, slid.v)
                 if follow:
                     break
+                if axis.on & terms.acts.advance:
+                    slid_on(terms, axis, course, Place(n, done, 0), motion, slid, size)
                 point = 2 * (n * course.substeps + ((done + size) >> FINEST)) if axis.powered else 0
                 points = (point - 1 if axis.powered else 0), point
                 moment = n, (done + size) * course.tick, h
@@ -267,7 +270,7 @@ def stepped(terms, along, n, motion):
     return motion
 
 
-@compiled
+@inlined
 def write_slopes(terms, along, k, t, motion, out):
     """Put what is seen of a motion at t seconds into sample k of `out`: y (count,) in m, slopes (count, width)."""
     y_out, slopes = out

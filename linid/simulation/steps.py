@@ -77,7 +77,7 @@ def borders_of(terms, axis, bristles):
     slowest = bristles.stribeck_velocity * SLOWEST ** (1.0 / bristles.exponent)
     acts, on = terms.acts, axis.on
     alone = not axis.powered and not (on & acts.push or on & acts.advance)
-    if on & acts.friction or on & acts.level or on & acts.load or on & acts.advance:
+    if on & acts.friction or on & acts.level or on & acts.load:
         fast = math.inf
     return Borders(fast, slowest, alone)
 
@@ -254,7 +254,8 @@ def after_sample(terms, axis, course, n, motion):
 def sliding_step(terms, axis, bristles, course, place, motion, slide):
     """A step of fast sliding: nothing but the outer forces changes, and these smoothly; no bristle need be followed.
 
-    Without any force the step is exact however long it is. Returns the motion after it.
+    Without any force the step is exact however long it is. Returns the motion after it, to which hidden states are
+    brought once it is taken (`slid_on`).
     """
     y, v = motion.y, motion.v
     n, end = place.n, place.done + slide.size
@@ -272,11 +273,27 @@ def sliding_step(terms, axis, bristles, course, place, motion, slide):
         y_mid, y_end = y + 0.5 * half * (v + v_mid), y + h * v_mid
         if course.guided:
             y_mid, y_end = spline_at(course.coefficients, n, 3, x - half), spline_at(course.coefficients, n, 3, x)
+        reach = Reach(n, h, x, course.t_start + n * course.dt + x - half, y_mid, y_end, 2.0 * v_mid - v)
+        if axis.on & terms.acts.advance:
+            to_the_middle(terms, axis, reach, motion, v_mid)
         force_mid, currents = force_then(terms, axis, course, (n, x, half), y_mid, v_mid, currents)
+        if axis.on & terms.acts.advance:
+            to_the_end(terms, axis, reach, motion, v_mid, currents)
         force_end, currents = force_then(terms, axis, course, (n, x, 0.0), y_end, 2.0 * v_mid - v, currents)
     mean, rise = impulse(motion.force, force_mid, force_end)
     v, displacement = gliding_step(v, mean - drag - 0.5 * rise, rise, bristles.mass, bristles.sigma_2, h, slide.glide)
     return AxisState(y + displacement, v, drag / bristles.sigma_0, force_end, currents, motion.spring)
+
+
+@inlined
+def slid_on(terms, axis, course, place, motion, slid, size):
+    """Bring the hidden states along a step of fast sliding of `size` finest steps, from one motion to the other."""
+    n, x, h = place.n, (place.done + size) * course.tick, size * course.tick
+    half, currents = 0.5 * h, motion.currents
+    if axis.powered:
+        currents = inputs_then(terms, axis, course, n, x, half)
+    reach = Reach(n, h, x, course.t_start + n * course.dt + x - half, 0.0, 0.0, 0.0)
+    settled(terms, axis, reach, motion, slid.v, slid.y - motion.y, currents)
 
 
 @inlined

@@ -16,7 +16,7 @@ from linid.physics.effects.registry import find_effect
 from linid.physics.model import OWN_VARIABLES, RECORD, WORK_SIZE, Model
 from linid.physics.own_terms import layout
 from linid.physics.own_terms.expression import parse_formula
-from linid.simulation.own_slopes import own_slopes_of, put_answers
+from linid.simulation.own_slopes import BY, own_slopes_of, put_answers
 from tests.physics.own_terms.plain_interpreter import Interpreter
 from tests.physics.own_terms.test_formula import CURVES, GIVEN, expressions, numbers
 
@@ -29,7 +29,7 @@ def answers(p, params, on, part):
     own = own_slopes_of(on, params, 0, 1.0)
     at = OWN_VARIABLES
     put_answers(p, on, part, p[at + 4], p[at], p[at + 2], p[at + 3], own)
-    return own.by
+    return own[BY : BY + WORK_SIZE]
 
 
 def answers_of(text: str, values: dict[str, float], variables: dict[str, float]) -> dict[str, float]:
@@ -66,7 +66,7 @@ def compare(found: dict[str, float], formula: str, given: dict[str, float], numb
     """Compare wherever both sides of a point agree; returns by how many names."""
     compared = 0
     for name, mine in found.items():
-        if name == "scale" or name in at and name not in formula:
+        if name == "scale" or (name in at and name not in formula):
             continue
         up, down = sides(formula, name, given, numbers, at)
         size = max(abs(up), abs(down), 1e-3)
