@@ -280,16 +280,18 @@ def forces_beside(terms, axis, course, here, given, asks, room):
     if axis.on & FORCE_BIT:
         push, heard = own_forces(terms, axis, here, given, room)
     for c in range(room.lag.size):
-        hears = 1.0 + heard if room.ways[c] & HEARD else 1.0
         if room.ways[c] & TOLD:
-            told = room.forces[c, k] * hears
+            told = room.forces[c, k]
             room.carried[of_force + c] = told * here.derating if room.ways[c] & DERATED else told
         elif room.ways[c] & DERATES:
             bits, (t, y, v, currents) = room.part[c], here[1:5]
             of_model = terms.thrust(1.0, bits, t, y, v, currents, axis.p)
             other = terms.thrust(1.0, bits, t, y, v, currents, room.params[c])
             thrust = given.motor[k] * given.thrust[k] * here.derating
-            room.carried[of_force + c] = hears * thrust * (other / of_model - 1.0) / FORCE_STEP
+            room.carried[of_force + c] = thrust * (other / of_model - 1.0) / FORCE_STEP
+    if heard != 0.0:
+        for c in range(room.lag.size):
+            room.carried[of_force + c] *= 1.0 + heard if room.ways[c] & HEARD else 1.0
     if asks:
         ask_forces(terms, axis, course, here, factor, heard, room)
     if axis.on & FORCE_BIT:
@@ -297,7 +299,7 @@ def forces_beside(terms, axis, course, here, given, asks, room):
     return factor
 
 
-@compiled
+@inlined
 def ask_forces(terms, axis, course, here, factor, heard, room):
     """Put in the answers of `forces_beside` that are not told beforehand; heard: how own terms answer the motor's
     force."""
@@ -342,7 +344,7 @@ def level_beside(terms, axis, course, where, room):
     return level, load
 
 
-@compiled
+@inlined
 def states_beside(terms, axis, course, where, a, room):
     """Bring the hidden states of directions to the next sample, where those of the model are. where: as of `midway`; a:
     mean acceleration in m/s^2."""
