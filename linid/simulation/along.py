@@ -262,13 +262,23 @@ def put_acceleration(bristles, dt, v, rows, out):
 
 
 @allocating
+def told_or_before(terms, axis, bristles, course, motion, skip, before):
+    """What is told of the intervals, or was for the candidate before. skip: how far back the bristle remembers in m,
+    and whether it is followed in parts; before: as of `told_between`, and whether that is known."""
+    told, known = before
+    if known:
+        return told
+    return told_between(terms, axis, bristles, course, motion, asked_between(motion, *skip))
+
+
+@allocating
 def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     """Model acceleration and bristle along a measured motion, the bristle integrated exactly between samples.
 
     w: start deflection in m, nan if not given; kept: places of the wanted hidden states; shared: as of `shared_with`
     and of `effects_shared`, and as of `told_between` with whether that is known; returns that.
     """
-    before, effected, told, told_is_known = shared
+    before, effected = shared[:2]
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
@@ -281,9 +291,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / bristles.sigma_0
     given = known_beforehand(terms, axis, candidates, course, motion, effected, found)
-    if not told_is_known:
-        asked = asked_between(motion, memory, skipping)
-        told = told_between(terms, axis, bristles, course, motion, asked)
+    told = told_or_before(terms, axis, bristles, course, motion, (memory, skipping), shared[2:])
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1

@@ -27,7 +27,7 @@ def own_forces(terms, axis, here, given, room):
 @compiled
 def own_columns(axis, push, v, room, start):
     """Add what the directions do to own terms (`put_answers`) to a row of what is carried, from `start` on."""
-    add_columns(axis.p, room.params, FORCE_STEP, axis.on, push, v, room.own, 1.0, room.carried, start)
+    add_columns(axis.p, axis.on, (push, v), (room.params, FORCE_STEP), room.own, (room.carried, start, 1.0))
 
 
 @compiled

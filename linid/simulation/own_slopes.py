@@ -337,9 +337,11 @@ def answer_by_motion(p, on, push, y, v, own):
 
 
 @compiled
-def add_columns(p, params, step, on, push, v, own, scale, out, start):
-    """Add `scale` times how own terms answer the columns to `out` from `start` on, given how they answer their
-    variables and parameters (`put_answers`). params: (K, WORK_SIZE) a `step` along each column."""
+def add_columns(p, on, moving, beside, own, to):
+    """Add how own terms answer the columns, given how they answer their variables and parameters (`put_answers`).
+    moving: the motor's force in N and the speed in m/s; beside: (K, WORK_SIZE) parameters, and the step that they are
+    along each column; to: where it is added, from which place on, and times what."""
+    (push, v), (params, step), (out, start, scale) = moving, beside, to
     behind = ENTRIES + 3 * int(own[CHANGED])
     for at in range(ENTRIES, behind, 3):
         out[start + int(own[at])] += scale * own[at + 2] * own[BY + int(own[at + 1])]

@@ -283,7 +283,8 @@ def with_own_force(terms, axis, acting, at, push, answer):
     p, of_own = axis.p, acting.of_own
     put_answers(p, axis.on, FORCE, push, at.t, at.y, at.v, of_own)
     mine = answer_by_motion(p, axis.on, push, at.y, at.v, of_own)
-    add_columns(p, acting.params, FORCE_STEP, axis.on, push, at.v, of_own, 1.0, acting.own, answer.own)
+    beside_it, to = (acting.params, FORCE_STEP), (acting.own, answer.own, 1.0)
+    add_columns(p, axis.on, (push, at.v), beside_it, of_own, to)
     return with_own_answer(terms, axis, acting, at, push, mine, answer)
 
 

@@ -123,7 +123,8 @@ def with_own_level(terms, axis, acting, at, found, answer):
         return answer
     mine = answer_by_motion(p, axis.on, push, at.y, at.v, of_own)
     mine = OwnAnswer(factor * mine.by_push, factor * mine.by_speed, factor * mine.by_place)
-    add_columns(p, acting.params, FORCE_STEP, axis.on, push, at.v, of_own, factor, acting.own, answer.own)
+    beside_it, to = (acting.params, FORCE_STEP), (acting.own, answer.own, factor)
+    add_columns(p, axis.on, (push, at.v), beside_it, of_own, to)
     return with_own_answer(terms, axis, acting, at, push, mine, answer)
 
 
