@@ -184,7 +184,7 @@ def test_friction_alone_only_takes_energy(
     body = (mass, stiffness, s1, 0.5)
     for _ in range(50):
         v_mid, w_mid = v, w
-        for _ in range(4):
+        for _ in range(20):
             v_mid, w_mid, _ = lugre_step(v, w, (v_mid, w_mid, coulomb, 0.0), 0.0, 0.0, body, 0.5 * h)
         v, w, _ = lugre_step(v, w, (v_mid, w_mid, coulomb, 0.0), 0.0, 0.0, body, h)
         before, energy = energy, 0.5 * mass * v * v + 0.5 * stiffness * w * w

@@ -10,23 +10,16 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.kernel_cache import kept
-from linid.simulation.lanes import LANES, lanes_at, put_lanes
 
 
 @kept(error_model="numpy", nogil=True)
 def _gather(samples: Array, rows: Integers, taps: Array, first: Integers, sizes: Integers, out: Array) -> None:
     """out (C, n): of each row the sum of the samples (C, m) about it, weighted by `sizes` taps from the `first` on."""
-    flat, width, none, parts = samples.reshape(-1), samples.shape[1], np.zeros(LANES), np.zeros(LANES)
     for c in range(samples.shape[0]):
         for n in range(rows.size):
-            begin, tap, size = c * width + rows[n] - sizes[n] // 2, first[n], sizes[n]
-            by_lanes, sums = size - size % LANES, lanes_at(none, 0)
-            for k in range(0, by_lanes, LANES):
-                sums = sums + lanes_at(taps, tap + k) * lanes_at(flat, begin + k)
-            put_lanes(parts, 0, sums)
-            total = ((parts[0] + parts[1]) + (parts[2] + parts[3])) + ((parts[4] + parts[5]) + (parts[6] + parts[7]))
-            for k in range(by_lanes, size):
-                total += taps[tap + k] * flat[begin + k]
+            begin, tap, total = rows[n] - sizes[n] // 2, first[n], 0.0
+            for k in range(sizes[n]):
+                total += taps[tap + k] * samples[c, begin + k]
             out[c, n] = total
 
 
