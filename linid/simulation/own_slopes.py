@@ -25,18 +25,7 @@ from linid.physics.own_terms.layout import (
     TERMS,
 )
 from linid.simulation.binding import allocating, compiled, inlined
-from linid.simulation.own_terms import (
-    driven_acceleration,
-    interval_of,
-    of_one,
-    of_two,
-    periodic_value,
-    pushed_value,
-    put_variables,
-    spline_value,
-    surface_value,
-    weights_at,
-)
+from linid.simulation.own_terms import driven_acceleration, interval_of, operated, put_variables, weights_at
 
 _STEP = 1e-6  # of a parameter, a force or a speed, in their own scale; for variables that are formulas themselves
 _WEAK, _SLOW = 1.0, 1e-3  # N, m/s
@@ -46,10 +35,10 @@ _SPEED, _PLACE, _PUSH, _TRAVEL, _ACCELERATION, _STRIBECK = (
 _TURN = STATE_START + MEMORY_PLACE + layout.MEMORY.index("turn")
 # What stands where in the room for derivatives: how many changes of parameters, and columns that change variables; how
 # what own terms add answers variables and parameters, N per unit of each; of the operations of a program in their
-# order, the numbers that they took and where they stand; then what columns change (`own_slopes_of`).
+# order, what they found on the stack and where they stand; then what columns change (`own_slopes_of`).
 CHANGED, HANGING, BY = range(3)
-FIRST = BY + WORK_SIZE
-SECOND, WHERE, ENTRIES = (FIRST + k * POOL for k in (1, 2, 3))
+BELOW = BY + WORK_SIZE
+ABOVE, WHERE, ENTRIES = (BELOW + k * POOL for k in (1, 2, 3))
 _LOAD, _NUMBER, _RAMP, _MAX, _ADD = layout.LOAD, layout.NUMBER, layout.RAMP, layout.MAX, layout.ADD
 _SPLINE, _SURFACE, _PERIODIC, _WAVE = layout.SPLINE, layout.SURFACE, layout.PERIODIC, layout.WAVE
 _NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP, _LOG, _SQRT = range(layout.NEGATIVE, layout.TANH)
@@ -203,43 +192,11 @@ def slopes_of_two(code, x, x2, fixed):
 
 @compiled
 def gone_through(p, pc, stop, own):
-    """`program_value`, what its operations took written down; returns it and how many they were."""
+    """`program_value`, with what its operations found on the stack written down; returns it and how many they were."""
     top, x, count = OWN_STACK - 1, 0.0, 0
     while pc < stop:
-        code = int(p[pc])
-        own[WHERE + count], own[FIRST + count], own[SECOND + count] = pc, x, 0.0
-        pc += 1
-        if code > _MAX:
-            number = code > _MAX + _WITH_NUMBER
-            other = p[int(p[pc])] if number else p[pc]
-            own[SECOND + count] = other
-            x = of_two(code - (_WITH_LOAD if number else _WITH_NUMBER), x, other)
-            pc += 1
-        elif code >= _ADD:
-            own[FIRST + count], own[SECOND + count] = p[top], x
-            x = of_two(code, p[top], x)
-            top -= 1
-        elif code <= _RAMP:
-            top += 1
-            p[top] = x
-            x = pushed_value(p, pc, code)
-            pc += 5 if code == _RAMP else 1
-        elif code == _SPLINE:
-            x = spline_value(p, pc, x)
-            pc += 4
-        elif code == _PERIODIC:
-            x = periodic_value(p, pc, x)
-            pc += 3
-        elif code == _WAVE:
-            x = p[int(p[pc])] * math.sin(x) + p[int(p[pc + 1])] * math.cos(x)
-            pc += 2
-        elif code == _SURFACE:
-            own[FIRST + count], own[SECOND + count] = p[top], x
-            x = surface_value(p, pc, p[top], x)
-            top -= 1
-            pc += 7
-        else:
-            x = of_one(code, x)
+        own[WHERE + count], own[BELOW + count], own[ABOVE + count] = pc, p[top], x
+        x, top, pc = operated(p, pc + 1, int(p[pc]), top, x)
         count += 1
     return x, count
 
@@ -261,18 +218,18 @@ def gone_back(p, count, own):
     """The way back through a program: what every number adds to its value per unit, put in."""
     top, given = OWN_STACK - 1, 1.0
     for n in range(count - 1, -1, -1):
-        pc, x, x2 = int(own[WHERE + n]), own[FIRST + n], own[SECOND + n]
+        pc, below, x = int(own[WHERE + n]), own[BELOW + n], own[ABOVE + n]
         code = int(p[pc])
         pc += 1
-        if code > _MAX:
-            from_place = code > _MAX + _WITH_NUMBER
-            code -= _WITH_LOAD if from_place else _WITH_NUMBER
-            of_first, of_second = slopes_of_two(code, x, x2, not from_place)
-            if from_place:
-                own[BY + int(p[pc])] += given * of_second
+        if code > _MAX + _WITH_NUMBER:
+            place = int(p[pc])
+            of_first, of_second = slopes_of_two(code - _WITH_LOAD, x, p[place], False)
+            own[BY + place] += given * of_second
             given *= of_first
+        elif code > _MAX:
+            given *= slopes_of_two(code - _WITH_NUMBER, x, p[pc], True)[0]
         elif code >= _ADD:
-            of_first, of_second = slopes_of_two(code, x, x2, False)
+            of_first, of_second = slopes_of_two(code, below, x, False)
             top += 1
             p[top] = given * of_first
             given *= of_second
@@ -291,10 +248,8 @@ def gone_back(p, count, own):
             own[BY + of_cosine] += given * c
             given *= p[of_sine] * c - p[of_cosine] * s
         elif code == _SURFACE:
-            first, second = answer_of_surface(p, pc, x, x2, given, own)
             top += 1
-            p[top] = first
-            given = second
+            p[top], given = answer_of_surface(p, pc, below, x, given, own)
         else:
             given *= slope_of_one(code, x)
 

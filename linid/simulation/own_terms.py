@@ -176,42 +176,37 @@ def pushed_value(p, pc, code):
     return x
 
 
+@inlined
+def operated(p, pc, code, top, x):
+    """What an operation, whose numbers stand at pc, makes of the number x on top of the stack, which is kept apart from
+    those below, of which the first stands at `top`. Returns the number, where the one below stands then, and where the
+    next operation does."""
+    if code > _MAX + _WITH_NUMBER:
+        return of_two(code - _WITH_LOAD, x, p[int(p[pc])]), top, pc + 1
+    if code > _MAX:
+        return of_two(code - _WITH_NUMBER, x, p[pc]), top, pc + 1
+    if code >= _ADD:
+        return of_two(code, p[top], x), top - 1, pc
+    if code <= _RAMP:
+        p[top + 1] = x
+        return pushed_value(p, pc, code), top + 1, pc + (5 if code == _RAMP else 1)
+    if code == _SPLINE:
+        return spline_value(p, pc, x), top, pc + 4
+    if code == _PERIODIC:
+        return periodic_value(p, pc, x), top, pc + 3
+    if code == _WAVE:
+        return p[int(p[pc])] * math.sin(x) + p[int(p[pc + 1])] * math.cos(x), top, pc + 2
+    if code == _SURFACE:
+        return surface_value(p, pc, p[top], x), top - 1, pc + 7
+    return of_one(code, x), top, pc
+
+
 @compiled
 def program_value(p, pc, stop):
-    """What the program from pc to stop gives. The number on top of the stack is kept apart."""
+    """What the program from pc to stop gives."""
     top, x = OWN_STACK - 1, 0.0
     while pc < stop:
-        code = int(p[pc])
-        pc += 1
-        if code > _MAX + _WITH_NUMBER:
-            x = of_two(code - _WITH_LOAD, x, p[int(p[pc])])
-            pc += 1
-        elif code > _MAX:
-            x = of_two(code - _WITH_NUMBER, x, p[pc])
-            pc += 1
-        elif code >= _ADD:
-            x = of_two(code, p[top], x)
-            top -= 1
-        elif code <= _RAMP:
-            top += 1
-            p[top] = x
-            x = pushed_value(p, pc, code)
-            pc += 5 if code == _RAMP else 1
-        elif code == _SPLINE:
-            x = spline_value(p, pc, x)
-            pc += 4
-        elif code == _PERIODIC:
-            x = periodic_value(p, pc, x)
-            pc += 3
-        elif code == _WAVE:
-            x = p[int(p[pc])] * math.sin(x) + p[int(p[pc + 1])] * math.cos(x)
-            pc += 2
-        elif code == _SURFACE:
-            x = surface_value(p, pc, p[top], x)
-            top -= 1
-            pc += 7
-        else:
-            x = of_one(code, x)
+        x, top, pc = operated(p, pc + 1, int(p[pc]), top, x)
     return x
 
 
