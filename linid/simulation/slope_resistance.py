@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from linid.physics.model import STATE_START
 from linid.physics.own_terms.layout import LEVEL_BIT, LOAD_BIT
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.forces import driven_currents, friction_factor, level_factor, thrust_factor
+from linid.simulation.forces import friction_factor, level_factor
 from linid.simulation.friction_slopes import LevelSlopes
 from linid.simulation.own_slopes import OwnAnswer, add_columns, answer_by_motion, put_answers
 from linid.simulation.own_terms import LEAST_LEVEL, LEVEL
@@ -40,12 +40,7 @@ def friction_by(terms, axis, at):
     """Factor on the level of friction, and N added before it."""
     factor, load = 1.0, 0.0
     if axis.on & terms.acts.load:
-        push = 0.0
-        if axis.powered and axis.on & terms.acts.pressed:
-            push = at.motor
-            if axis.on & terms.acts.thrust:
-                driven = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
-                push *= thrust_factor(terms, axis, at.t, at.y, at.v, driven)
+        push = given_at(terms, axis, at)[0] if axis.powered and axis.on & terms.acts.pressed else 0.0
         load = terms.load(0.0, axis.on, push, at.t, at.y, at.v, at.currents, axis.p)
     if axis.on & terms.acts.level:
         factor = level_factor(terms, axis, at.t, at.y, at.v, at.currents)
