@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.diagnosis.proposed.arguments import Argument
+from linid.diagnosis.proposed.spline_columns import uniform_splines
 from linid.diagnosis.proposed.wave_columns import wave_columns
 
 _DEGREE = 3
@@ -94,24 +95,13 @@ def support(values: Array) -> tuple[float, float]:
 
 def _splines(x: Array, low: float, high: float, size: int) -> Array:
     """Cubic B-splines (n, size) on equal intervals from low to high, beyond which they keep their values."""
-    from scipy.interpolate import BSpline  # takes long to load
-
-    inner = np.linspace(low, high, size - _DEGREE + 1)
-    step = inner[1] - inner[0]
-    knots = np.concatenate([low - step * np.arange(_DEGREE, 0, -1), inner, high + step * np.arange(1, _DEGREE + 1)])
-    return np.asarray(BSpline.design_matrix(np.clip(x, low, high), knots, _DEGREE).toarray())
+    pieces = size - _DEGREE
+    return uniform_splines(np.clip((x - low) * (pieces / (high - low)), 0.0, pieces), pieces, size)
 
 
 def _wrapped(x: Array, period: float, size: int) -> Array:
     """Periodic cubic B-splines (n, size) with knots at multiples of period / size."""
-    place = np.mod(x, period) * (size / period)
-    left = np.minimum(place.astype(np.int64), size - 1)
-    u = place - left
-    parts = ((1.0 - u) ** 3, 3.0 * u**3 - 6.0 * u**2 + 4.0, -3.0 * u**3 + 3.0 * u**2 + 3.0 * u + 1.0, u**3)
-    out = np.zeros((x.size, size))
-    for k, part in enumerate(parts):
-        out[np.arange(x.size), (left + k) % size] += part / 6.0
-    return out
+    return uniform_splines(np.mod(x, period) * (size / period), size, size)
 
 
 def waves(argument: Argument, wavenumbers: Sequence[float], mean: bool = False) -> Basis:

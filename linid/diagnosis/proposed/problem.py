@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from linid.arrays import Array, Flags, Integers
 from linid.diagnosis.balance import Rows
@@ -16,6 +15,7 @@ from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
 from linid.diagnosis.locate import pushing_input, recording_masses
 from linid.diagnosis.proposed.history import Memory, last_where, memory_of, travelled
+from linid.diagnosis.proposed.response import pushed_rows, rates_of, resisted_rows
 from linid.diagnosis.seen import field_wavenumber
 from linid.diagnosis.unknowns import ACROSS, Coordinate
 from linid.errors import ConfigError
@@ -88,35 +88,36 @@ class Problem:
         return np.where(np.diff(self.rows.recording, prepend=-1).astype(bool) | self.rows.standstill, 0.0, kept)
 
     @cached_property
-    def _rests(self) -> tuple[Integers, Array]:
+    def rests(self) -> tuple[Integers, Array]:
         """The row of the last rest (n,), and the share of it (n,) that the bristle still remembers."""
         last = last_where(self.rows.standstill, self.rows.recording)
         path = travelled(self.rows)
         place = np.maximum(last, 0)
         return place, np.where(last >= 0, np.exp(-(path - path[place]) / self.relaxed), 0.0)
 
+    @cached_property
+    def _inner(self) -> Flags:
+        """Rows (n,) with neighbours on either side that tell a rate."""
+        t, owner = self.rows.t, self.rows.recording
+        out = np.zeros(t.size, dtype=np.bool_)
+        out[1:-1] = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
+        return out
+
     def rates(self, values: Array) -> Array:
         """How fast values (n, k) change, (n, k) per second; 0 where rows are missing between."""
-        out = np.zeros_like(values)
-        t, owner = self.rows.t, self.rows.recording
-        inner = (owner[2:] == owner[:-2]) & (t[2:] - t[:-2] < _SMOOTH * float(np.median(np.diff(t))))
-        out[1:-1][inner] = (values[2:] - values[:-2])[inner] / (t[2:] - t[:-2])[inner, None]
-        return out
+        return rates_of(np.ascontiguousarray(values, dtype=np.float64), self.rows.t, self._inner)
 
     def pushed(self, forces: Array) -> Array:
         """What forces on the mass (n, k) in N give the rows, (n, k) in m/s^2: at rest the bristle takes them up, and
         forgets that as it slides."""
-        place, kept = self._rests
-        return np.asarray((forces - kept[:, None] * forces[place]) / self.mass[:, None])
+        return pushed_rows(np.ascontiguousarray(forces, dtype=np.float64), *self.rests, self.mass)
 
     def resisted(self, levels: Array) -> Array:
         """What higher levels (n, k) of friction in N give the rows, (n, k) in m/s^2: nothing at rest; the bristles bend
         to a new level only as the axis moves, and where it rises, their damping adds to it."""
-        kept = self._kept
-        share = np.where(self.rows.standstill, 0.0, (1.0 - kept) * self.friction)
-        bent = share[:, None] * (levels + self.damped * self.rates(levels))
-        band = np.stack([np.ones(kept.size), -np.append(kept[1:], 0.0)])
-        return np.asarray(solve_banded((1, 0), band, bent, check_finite=False) / self.mass[:, None])
+        share = np.where(self.rows.standstill, 0.0, (1.0 - self._kept) * self.friction)
+        rising = np.ascontiguousarray(levels + self.damped * self.rates(levels))
+        return resisted_rows(rising, share, self._kept, self.mass)
 
 
 def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:

@@ -173,11 +173,17 @@ class Regression:
     @cached_property
     def best(self) -> tuple[float, float]:
         """The penalty that predicts best, and its gain on the rows that select."""
-        size, before = self.total.shape[0], max(self.sums.left, 1e-300)
-        left = [float(self._left(self.own_moments, self.sums.squares, p, size)[0]) for p in PENALTIES]
-        gains = [1.0 - one / before for one in left]
+        split, whole = self.sums.split, self.sums.split.fitted_sum(self.own_moments)
+        penalised = np.array(PENALTIES)[:, None, None] * self.rough + _LEAST_RIDGE * np.eye(len(self.rough))
+        left = np.zeros(len(PENALTIES))
+        for fold in split.selecting:
+            systems = split.elsewhere(fold, self.total, self.normals) + penalised
+            moment = split.elsewhere(fold, whole, self.own_moments)
+            solutions = np.linalg.solve(systems, moment[None])[:, :, 0].T
+            left += _squares_left(self.sums.squares[fold], solutions, self.own_moments[fold], self.normals[fold])
+        gains = 1.0 - left / max(self.sums.left, 1e-300)
         place = int(np.argmax(gains))
-        return PENALTIES[place], gains[place]
+        return PENALTIES[place], float(gains[place])
 
     def solution(self, penalty: float | None = None) -> tuple[Array, Array]:
         """Coefficients (k,) in N and steps (r,) of the base's unknowns, by all rows that may be fitted; penalty: in

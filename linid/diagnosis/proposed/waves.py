@@ -15,6 +15,7 @@ from linid.diagnosis.proposed.basis import Basis, curve, product, waves
 from linid.diagnosis.proposed.family import ONE_WAY, SCALED, Family, force
 from linid.diagnosis.proposed.history import direction_of
 from linid.diagnosis.proposed.problem import Problem
+from linid.diagnosis.proposed.wave_scan import normal_equations, waves_beside
 
 MOST_WAVES = 5  # of one family
 LEAST_PART = 0.01  # of what is left: a wave that takes less is none
@@ -25,6 +26,8 @@ _HIGHEST_ORDER = 250  # waves per turn
 _CLASSES, _GATES = 16, 16  # of velocity, in each of which a wave may have another phase; functions of it
 _SLOW = 0.5  # Hz, up to which the running time of a campaign may sway something
 _NYQUIST = 0.4  # of the rows' rate
+_BESIDE = 4  # wavenumbers on either side that are tried at once
+_RIDGE = 1e-9  # of all squares, so that a class without rows is no matter
 WAVE_PIECE = 0.5  # s left out in turn where each recording has a phase of its own
 
 
@@ -156,18 +159,29 @@ def spectrum(problem: Problem, x: Array, sort: _Sort, rest: Array, top: float) -
 
 def _refined(problem: Problem, argument: Argument, sort: _Sort, rest: Array, first: float, width: float) -> float:
     """The wavenumber near the first one that takes most, between the scan's cells."""
-    mine = ~problem.held
     best = first
     for step in (width / 2.0, width / 8.0):
-        tried = best + step * np.arange(-4, 5)
-        gains = []
-        for wavenumber in tried:
-            columns = (_columns(problem, argument, sort, wavenumber) * problem.weights[:, None])[mine]
-            normal = columns.T @ columns + 1e-9 * np.trace(columns.T @ columns) * np.eye(columns.shape[1])
-            moment = columns.T @ rest[mine]
-            gains.append(float(moment @ np.linalg.solve(normal, moment)))
-        best = float(tried[int(np.argmax(gains))])
+        best += step * (int(np.argmax(_gains(problem, argument, sort, rest, best, step))) - _BESIDE)
     return best
+
+
+def _gains(problem: Problem, argument: Argument, sort: _Sort, rest: Array, middle: float, step: float) -> Array:
+    """What waves of wavenumbers in equal steps about the middle one take of the rest, (2 _BESIDE + 1,)."""
+    values, spread = argument.values, np.ascontiguousarray(np.broadcast_to(argument.spread, argument.values.shape))
+    classes = np.zeros(values.size, dtype=np.int64) if sort.classes is None else sort.classes
+    scale = np.where(problem.held, 0.0, problem.weights)
+    place, kept = problem.rests
+    if sort.resists:
+        kept = np.zeros(values.size)
+    else:
+        scale = scale / problem.mass
+    systems = []
+    for pair in waves_beside(values, spread, sort.factor, middle, step, _BESIDE):
+        columns = problem.resisted(pair) if sort.resists else pair
+        systems.append(normal_equations(columns, classes, int(classes.max()) + 1, place, kept, scale, rest))
+    normals, moments = (np.array(parts) for parts in zip(*systems, strict=True))
+    ridge = _RIDGE * np.trace(normals, axis1=1, axis2=2)[:, None, None] * np.eye(normals.shape[1])
+    return np.asarray(np.sum(moments * np.linalg.solve(normals + ridge, moments[:, :, None])[:, :, 0], axis=1))
 
 
 def _family(
