@@ -17,7 +17,7 @@ from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording
-from linid.simulation.closed_loop import command_of, follow
+from linid.simulation.closed_loop import Loops, command_of
 from linid.simulation.controller import Controller
 
 _SETTLED = 0.25  # s after which the loops have forgotten how the axis began
@@ -47,24 +47,32 @@ class _Axis:
     effects: tuple[str, ...]
     substeps: int
 
-    def errors(self, values: dict[str, float], ahead: str = "", absent: str = "") -> list[Array]:
+    def loops(self) -> list[Loops]:
+        """The drive along all courses, for one axis at a time."""
+        return [Loops.along(course, self.controller) for course in self.courses]
+
+    def errors(self, loops: list[Loops], values: dict[str, float], ahead: str = "", absent: str = "") -> list[Array]:
         """Following errors of all courses under a feed-forward ("": none), by an axis without an effect."""
         model = self.model.with_effects(e for e in self.model.effects if e != absent)
         out = []
-        for k, course in enumerate(self.courses):
+        for k, (one, course) in enumerate(zip(loops, self.courses, strict=True)):
             given = self.inputs[ahead][k] if ahead else None
             v = float(np.diff(course.y[:2])[0]) / course.period
-            run = follow(model, values, self.controller, course, (None, v), self.substeps, ahead=given)
-            out.append(run.following_error)
+            out.append(one.run(model, values, (None, v), self.substeps, ahead=given).following_error)
         return out
 
     def figures(self, values: dict[str, float]) -> dict[str, tuple[float, float]]:
         """RMS and largest error in m, by case."""
-        out = {name: _figures(self.courses, self.errors(values, name)) for name in ("", "base", "full")}
+        loops = self.loops()
+
+        def found(ahead: str = "", absent: str = "") -> tuple[float, float]:
+            return _figures(self.courses, self.errors(loops, values, ahead, absent))
+
+        out = {name: found(name) for name in ("", "base", "full")}
         for effect in self.effects:
-            out[f"axis without {effect}"] = _figures(self.courses, self.errors(values, absent=effect))
+            out[f"axis without {effect}"] = found(absent=effect)
             if f"without {effect}" in self.inputs:
-                out[f"without {effect}"] = _figures(self.courses, self.errors(values, f"without {effect}"))
+                out[f"without {effect}"] = found(f"without {effect}")
         return out
 
 
@@ -203,7 +211,8 @@ def why_not(effect: str) -> str:
 
 def _kept_courses(axis: _Axis, values: dict[str, float]) -> tuple[FollowingCourse, ...]:
     """Errors over time of one axis, with no more points than can be shown."""
-    rows = [axis.errors(values, name) for name in ("", "base", "full")]
+    loops = axis.loops()
+    rows = [axis.errors(loops, values, name) for name in ("", "base", "full")]
     out = []
     for k, course in enumerate(axis.courses):
         step = -(-course.t.size // _MOST_POINTS)

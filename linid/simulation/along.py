@@ -94,39 +94,43 @@ def held_at_start(terms, axis, bristles, course, motion, currents, factor):
 @inlined
 def pieces_of(way):
     """How many pieces of the time between two samples the bristle is followed in, each at its mean speed."""
-    travel, v, v_next, dt, _ = way
+    travel, v, v_next, dt = way[:4]
     return PIECES if is_uneven(travel, v, v_next, dt) else 1
 
 
 @inlined
 def reached_by(piece, pieces, way):
     """How far the axis has come by the end of a piece of the time between two samples, in m."""
-    travel, v, v_next, dt, _ = way
+    travel, v, v_next, dt = way[:4]
     if piece == pieces - 1:
         return travel
     return reached_at((piece + 1) / pieces, travel, v, v_next, dt)
 
 
 @inlined
-def piece_of(bristles, resistance, piece, pieces, way, done):
+def piece_of(bristles, resistance, told, piece, pieces, way, done):
     """One piece of the time between two samples: how far the axis has come by its end, the travel in it, and the
     deflection of steady sliding at its mean speed, in m. way: as in `bristle_along`; done: of the way before it."""
     coulomb, static, stribeck_velocity, exponent, sigma_0 = bristles[:5]
     _, level, load = resistance
-    reached, curve = reached_by(piece, pieces, way), way[4]
-    if pieces > 1 or curve != curve:
+    reached, k = reached_by(piece, pieces, way), way[4]
+    if pieces == 1 and told.curve.size > 0:
+        curve = told.curve[k]
+    elif pieces > 1 and told.curves.size > 0:
+        curve = told.curves[k * PIECES + piece]
+    else:
         curve = stribeck((reached - done) * pieces / way[3], coulomb, static, stribeck_velocity, exponent)
     return reached, reached - done, level * (curve + load) / sigma_0
 
 
 @inlined
-def bristle_along(axis, bristles, resistance, w, way, want_means):
+def bristle_along(axis, bristles, resistance, told, w, way, want_means):
     """The bristle after the interval between two samples, in m, its mean, and its mean with a weight that grows from 0
-    to 1. way: travel between in m, speeds at both in m/s, time in s, friction curve at the mean speed in N or nan."""
+    to 1. told: as of `told_between`; way: travel in m, speeds at both in m/s, time in s, number of the first one."""
     pieces = pieces_of(way)
     done = mean = late = 0.0  # of the way
     for piece in range(pieces):
-        done, part, rest = piece_of(bristles, resistance, piece, pieces, way, done)
+        done, part, rest = piece_of(bristles, resistance, told, piece, pieces, way, done)
         if part < 0.0:
             rest = -rest
         started = w - rest
@@ -323,8 +327,8 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
                 w = told.end[k] + told.kept[k] * w
             else:
                 resistance = resistance_at(terms, axis, where[1:], factor)
-                way = y[k + 1] - y[k], v[k], v[k + 1], dt, told.curve[k] if told.curve.size > 0 else math.nan
-                w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, (k, want_a), before)
+                way = y[k + 1] - y[k], v[k], v[k + 1], dt, k
+                w, mean, late = bristle_or_before(terms, axis, bristles, resistance, w, way, want_a, (told, before))
             if on & acts.advance:
                 advance_on(terms, axis, course, motion, where)
         if want_a:

@@ -64,14 +64,14 @@ def is_followed_before(params, before):
 
 
 @inlined
-def bristle_or_before(terms, axis, bristles, resistance, w, way, wanted, before):
+def bristle_or_before(terms, axis, bristles, resistance, w, way, want_means, shared):
     """The law's `along`, or what it was when it began with the same deflection and effects made the same of friction.
-    wanted: after which sample, and whether means are."""
-    k, want_means = wanted
+    shared: what is told of the intervals, and the way of the candidate before."""
+    k, (told, before) = way[4], shared
     known = before.begun.size > 0
     if known and before.begun[k] == w and before.level[k] == resistance.level and before.load[k] == resistance.load:
         return before.ended[k], before.mean[k], before.late[k]
-    ended, mean, late = terms.law.along(axis, bristles, resistance, w, way, want_means)
+    ended, mean, late = terms.law.along(axis, bristles, resistance, told, w, way, want_means)
     if known:
         before.begun[k], before.level[k], before.load[k] = w, resistance.level, resistance.load
         before.ended[k], before.mean[k], before.late[k] = ended, mean, late

@@ -27,7 +27,8 @@ class Between(NamedTuple):
     power: of that speed in Stribeck velocities, by the exponent; decayed: exp(-power); level: the factor that effects
     make on the curve; rest: deflection of steady sliding in m, with the sign of the travel. The deflection w at an
     interval's beginning becomes end + kept w at its end, its mean is mean + mean_kept w, and that with a weight that
-    grows from 0 to 1 late + late_kept w, in m; where the speed changes by much, of all PIECES together."""
+    grows from 0 to 1 late + late_kept w, in m; where the speed changes by much, of all PIECES together. curves:
+    friction in N at the mean speed of each piece where it does, PIECES of each interval; for laws that follow them."""
 
     curve: Any
     power: Any
@@ -40,6 +41,7 @@ class Between(NamedTuple):
     mean_kept: Any
     late: Any
     late_kept: Any
+    curves: Any
 
 
 @inlined
@@ -149,6 +151,26 @@ def put_shares(sigma_0, travel, asked, between):
 
 
 @compiled
+def put_pieces(bristles, dt, motion, travel, asked, pieces, curves):
+    """Put the friction curve at the mean speeds of all pieces of uneven intervals in; pieces: as of `put_uneven`."""
+    begins, ends = lanes_at(pieces, 0), lanes_at(pieces, PIECES)
+    for k in range(motion.y.size - 1):
+        way = travel[k], motion.v[k], motion.v[k + 1], dt
+        if is_uneven(*way) and is_asked(asked, k):
+            part = reached_at(ends, *way) - reached_at(begins, *way)
+            put_lanes(curves, k * PIECES, curve_lanes(bristles, part * (PIECES / dt))[0])
+
+
+@allocating
+def begun_pieces():
+    """Room for PIECES, and in its first two rows where each begins and ends, in shares of the time."""
+    pieces = np.empty((6, PIECES))
+    for piece in range(PIECES):
+        pieces[0, piece], pieces[1, piece] = piece / PIECES, (piece + 1) / PIECES
+    return pieces
+
+
+@compiled
 def put_uneven(bristles, dt, motion, travel, asked, pieces, between):
     """Put in what uneven intervals make of it, piece by piece; asked: as of `asked_between`; pieces: (6, PIECES), of
     which the first two rows say where each begins and ends, in shares of the time."""
@@ -191,7 +213,7 @@ def put_levels(terms, axis, course, motion, travel, level):
 def nothing_between():
     """Nothing is told beforehand."""
     none = np.empty(0)
-    return Between(none, none, none, none, none, none, none, none, none, none, none)
+    return Between(none, none, none, none, none, none, none, none, none, none, none, none)
 
 
 @allocating
@@ -205,17 +227,18 @@ def told_between(terms, axis, bristles, course, motion, asked):
     for k in range(count):
         travel[k] = motion.y[k + 1] - motion.y[k]
     put_curves(bristles, dt, travel, asked, curve, power, decayed)
-    if terms.law.plain == 0 or on & (acts.load | acts.stateful_level | acts.level & acts.by_inputs):
-        none = np.empty(0)
-        return Between(curve, power, decayed, none, none, none, none, none, none, none, none)
+    none, pieces = np.empty(0), begun_pieces()
+    if terms.law.plain == 0:
+        curves = np.empty(count * PIECES)
+        put_pieces(bristles, dt, motion, travel, asked, pieces, curves)
+        return Between(curve, power, decayed, none, none, none, none, none, none, none, none, curves)
+    if on & (acts.load | acts.stateful_level | acts.level & acts.by_inputs):
+        return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none)
     level = np.ones(size)
     if on & acts.level:
         put_levels(terms, axis, course, motion, travel, level)
     found = rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8], rooms[9]
-    between = Between(curve, power, decayed, level, *found)
+    between = Between(curve, power, decayed, level, *found, none)
     put_shares(bristles.sigma_0, travel, asked, between)
-    pieces = np.empty((6, PIECES))
-    for piece in range(PIECES):
-        pieces[0, piece], pieces[1, piece] = piece / PIECES, (piece + 1) / PIECES
     put_uneven(bristles, dt, motion, travel, asked, pieces, between)
     return between

@@ -271,7 +271,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
                     advance_on(terms, axis, course, motion, where)
                     if stirs:
                         states_beside(terms, axis, course, where, (v[k + 1] - v[k]) / dt, room)
-            way = (y[k + 1] - y[k], v[k], v[k + 1], dt, math.nan)
+            way = y[k + 1] - y[k], v[k], v[k + 1], dt, k
             w, mean, late = bristle_beside(bristles, Resistance(factor, *level), w, way, bent, told, k, room)
         write_bristle(bristles, factor, (k, dt), (*before, mean, late), found.a, room)
 

@@ -12,7 +12,7 @@ from linid.arrays import Array
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
-from linid.simulation.inputs import pack_inputs
+from linid.simulation.inputs import Inputs, pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from linid.simulation.steering import Steering
 
@@ -66,6 +66,49 @@ def command_of(reference: Recording, controller: Controller) -> Command:
     return Command(y, v, a, dt, cycles)
 
 
+@dataclass(frozen=True)
+class Loops:
+    """A drive's loops along a reference, for one axis after the other: what each run commands lands in the inputs.
+
+    reference: recording whose `y` is the commanded position; command: of every cycle; inputs: packed, of all cycles.
+    """
+
+    controller: Controller
+    reference: Recording
+    command: Command
+    inputs: Inputs
+
+    @classmethod
+    def along(cls, reference: Recording, controller: Controller) -> Loops:
+        """The loops of a drive along a reference, of which nothing has been run."""
+        command = command_of(reference, controller)
+        y = command.y
+        t = reference.t[0] + np.linspace(0.0, reference.duration, y.size + 1)
+        empty = Recording("reference", t, np.append(y, reference.y[-1]), kind="motor", number=reference.number)
+        empty = replace(empty, added_mass=reference.added_mass, elapsed=reference.elapsed)
+        return cls(controller, reference, command, pack_inputs([empty])._replace(powered=np.array([True])))
+
+    def run(
+        self,
+        model: Model,
+        values: dict[str, float],
+        start: tuple[float | None, float] = (None, 0.0),
+        substeps: int = 2,
+        *,
+        ahead: Array | None = None,
+    ) -> ClosedLoop:
+        """Run a motor in these loops; arguments as of `follow`."""
+        command, reference = self.command, self.reference
+        y, cycles = command.y, command.cycles
+        steering = _steering(model, values, self.controller, command, np.zeros(y.size) if ahead is None else ahead)
+        simulator = Simulator(model, self.inputs, substeps, steering=steering)
+        state = np.array([[[y[0] if start[0] is None else start[0], start[1], math.nan]]])
+        vector = model.vector(values)[None, :]
+        out_y, out_v, _ = simulator.run(vector, whole_recordings(self.inputs), state, velocity=True)
+        current = np.append(steering.current, steering.current[-1])
+        return ClosedLoop(reference.t, reference.y, out_y[0, ::cycles], out_v[0, ::cycles], current[::cycles])
+
+
 def follow(
     model: Model,
     values: dict[str, float],
@@ -83,18 +126,7 @@ def follow(
     motor is given besides in every cycle of `command_of`, with the sign of its force constant, before the current
     limit (None: nothing).
     """
-    command = command_of(reference, controller)
-    y, cycles = command.y, command.cycles
-    t = reference.t[0] + np.linspace(0.0, reference.duration, y.size + 1)
-    empty = Recording("reference", t, np.append(y, reference.y[-1]), kind="motor", number=reference.number)
-    empty = replace(empty, added_mass=reference.added_mass, elapsed=reference.elapsed)
-    inputs = pack_inputs([empty])._replace(powered=np.array([True]))
-    steering = _steering(model, values, controller, command, np.zeros(y.size) if ahead is None else ahead)
-    simulator = Simulator(model, inputs, substeps, steering=steering)
-    state = np.array([[[y[0] if start[0] is None else start[0], start[1], math.nan]]])
-    out_y, out_v, _ = simulator.run(model.vector(values)[None, :], whole_recordings(inputs), state, velocity=True)
-    current = np.append(steering.current, steering.current[-1])
-    return ClosedLoop(reference.t, reference.y, out_y[0, ::cycles], out_v[0, ::cycles], current[::cycles])
+    return Loops.along(reference, controller).run(model, values, start, substeps, ahead=ahead)
 
 
 def _commutation(model: Model, values: dict[str, float]) -> tuple[float, float, float]:

@@ -188,12 +188,15 @@ def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
     write_sample(terms, axis, 0, t_first, motion, y_out, v_out)
     # A literal 0 would have a type of its own, and compile all twice.
     going = Going(motion, False, NO_GLIDE, 0.0, np.int64(0), np.int64(0))
+    # Asked for once: what takes an array out of a tuple counts it.
+    steering, is_steered = scheme.steering, scheme.steering.y.size > 0
+    renewed = stretch.steps and course.forces.size == 0
     for k in range(stretch.count - 1):
         n = stretch.first + k
         motion = going.motion
-        if scheme.steering.y.size > 0:
-            motion = steered(terms, axis, course, scheme.steering, n, motion)
-        elif stretch.steps and course.forces.size == 0:
+        if is_steered:
+            motion = steered(terms, axis, course, steering, n, motion)
+        elif renewed:
             motion = after_sample(terms, axis, course, n, motion)
         going = Going(motion, going.followed, going.glide, going.glide_h, going.halvings, going.steps)
         going = over_sample(terms, axis, bristles, course, borders, n, going)

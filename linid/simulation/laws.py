@@ -43,33 +43,57 @@ def law_terms(name: str) -> Bundle:
         along, at_rest = _elements_along(law)
         return Bundle(elements=law.elements, plain=0, along=along, at_rest=at_rest, **element_terms(law))
     single: dict[str, Any] = {"elements": 0, "at_rest": bristle_at_rest, "share_out": _no_share, "bristle": _no_bristle}
-    if law.moved is None:
+    if law.moved is None and law.passed is None:
         return Bundle(plain=1, along=bristle_along, predicted=predicted, step=followed_bristle, **single)
-    return Bundle(plain=0, along=_single_along(law), **bristle_terms(law), **single)
+    along = _single_along(law) if law.passed is None else _closed_along(law)
+    return Bundle(plain=0, along=along, **bristle_terms(law), **single)
 
 
 def _single_along(law: Law) -> Any:
-    """`bristle_along` of a law with one bristle, by its closed form and Simpson's rule for the means."""
+    """`bristle_along` of a law with one bristle, by its way over a travel and Simpson's rule for the means."""
     moved = law.moved
 
     @inlined
-    def along(axis, bristles, resistance, w, way, want_means):
+    def along(axis, bristles, resistance, told, w, way, want_means):
         own, breakaway = own_of(axis), bristles.coulomb / bristles.sigma_0
         pieces = pieces_of(way)
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            done, part, rest = piece_of(bristles, resistance, piece, pieces, way, done)
-            splits = 1
-            if abs(w - math.copysign(rest, part)) > _STEADY * rest:
+            done, part, rest = piece_of(bristles, resistance, told, piece, pieces, way, done)
+            splits, steady = 1, abs(w - math.copysign(rest, part)) <= _STEADY * rest
+            if not steady:
                 splits = min(1 + int(abs(part) / (_SPLIT * rest)), _SPLITS)
             step = part / splits
             for split in range(splits):
-                middle = moved(w, 0.5 * step, rest, breakaway, own) if want_means else w
-                end = moved(middle, 0.5 * step if want_means else step, rest, breakaway, own)
+                if want_means and not steady:
+                    middle = moved(w, 0.5 * step, rest, breakaway, own)
+                    end = moved(middle, 0.5 * step, rest, breakaway, own)
+                else:
+                    end = moved(w, step, rest, breakaway, own)
+                    middle = 0.5 * (w + end)
                 whole = (w + 4.0 * middle + end) / 6.0
                 late += ((piece * splits + split) * whole + (2.0 * middle + end) / 6.0) / (pieces * splits) ** 2
                 mean += whole / (pieces * splits)
                 w = end
+        return w, mean, late
+
+    return along
+
+
+def _closed_along(law: Law) -> Any:
+    """`bristle_along` of a law with one bristle whose way and means are known in closed form."""
+    passed = law.passed
+
+    @inlined
+    def along(axis, bristles, resistance, told, w, way, want_means):
+        own, breakaway = own_of(axis), bristles.coulomb / bristles.sigma_0
+        pieces = pieces_of(way)
+        done = mean = late = 0.0  # of the way
+        for piece in range(pieces):
+            done, part, rest = piece_of(bristles, resistance, told, piece, pieces, way, done)
+            w, whole, second = passed(w, part, rest, breakaway, own)
+            mean += whole / pieces
+            late += (piece * whole + second) / pieces**2
         return w, mean, late
 
     return along
@@ -80,12 +104,12 @@ def _elements_along(law: Law) -> tuple[Any, Any]:
     shape, count = law.shape, law.elements
 
     @inlined
-    def along(axis, bristles, resistance, w, way, want_means):
+    def along(axis, bristles, resistance, told, w, way, want_means):
         p, own = axis.p, own_of(axis)
         pieces = pieces_of(way)
         done = mean = late = 0.0  # of the way
         for piece in range(pieces):
-            done, part, rest = piece_of(bristles, resistance, piece, pieces, way, done)
+            done, part, rest = piece_of(bristles, resistance, told, piece, pieces, way, done)
             w = whole = second = 0.0
             for k in range(count):
                 share, stiff = shape(k, own)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.simulation.binding import allocating
+from linid.simulation.binding import compiled
 from linid.simulation.forces import reading_error
 from linid.simulation.steps import after_sample
 
@@ -43,7 +43,7 @@ _NOTHING = np.empty(0)
 UNSTEERED = Steering(_NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
 
 
-@allocating
+@compiled
 def steered(terms, axis, course, steering, n, motion):
     """The motion with what the drive makes of its reading at sample n.
 

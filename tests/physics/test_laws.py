@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad, solve_ivp
 
 from linid.errors import UsageError
 from linid.physics import friction
@@ -19,6 +21,13 @@ REST, BREAKAWAY = 2.3e-4, 1.8e-4
 SINGLE = [(dahl, 0.6), (dahl, 1.0), (dahl, 1.7), (elasto_plastic, 0.3), (elasto_plastic, 0.8)]
 
 
+def _end(law, w: float, travel: float, own: tuple[float, ...]) -> float:
+    """The deflection in m after a travel in m."""
+    if law is dahl:
+        return float(dahl.passed(w, travel, REST, BREAKAWAY, own)[0])
+    return float(law.moved(w, travel, REST, BREAKAWAY, own))
+
+
 @pytest.mark.parametrize(("law", "own"), SINGLE)
 @pytest.mark.parametrize("travel", [3e-5, -2e-4, 1.1e-3])
 @pytest.mark.parametrize("first", [0.0, 1.2e-4, -2.2e-4])
@@ -29,7 +38,7 @@ def test_a_travel_is_the_integral_of_the_rate(law, own: float, travel: float, fi
         return [way * law.rate(float(w[0]), way, REST, BREAKAWAY, values)[0]]
 
     slow = solve_ivp(slope, (0.0, abs(travel)), [first], rtol=1e-10, atol=1e-15, max_step=abs(travel) / 400)
-    assert law.moved(first, travel, REST, BREAKAWAY, values) == pytest.approx(slow.y[0, -1], rel=1e-4, abs=2e-8)
+    assert _end(law, first, travel, values) == pytest.approx(slow.y[0, -1], rel=1e-4, abs=2e-8)
 
 
 @pytest.mark.parametrize("own", [0.1, 0.5, 0.9])
@@ -65,9 +74,34 @@ def test_slopes_of_the_rate_are_its_differences(law, own: float, w: float) -> No
     assert value >= 0.0
 
 
+@settings(deadline=None, max_examples=300)
+@given(
+    exponent=st.one_of(st.floats(0.3, 3.0), st.sampled_from([1.0, 1.5, 2.0, 1.0 + 1e-8, 1.5 - 1e-6, 2.0 + 1e-9])),
+    size=st.floats(-6.0, 0.3).map(lambda x: 10.0**x),
+    over=st.booleans(),
+    way=st.floats(-4.0, 2.0).map(lambda x: 10.0**x),
+    back=st.booleans(),
+)
+def test_dahls_means_are_integrals_of_its_way(exponent: float, size: float, over: bool, way: float, back: bool) -> None:
+    """From below and beyond steady sliding, also where exponents make powers of logarithms."""
+    side = -REST if back else REST
+    own, w = (exponent, 0.0, 0.0, 0.0), side * (1.0 + size if over else 1.0 - size)
+    _, mean, late = dahl.passed(w, way * side, REST, BREAKAWAY, own)
+    there = size ** (1.0 - exponent) / (1.0 - exponent) if exponent < 0.99 else math.inf  # where it slides steadily
+    ends = [x for x in (size, size / 10.0, there) if 0.0 < x < way]
+
+    def at(s: float) -> float:
+        return float(dahl.passed(w, s * side, REST, BREAKAWAY, own)[0]) / side
+
+    first = quad(at, 0.0, way, points=ends or None, limit=400)[0] / way
+    second = quad(lambda s: s * at(s), 0.0, way, points=ends or None, limit=400)[0] / way**2
+    assert mean / side == pytest.approx(first, abs=2e-6)
+    assert late / side == pytest.approx(second, abs=2e-6)
+
+
 def test_dahls_law_with_exponent_one_bends_as_lugre_does() -> None:
     expected = REST + (5e-5 - REST) * math.exp(-1e-4 / REST)
-    assert dahl.moved(5e-5, 1e-4, REST, BREAKAWAY, (1.0, 0.0, 0.0, 0.0)) == pytest.approx(expected, rel=1e-12)
+    assert _end(dahl, 5e-5, 1e-4, (1.0, 0.0, 0.0, 0.0)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_an_elasto_plastic_bristle_does_not_drift_below_breakaway() -> None:

@@ -179,7 +179,7 @@ class Regression:
         for fold in split.selecting:
             systems = split.elsewhere(fold, self.total, self.normals) + penalised
             moment = split.elsewhere(fold, whole, self.own_moments)
-            solutions = np.linalg.solve(systems, moment[None])[:, :, 0].T
+            solutions = np.asarray(np.linalg.solve(systems, moment[None])[:, :, 0].T, dtype=np.float64)
             left += _squares_left(self.sums.squares[fold], solutions, self.own_moments[fold], self.normals[fold])
         gains = 1.0 - left / max(self.sums.left, 1e-300)
         place = int(np.argmax(gains))

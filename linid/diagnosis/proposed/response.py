@@ -39,10 +39,10 @@ def rates_of(values: Array, t: Array, inner: Flags) -> Array:
 
 @kept_on_disk(error_model="numpy", nogil=True)
 def resisted_rows(rising: Array, share: Array, kept: Array, mass: Array) -> Array:
-    """Accelerations (n, k) in m/s^2 by levels of friction (n, k) in N, what their rise damps with them.
+    """Accelerations (n, k) in m/s^2 by levels of friction.
 
-    share: (n,) of the level that the bristle takes on up to a row; kept: (n,) of what it had at the row before; mass:
-    (n,) kg.
+    rising: (n, k) levels in N, and what their rise damps; share: (n,) of the level that the bristle takes on up to
+    a row; kept: (n,) of what it had at the row before; mass: (n,) kg.
     """
     out = np.empty_like(rising)
     bent = np.zeros(rising.shape[1])

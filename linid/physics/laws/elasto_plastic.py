@@ -15,6 +15,7 @@ _OWN = Parameter(
     "breakaway_share", "z_ba", "1", 0.05, 0.95, 0.7, meaning="elastic part of the deflection at the Coulomb force"
 )
 _STEP, _NARROW = 0.1, 0.2  # a step along the travel: of the steady deflection, of what lies between it and breakaway
+_LONGEST, _PART = 0.25, 0.3  # of the steady deflection, and of the way that what is missing fades in: near the end
 _EXACT = 1e-9  # of the steady deflection: what the closed form near the end may leave out
 _FAR = 30.0  # steady deflections of travel, after which the bristle surely has its own
 
@@ -60,7 +61,8 @@ def moved(w: float, travel: float, rest: float, breakaway: float, own: Own) -> f
         if bend * missing**3 < _EXACT and (bend * missing**2) ** 2 < _EXACT:
             decay = math.exp(-left / rest)
             return way * rest * (1.0 - missing * decay / (1.0 + bend * missing * (1.0 - decay)))
-        h = min(left, step)
+        fading = rest / (1.0 + 2.0 * bend * max(missing, 0.0))
+        h = min(left, max(step, min(_LONGEST * rest, _PART * fading)))
         if left < 2.0 * h:
             h = left if left <= h else 0.5 * left
         k_1 = 1.0 - slipping(q, rest, elastic)[0] * q / rest

@@ -21,7 +21,9 @@ class Law:
     names of LuGre's parameters that it has not; tie: sets the absent ones in flat vectors (C, VECTOR_SIZE) in place,
     given where each of LuGre's parameters stands; elements: springs that move on their own, 0 for a single bristle;
     kernel: name of the law whose compiled steps it takes; moved: compiled, for a single bristle: (w, travel, rest,
-    breakaway, own) -> w in m after a travel in m, with rest = g/sigma_0 in m, breakaway = F_C/sigma_0 in m; rate:
+    breakaway, own) -> w in m after a travel in m, with rest = g/sigma_0 in m, breakaway = F_C/sigma_0 in m; passed: in
+    its place, where integrals are known too: the same -> w in m, its mean over the travel, and its mean with a weight
+    that grows from 0 to 1; rate:
     compiled, (w, way, rest, breakaway, own) -> dw/dy, its slope by w in 1/m and by the logarithm of rest; shape:
     compiled, of elements: (k, own) -> shares of the sliding force and of the stiffness; source: of the law.
     """
@@ -36,6 +38,7 @@ class Law:
     elements: int = 0
     kernel: str = ""
     moved: Any = None
+    passed: Any = None
     rate: Any = None
     shape: Any = None
 
