@@ -152,7 +152,7 @@ class Simulator:
             return []
         silent = list(range(MOTOR_START, EFFECT_START))
         for effect in map(find_effect, self.model.effects):
-            if effect.terms.keys() <= _OF_MOTOR:
+            if effect.own is None and effect.terms.keys() <= _OF_MOTOR:
                 silent += [self.model.slot(parameter.name) for parameter in effect.parameters]
         return silent
 

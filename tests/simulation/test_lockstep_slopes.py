@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
+from linid.physics.effects.registry import canonical
 from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
@@ -221,10 +222,19 @@ def test_one_that_runs_away_and_one_sample() -> None:
     assert np.array_equal(found, moved[:2, 0])
 
 
-@pytest.mark.parametrize("effects", [(), ("phase_gain_imbalance",), ("input_delay", "quadratic_drag")])
+@pytest.mark.parametrize(
+    "effects",
+    [
+        (),
+        ("phase_gain_imbalance",),
+        ("input_delay", "quadratic_drag"),
+        ("mine: c_1 * cos(60 * y) + c_2 * v", "phase_gain_imbalance", "yours: c_1 * F * y"),
+    ],
+)
 def test_a_coast_down_tells_nothing_of_its_motor(effects: tuple[str, ...]) -> None:
-    """Nor of effects on inputs alone: whole runs do not change, and the other columns are as without these."""
-    model = Model("theta", effects)
+    """Nor of effects on inputs alone, nor of own terms by the motor's force, but of other ones: whole runs do not
+    change, and the other columns are as without these."""
+    model = Model("theta", canonical(effects))
     simulator = Simulator(model, pack_inputs([r for r in stand().recordings if r.name in FREE_WHEELS]), 2)
     whole = whole_recordings(simulator.inputs)
     params = model.vector({p.name: stand().truth.get(p.name, p.default) for p in model.parameters})
@@ -235,6 +245,8 @@ def test_a_coast_down_tells_nothing_of_its_motor(effects: tuple[str, ...]) -> No
     moved = simulator.run(params + 1e-4 * tangents, whole, np.repeat(starts[None], len(tangents), 0))[0]
     silent = np.all(moved == simulator.run(params[None], whole, starts[None])[0], axis=1)
     assert np.array_equal(silent, np.all(slopes == 0.0, axis=0)) and silent.sum() >= 6
+    for name in ("mine_c_1", "mine_c_2") if len(effects) > 2 else ():
+        assert not silent[[p.name for p in model.parameters].index(name)]
     told = tangents[~silent]
     expected = simulator.slopes(params, told, whole, starts, still[:, :, ~silent], guided=False)[1]
     assert np.array_equal(slopes[:, ~silent], expected)
