@@ -13,7 +13,7 @@ from linid.arrays import Array
 from linid.identification.assemble import Task, assemble
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.input_noise import currents_in_common_push, fit_under_noise
-from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
 from linid.identification.optimise.rivals import advantage, group_squares, on_the_plain, other_shape, weights_at
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import APART, coarse_ending, final_ending
@@ -118,9 +118,8 @@ def _is_plain(task: Task, best: _Found) -> bool:
     if plain is None:
         return False
     held, point = plain
-    found = levenberg_marquardt(
-        held, Cost(held), point, best.solution.offsets, ending=final_ending(task.settings), final=False
-    )
+    start = Start(point, best.solution.offsets)
+    found = levenberg_marquardt(held, Cost(held), start, ending=final_ending(task.settings), final=False)
     return best.lead(held, found) < NORMAL_97_5
 
 
@@ -147,9 +146,9 @@ def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSq
     settled = _settled(task, problem, best)
     if settled is None:
         return None
-    start = _with_shape(problem, settled.fit.point, settled.shape)
+    start = Start(_with_shape(problem, settled.fit.point, settled.shape), best.offsets)
     ending = coarse_ending(task.settings)  # what `_found` brings to its end, if it comes to that
-    return levenberg_marquardt(problem, Cost(problem), start, best.offsets, ending=ending, final=False)
+    return levenberg_marquardt(problem, Cost(problem), start, ending=ending, final=False)
 
 
 def _white_rival(task: Task, problem: Problem, best: _Found) -> LeastSquaresFit | None:
@@ -178,14 +177,14 @@ def _settled(task: Task, problem: Problem, best: LeastSquaresFit) -> _Settled | 
     """All else fitted to another shape of the field than the best one's; None where there is none, or where the
     back-EMF tells the shape."""
     space = problem.space
-    start = None if space.model.winding else other_shape(space, best.point)
-    if start is None or task.settings.least_squares_steps == 0:
+    shaped = None if space.model.winding else other_shape(space, best.point)
+    if shaped is None or task.settings.least_squares_steps == 0:
         return None
     column = space.names.index(_SHAPE)
-    held = Problem(space.holding({_SHAPE: space.values(start)[_SHAPE]}), problem.parts)
-    point, ending = np.delete(start, column), coarse_ending(task.settings)
-    found = levenberg_marquardt(held, Cost(held), point, best.offsets, ending=ending, final=False)
-    return _Settled(held, found, float(start[column]))
+    held = Problem(space.holding({_SHAPE: space.values(shaped)[_SHAPE]}), problem.parts)
+    start, ending = Start(np.delete(shaped, column), best.offsets), coarse_ending(task.settings)
+    found = levenberg_marquardt(held, Cost(held), start, ending=ending, final=False)
+    return _Settled(held, found, float(shaped[column]))
 
 
 def _with_shape(problem: Problem, point: Array, shape: float) -> Array:

@@ -14,7 +14,7 @@ from linid.identification import minima
 from linid.identification.fit import fit
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise import least_squares
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, levenberg_marquardt
+from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, Start, levenberg_marquardt
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.uncertainty.profile import _scale, profile_likelihood, valley_end
 from linid.statistics import NORMAL_97_5
@@ -31,7 +31,7 @@ def stopped_beside(problem: Problem, solution: LeastSquaresFit, by: float) -> Le
     point = solution.point.copy()
     point[column] += by
     held = Problem(problem.space.holding({NAME: problem.space.values(point)[NAME]}), problem.parts)
-    rest = levenberg_marquardt(held, Cost(held), np.delete(point, column), solution.offsets, final=False)
+    rest = levenberg_marquardt(held, Cost(held), Start(np.delete(point, column), solution.offsets), final=False)
     x = np.concatenate([np.insert(rest.point, column, point[column]), rest.offsets])
     line = Linearisation(problem, Cost(problem))
     line.reweight(np.concatenate([solution.point, solution.offsets]))

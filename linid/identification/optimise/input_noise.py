@@ -62,9 +62,7 @@ def fit_under_noise(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) ->
         part = whitened(plain, vector, push(vector[None])[0], np.random.default_rng([seed, 3]))
         white = replace(problem, parts=(*problem.parts[:place], part, *problem.parts[place + 1 :]))
         last = number == _PASSES - 1
-        found = levenberg_marquardt(
-            white, Cost(white), fit.point, fit.offsets, ending=_NEAR if last else _NEARER, final=last
-        )
+        found = levenberg_marquardt(white, Cost(white), fit.start, ending=_NEAR if last else _NEARER, final=last)
         counted = fit.evaluations + found.evaluations
         fit = replace(found, history=fit.history, evaluations=counted, cost=fit.cost, converged=found.converged)
     corrected, added = _corrected(white, place, part, push, fit)

@@ -21,6 +21,11 @@ from linid.identification.space.field_vector import FieldVector, field_vector
 
 _OFFSET_LIMIT = 1e4
 _DAMPING = 1e-4  # at first, relative to each parameter's own curvature
+_LEAST_AT_FIRST = 1e-9  # where a fit goes on: its weights may be others
+# By which factor damping goes on where a step gains more than a share of what it promised: along a valley that hardly
+# bends each step is as long as damping lets it be.
+_LESS_DAMPED = ((0.9, 0.03), (0.75, 0.1), (0.25, 1.0))
+_MORE_DAMPED = 4.0
 _UNDAMPED = 1e-12
 _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
 _TRUST_RADIUS = 0.3  # of the search box at most in a step: search coordinates that hardly matter here may matter there
@@ -36,11 +41,21 @@ _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstabl
 
 
 @dataclass(frozen=True)
+class Start:
+    """Where least squares begin: search coordinates (p,), start offsets (k,) or None for none yet, and the damping."""
+
+    point: Array
+    offsets: Array | None = None
+    damping: float = _DAMPING
+
+
+@dataclass(frozen=True)
 class LeastSquaresFit:
     """Search coordinates, point (p,), offsets (k,), cost, whether it converged and why, history, and the final
     linearisation.
 
-    residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; sigma: class RMS per part.
+    residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; damping: of the next step, if there were
+    one.
     """
 
     point: Array
@@ -52,6 +67,12 @@ class LeastSquaresFit:
     evaluations: int
     residuals: Array
     jacobian: Array
+    damping: float = _DAMPING
+
+    @property
+    def start(self) -> Start:
+        """To go on from."""
+        return Start(self.point, self.offsets, self.damping)
 
 
 class Linearisation:
@@ -207,26 +228,28 @@ def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
 def levenberg_marquardt(
     problem: Problem,
     cost: Cost,
-    point: Array,
-    offsets: Array | None = None,
+    start: Array | Start,
     *,
     ending: Ending | None = None,
     final: bool = True,
     bend: bool = True,
     watch: Callable[[int, float], None] | None = None,
 ) -> LeastSquaresFit:
-    """Refine search coordinates, point (p,), within the box, the noise re-estimated at each step.
+    """Refine search coordinates within the box, the noise re-estimated at each step.
 
-    offsets: start offsets (k,) to begin with; final: also return the linearisation at the end; bend: follow curved
-    valleys, field and residuals being taken to second order; watch: called after each step with its number and cost.
+    start: search coordinates (p,) alone, or all that is known; final: also return the linearisation at the end; bend:
+    follow curved valleys, field and residuals being taken to second order; watch: called after each step with its
+    number and cost.
     Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares; steps
     bent by geodesic acceleration.
     """
     ending = Ending() if ending is None else ending
+    start = start if isinstance(start, Start) else Start(start)
     line = Linearisation(problem, cost)
-    steps = _Steps(line, field_vector(problem.space) if bend else None, bend, ending.precision)
+    steps = _Steps(line, field_vector(problem.space) if bend else None, bend, ending.precision, start.damping)
     p, k = line.p, line.k
-    x = np.concatenate([np.clip(point, 1e-9, 1.0 - 1e-9), np.zeros(k) if offsets is None else offsets])
+    offsets = np.zeros(k) if start.offsets is None else start.offsets
+    x = np.concatenate([np.clip(start.point, 1e-9, 1.0 - 1e-9), offsets])
     best = line.reweight(x)
     history = []
     gains: list[float] = []
@@ -260,16 +283,19 @@ def levenberg_marquardt(
         cost.evaluations,
         line.residuals(x),
         line.jacobian(x, central=central) if final else np.zeros((0, 0)),
+        steps.damping,
     )
 
 
 class _Steps:
     """Damped steps with a trust region; the damping follows how well the linearisation predicted the gain."""
 
-    def __init__(self, line: Linearisation, field: FieldVector | None, bend: bool, precision: float) -> None:
+    def __init__(
+        self, line: Linearisation, field: FieldVector | None, bend: bool, precision: float, damping: float
+    ) -> None:
         self.line, self.field, self.bend, self.precision = line, field, bend, precision
         self.lower, self.upper = line.bounds
-        self.damping = _DAMPING
+        self.damping = min(max(damping, _LEAST_AT_FIRST), _DAMPING)
         self.trust_radius = np.concatenate([np.full(line.p, _TRUST_RADIUS), np.full(line.k, np.inf)])
 
     def next(self, x: Array) -> tuple[Array, float, str]:
@@ -296,7 +322,7 @@ class _Steps:
         if gain_ratio <= _LEAST_GAIN_RATIO:
             why = f"no step gains anything (the next promises {predicted:.1g}, one standard deviation weighs 1)"
             return x, 0.0, why
-        self.damping *= 0.1 if gain_ratio > 0.75 else 1.0 if gain_ratio > 0.25 else 4.0
+        self.damping *= next((factor for least, factor in _LESS_DAMPED if gain_ratio > least), _MORE_DAMPED)
         return trial, gain, ""
 
 

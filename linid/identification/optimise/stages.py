@@ -4,7 +4,7 @@ data."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.from_scratch import search_from_scratch
 from linid.identification.optimise.genetic import search
 from linid.identification.optimise.irls import reweighted_least_squares
-from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.result import Generation
 from linid.identification.settings import PLAIN, SCRATCH, Ending, FitSettings, Hooks
@@ -126,50 +126,41 @@ def refine_first_candidates(
     cost: counts the evaluations; watch: called with number and cost; ending: of each.
     """
     refined = []
-    for found in _side_by_side(problem, cost, [_Start(row) for row in starts], jobs, ending=ending, final=False):
+    for found in _side_by_side(problem, cost, [Start(row) for row in starts], jobs, ending=ending, final=False):
         refined.append(found)
         if watch is not None:
             watch(len(refined), found.cost)
     return refined
 
 
-@dataclass(frozen=True)
-class _Start:
-    """Where least squares begin: search coordinates (p,), and start offsets (k,) that least squares gave, None: none
-    have."""
-
-    point: Array
-    offsets: Array | None = None
-
-
 def _side_by_side(
-    problem: Problem, cost: Cost, starts: Sequence[_Start], jobs: int, **options: Any
+    problem: Problem, cost: Cost, starts: Sequence[Start], jobs: int, **options: Any
 ) -> Iterator[LeastSquaresFit]:
     """Least squares from each of several starts, as of `levenberg_marquardt`; cost: counts the evaluations of all."""
     begun = cost.evaluations
 
-    def one(start: _Start, _: int) -> LeastSquaresFit:
+    def one(start: Start, _: int) -> LeastSquaresFit:
         own = Cost(problem)  # which counts for itself: whatever the order, the numbers are the same
         own.evaluations = begun
-        return levenberg_marquardt(problem, own, start.point, start.offsets, **options)
+        return levenberg_marquardt(problem, own, start, **options)
 
     for _, found in in_parallel(one, list(starts), jobs):
         cost.evaluations += found.evaluations - begun
         yield found
 
 
-def _rivals(state: SearchState, best: Array) -> list[_Start]:
+def _rivals(state: SearchState, best: Array) -> list[Start]:
     """Where least squares begin after the search: the best candidate (p,), unless that lies by a first candidate that
     they have been at already, and those of the first candidates that lie apart from each other."""
-    starts: list[_Start] = []
+    starts: list[Start] = []
     for row, offsets in zip(state.starts, state.start_offsets, strict=True):
-        start = _Start(np.array(row), np.array(offsets) if offsets else None)
+        start = Start(np.array(row), np.array(offsets) if offsets else None)
         if start.offsets is not None or not any(_near(start.point, other.point) for other in starts):
             starts.append(start)
     beside = [start for start in starts if _near(start.point, best)]
     if any(start.offsets is not None for start in beside):
         return starts
-    return [_Start(best), *(start for start in starts if not _near(start.point, best))]
+    return [Start(best), *(start for start in starts if not _near(start.point, best))]
 
 
 def _near(one: Array, two: Array) -> bool:
@@ -200,7 +191,7 @@ def least_squares_in_stages(
 
         return watch
 
-    start = _Start(best)
+    start = Start(best)
     history: tuple[Generation, ...] = ()
     if steps and len(stages) > 1:
         start, history = _best_start(stages[0], problem, spent, _rivals(state, best), settings, watching(0))
@@ -208,8 +199,7 @@ def least_squares_in_stages(
     solution = levenberg_marquardt(
         problem,
         spent,
-        start.point,
-        start.offsets,
+        start,
         ending=final_ending(settings) if to_the_end else coarse_ending(settings),
         final=to_the_end,
         watch=watching(steps * (len(stages) - 1)),
@@ -222,10 +212,10 @@ def _best_start(
     thinned: Problem,
     problem: Problem,
     spent: Cost,
-    starts: Sequence[_Start],
+    starts: Sequence[Start],
     settings: FitSettings,
     watch: Callable[[int, float], None],
-) -> tuple[_Start, tuple[Generation, ...]]:
+) -> tuple[Start, tuple[Generation, ...]]:
     """The start that costs least on all data (`problem`), once least squares have been at each on the thinned problem,
     and its history there. spent: counts the evaluations."""
     fresh = [start for start in starts if start.offsets is None]
@@ -245,12 +235,12 @@ def _best_start(
         )
     )
     spent.evaluations += cost.evaluations
-    ready: list[tuple[_Start, tuple[Generation, ...]]] = [(start, ()) for start in starts if start.offsets is not None]
-    ready += [(_Start(one.point, one.offsets), _named("least_squares of a part", one)) for one in found]
+    ready: list[tuple[Start, tuple[Generation, ...]]] = [(start, ()) for start in starts if start.offsets is not None]
+    ready += [(one.start, _named("least_squares of a part", one)) for one in found]
     if len(ready) == 1:
         return ready[0]
 
-    def of_all(start: _Start) -> float:
+    def of_all(start: Start) -> float:
         spent.evaluations += 1
         assert start.offsets is not None
         return float(spent.of_residuals(problem.residuals(start.point[None], start.offsets[None]))[0])
