@@ -20,11 +20,11 @@ from linid.identification.settings import Ending
 from linid.identification.space.field_vector import FieldVector, field_vector
 
 _OFFSET_LIMIT = 1e4
-_DAMPING = 1e-4  # at first, relative to each parameter's own curvature
+FIRST_DAMPING = 1e-4  # at first, relative to each parameter's own curvature
 _LEAST_AT_FIRST = 1e-9  # where a fit goes on: its weights may be others
 # By which factor damping goes on where a step gains more than a share of what it promised: along a valley that hardly
-# bends each step is as long as damping lets it be.
-_LESS_DAMPED = ((0.9, 0.03), (0.75, 0.1), (0.25, 1.0))
+# bends each step is as long as damping lets it be. Far from a minimum such steps leave for others.
+_NEAR, _FAR = ((0.9, 0.03), (0.75, 0.1), (0.25, 1.0)), ((0.75, 0.1), (0.25, 1.0))
 _MORE_DAMPED = 4.0
 _UNDAMPED = 1e-12
 _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
@@ -42,11 +42,12 @@ _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstabl
 
 @dataclass(frozen=True)
 class Start:
-    """Where least squares begin: search coordinates (p,), start offsets (k,) or None for none yet, and the damping."""
+    """Where least squares begin: search coordinates (p,), start offsets (k,) or None for none yet, and the damping, or
+    None where that may be far from a minimum."""
 
     point: Array
     offsets: Array | None = None
-    damping: float = _DAMPING
+    damping: float | None = None
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class LeastSquaresFit:
     evaluations: int
     residuals: Array
     jacobian: Array
-    damping: float = _DAMPING
+    damping: float = FIRST_DAMPING
 
     @property
     def start(self) -> Start:
@@ -291,11 +292,12 @@ class _Steps:
     """Damped steps with a trust region; the damping follows how well the linearisation predicted the gain."""
 
     def __init__(
-        self, line: Linearisation, field: FieldVector | None, bend: bool, precision: float, damping: float
+        self, line: Linearisation, field: FieldVector | None, bend: bool, precision: float, damping: float | None
     ) -> None:
         self.line, self.field, self.bend, self.precision = line, field, bend, precision
         self.lower, self.upper = line.bounds
-        self.damping = min(max(damping, _LEAST_AT_FIRST), _DAMPING)
+        self.damping = FIRST_DAMPING if damping is None else min(max(damping, _LEAST_AT_FIRST), FIRST_DAMPING)
+        self.calmer = _FAR if damping is None else _NEAR
         self.trust_radius = np.concatenate([np.full(line.p, _TRUST_RADIUS), np.full(line.k, np.inf)])
 
     def next(self, x: Array) -> tuple[Array, float, str]:
@@ -322,7 +324,7 @@ class _Steps:
         if gain_ratio <= _LEAST_GAIN_RATIO:
             why = f"no step gains anything (the next promises {predicted:.1g}, one standard deviation weighs 1)"
             return x, 0.0, why
-        self.damping *= next((factor for least, factor in _LESS_DAMPED if gain_ratio > least), _MORE_DAMPED)
+        self.damping *= next((factor for least, factor in self.calmer if gain_ratio > least), _MORE_DAMPED)
         return trial, gain, ""
 
 

@@ -16,7 +16,7 @@ from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.from_scratch import search_from_scratch
 from linid.identification.optimise.genetic import search
 from linid.identification.optimise.irls import reweighted_least_squares
-from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
+from linid.identification.optimise.least_squares import FIRST_DAMPING, LeastSquaresFit, Start, levenberg_marquardt
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.result import Generation
 from linid.identification.settings import PLAIN, SCRATCH, Ending, FitSettings, Hooks
@@ -191,7 +191,7 @@ def least_squares_in_stages(
 
         return watch
 
-    start = Start(best)
+    start = Start(best, damping=FIRST_DAMPING)
     history: tuple[Generation, ...] = ()
     if steps and len(stages) > 1:
         start, history = _best_start(stages[0], problem, spent, _rivals(state, best), settings, watching(0))
