@@ -36,7 +36,7 @@ def waves_beside(x: Array, spread: Array, factor: Array, middle: float, step: fl
 def normal_equations(
     pair: Array, owner: Integers, count: int, place: Integers, kept: Array, scale: Array, rest: Array
 ) -> tuple[Array, Array]:
-    """Normal equations (2 count, 2 count) and moments (2 count,) of two columns, apart in each of some classes.
+    """Normal equations (K, K) and moments (K,) of two columns, apart in each of `count` classes: K = 2 count.
 
     pair: (n, 2) forces in N, or what they give the rows; owner: (n,) class of each row, 0 ... count - 1; place, kept:
     (n,) as in `pushed_rows`; scale: (n,) of a row, 0 where it does not count; rest: (n,) of what is left, scaled.

@@ -42,8 +42,8 @@ _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstabl
 
 @dataclass(frozen=True)
 class Start:
-    """Where least squares begin: search coordinates (p,), start offsets (k,) or None for none yet, and the damping, or
-    None where that may be far from a minimum."""
+    """Where least squares begin: search coordinates, point (p,), start offsets (k,) or None for none yet, and the
+    damping, None where that may be far from a minimum."""
 
     point: Array
     offsets: Array | None = None
