@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from linid.identification.objectives.objective import Directions
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
+from linid.identification.settings import Ending
 from linid.identification.signals.motion import Motion
 from linid.identification.space.field_vector import FieldVector, field_vector
 from linid.identification.space.search_space import SearchParameter, SearchSpace
@@ -120,6 +121,25 @@ def test_a_bent_valley_is_followed_around_its_bend() -> None:
     assert found[slot["coulomb_force"]] == pytest.approx(3.2, abs=0.01)
     assert found[slot["viscous_friction"]] == pytest.approx(3.2**2, abs=0.06)
     assert len(result.history) < 20
+
+
+def test_a_fit_that_goes_on_knows_how_little_it_need_be_damped() -> None:
+    """Two parameters that hardly differ in what they do: damped as at first, a step goes a small part of the way."""
+    point = (SearchParameter("coulomb_force", 1.0, 4.0, False), SearchParameter("viscous_friction", 1.0, 16.0, False))
+    slots = [Model("friction").slot(name) for name in ("coulomb_force", "viscous_friction")]
+    pattern = np.random.default_rng(4).normal(size=(SAMPLES, 2)) @ np.array([[1.0, 1.0], [0.0, 1e-3]])
+
+    def problem(truth: list[float]) -> Problem:
+        return problem_of("friction", point, lambda row: np.asarray(pattern @ (row[slots] - truth) + 1e-6))
+
+    first, second = problem([2.2, 7.0]), problem([2.0, 7.2])  # apart along the valley alone
+    start = first.space.encode({"coulomb_force": 2.8, "viscous_friction": 6.5})
+    found = levenberg_marquardt(first, Cost(first), start, final=False)
+    assert first.space.vectors(found.point)[0][slots] == pytest.approx([2.2, 7.0], abs=0.01)
+    one = Ending(steps=1)
+    onward, anew = (levenberg_marquardt(second, Cost(second), s, ending=one) for s in (found.start, found.point))
+    away = [abs(second.space.vectors(fit.point)[0][slots[0]] - 2.0) for fit in (onward, anew)]
+    assert away[0] < 0.01 and away[1] > 0.1
 
 
 def test_slopes_beyond_all_measure_tell_nothing() -> None:
