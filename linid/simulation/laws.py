@@ -45,44 +45,12 @@ def law_terms(name: str) -> Bundle:
     single: dict[str, Any] = {"elements": 0, "at_rest": bristle_at_rest, "share_out": _no_share, "bristle": _no_bristle}
     if law.moved is None and law.passed is None:
         return Bundle(plain=1, along=bristle_along, predicted=predicted, step=followed_bristle, **single)
-    along = _single_along(law) if law.passed is None else _closed_along(law)
-    return Bundle(plain=0, along=along, **bristle_terms(law), **single)
+    return Bundle(plain=0, along=_single_along(law), **bristle_terms(law), **single)
 
 
 def _single_along(law: Law) -> Any:
-    """`bristle_along` of a law with one bristle, by its way over a travel and Simpson's rule for the means."""
-    moved = law.moved
-
-    @inlined
-    def along(axis, bristles, resistance, told, w, way, want_means):
-        own, breakaway = own_of(axis), bristles.coulomb / bristles.sigma_0
-        pieces = pieces_of(way)
-        done = mean = late = 0.0  # of the way
-        for piece in range(pieces):
-            done, part, rest = piece_of(bristles, resistance, told, piece, pieces, way, done)
-            splits, steady = 1, abs(w - math.copysign(rest, part)) <= _STEADY * rest
-            if not steady:
-                splits = min(1 + int(abs(part) / (_SPLIT * rest)), _SPLITS)
-            step = part / splits
-            for split in range(splits):
-                if want_means and not steady:
-                    middle = moved(w, 0.5 * step, rest, breakaway, own)
-                    end = moved(middle, 0.5 * step, rest, breakaway, own)
-                else:
-                    end = moved(w, step, rest, breakaway, own)
-                    middle = 0.5 * (w + end)
-                whole = (w + 4.0 * middle + end) / 6.0
-                late += ((piece * splits + split) * whole + (2.0 * middle + end) / 6.0) / (pieces * splits) ** 2
-                mean += whole / (pieces * splits)
-                w = end
-        return w, mean, late
-
-    return along
-
-
-def _closed_along(law: Law) -> Any:
-    """`bristle_along` of a law with one bristle whose way and means are known in closed form."""
-    passed = law.passed
+    """`bristle_along` of a law with one bristle, piece by piece."""
+    passed = law.passed if law.passed is not None else _by_simpson(law)
 
     @inlined
     def along(axis, bristles, resistance, told, w, way, want_means):
@@ -97,6 +65,32 @@ def _closed_along(law: Law) -> Any:
         return w, mean, late
 
     return along
+
+
+def _by_simpson(law: Law) -> Any:
+    """`Law.passed` of a law that knows where a travel ends, by Simpson's rule for the means."""
+    moved = law.moved
+
+    @inlined
+    def passed(w, travel, rest, breakaway, own):
+        splits, steady = 1, abs(w - math.copysign(rest, travel)) <= _STEADY * rest
+        if not steady:
+            splits = min(1 + int(abs(travel) / (_SPLIT * rest)), _SPLITS)
+        step, mean, late = travel / splits, 0.0, 0.0
+        for split in range(splits):
+            if steady:
+                end = moved(w, step, rest, breakaway, own)
+                middle = 0.5 * (w + end)
+            else:
+                middle = moved(w, 0.5 * step, rest, breakaway, own)
+                end = moved(middle, 0.5 * step, rest, breakaway, own)
+            whole = (w + 4.0 * middle + end) / 6.0
+            mean += whole / splits
+            late += (split * whole + (2.0 * middle + end) / 6.0) / splits**2
+            w = end
+        return w, mean, late
+
+    return passed
 
 
 def _elements_along(law: Law) -> tuple[Any, Any]:
