@@ -88,6 +88,11 @@ class Problem:
         return np.where(np.diff(self.rows.recording, prepend=-1).astype(bool) | self.rows.standstill, 0.0, kept)
 
     @cached_property
+    def _taken_on(self) -> Array:
+        """The share (n,) of a level, with its direction, that the bristle takes on from the row before."""
+        return np.where(self.rows.standstill, 0.0, (1.0 - self._kept) * self.friction)
+
+    @cached_property
     def rests(self) -> tuple[Integers, Array]:
         """The row of the last rest (n,), and the share of it (n,) that the bristle still remembers."""
         last = last_where(self.rows.standstill, self.rows.recording)
@@ -115,9 +120,8 @@ class Problem:
     def resisted(self, levels: Array) -> Array:
         """What higher levels (n, k) of friction in N give the rows, (n, k) in m/s^2: nothing at rest; the bristles bend
         to a new level only as the axis moves, and where it rises, their damping adds to it."""
-        share = np.where(self.rows.standstill, 0.0, (1.0 - self._kept) * self.friction)
         rising = np.ascontiguousarray(levels + self.damped * self.rates(levels))
-        return resisted_rows(rising, share, self._kept, self.mass)
+        return resisted_rows(rising, self._taken_on, self._kept, self.mass)
 
 
 def problem_of(judge: Judge, step: Fitted, seed: int) -> Problem:
