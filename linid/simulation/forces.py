@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import stribeck
-from linid.physics.model import ADDED_MASS, ELAPSED, RECORD, STATE_SIZE, STATE_START, WORK_SIZE
+from linid.physics.model import ADDED_MASS, ELAPSED, MEMORY_PLACE, RECORD, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.motors.harmonics import phase_forces
 from linid.physics.motors.motor import MAX_HARMONICS
+from linid.physics.own_terms.layout import CLOCKS
 from linid.simulation.binding import allocating, compiled, inlined
 
 LEAST_MASS = 0.05  # part of the rigid mass that no effect can take away
@@ -133,6 +134,18 @@ def start_states(terms, axis, t, y, v, currents):
 def advance_states(terms, axis, h, t, y, v, a, currents):
     """Hidden states h seconds after the start of the step; t, y, v, currents: of its middle, a: mean acceleration."""
     terms.advance(axis.on, h, t, y, v, a, currents, axis.p)
+
+
+@compiled
+def stays(terms, axis, h, t, y, currents):
+    """Whether hidden states are the same after h seconds at rest, which end at t, clocks apart."""
+    p, same = axis.p, True
+    advance_states(terms, axis, h, t, y, 0.0, 0.0, currents)
+    for k in range(STATE_SIZE):
+        now = STATE_START + k
+        same = same and (p[now] == p[now + STATE_SIZE] or k - MEMORY_PLACE in CLOCKS)
+        p[now] = p[now + STATE_SIZE]
+    return same
 
 
 @inlined

@@ -30,14 +30,14 @@ from linid.simulation.forces import (
 from linid.simulation.steering import steered
 from linid.simulation.steps import (
     CALM,
-    REST_BRISTLE,
-    REST_SPEED,
     Slide,
     after_sample,
     borders_of,
     bristle_now,
     followed_step,
     is_steady,
+    resting,
+    rests,
     slid_on,
     sliding_step,
     too_slow,
@@ -141,9 +141,9 @@ def over_sample(terms, axis, bristles, course, borders, n, going):
     motion, followed, glide, glide_h, halvings, steps = going
     whole = course.substeps << FINEST
     done = 0
-    if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:  # nothing ever moves it
+    if rests(terms, axis, borders, course.t_start + n * course.dt, course.dt, motion):
         done = whole
-        motion = AxisState(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)
+        motion = resting(borders, motion)
     while done < whole:
         if halvings == 0 and not followed and abs(motion.v) > borders.fast and is_steady(bristles, motion):
             while done < whole and abs(motion.v) > borders.fast:  # the bristle stays steady
@@ -181,7 +181,7 @@ def simulate_one(terms, candidates, stretch, start, kept, scheme, forces, out):
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = course_of(terms, axis, stretch, scheme, forces)
-    borders = borders_of(terms, axis, bristles)
+    borders = borders_of(terms, axis, bristles, course.guided)
     t_first = stretch.t_start + stretch.first * stretch.dt
     currents = first_inputs(terms, axis, course, stretch)
     motion = started(terms, axis, bristles, t_first, start, kept, currents)

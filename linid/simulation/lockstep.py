@@ -54,7 +54,7 @@ from linid.simulation.lockstep_lanes import (
 )
 from linid.simulation.lockstep_steps import WHOLE
 from linid.simulation.splines_at import inputs_at
-from linid.simulation.steps import REST_BRISTLE, REST_SPEED, borders_of, is_steady
+from linid.simulation.steps import borders_of, is_steady, rests
 
 OPEN = 64  # simulations that are open at a time
 FOLLOWED, SLIDING, FREE, SIZES = np.arange(4)  # rows of a pool's stacks
@@ -239,10 +239,10 @@ def open_task(terms, tasks, number, motor, known, way, pool):
     way.y_out[candidate, a] = motion.y
     if way.v_out.size > 0:
         way.v_out[candidate, a] = motion.v
-    borders = borders_of(terms, axis, bristles)
-    rests = borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE  # nothing ever moves it
+    borders = borders_of(terms, axis, bristles, scheme.guided)
+    over = rests(terms, axis, borders, 0.0, inputs.dts[r], motion)
     terms.beside.begun(way.beside, bristles, motion, (s, start[2], point if powered else -1), a)
-    if rests:
+    if over:
         terms.beside.kept(way.beside, a + 1, a + count)
         for k in range(a + 1, a + count):
             way.y_out[candidate, k] = motion.y

@@ -15,7 +15,7 @@ import numpy as np
 from linid.physics.model import EFFECT_START, MOTOR_START
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST, AxisState, Place, course_of, first_inputs, still_known, stretch_of
+from linid.simulation.course import FINEST, Place, course_of, first_inputs, still_known, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding
@@ -35,13 +35,13 @@ from linid.simulation.slope_states import hidden_of
 from linid.simulation.slope_steps import slid_weights
 from linid.simulation.splines_at import late_inputs, spline_at
 from linid.simulation.steps import (
-    REST_BRISTLE,
-    REST_SPEED,
     Slide,
     after_sample,
     borders_of,
     followed_step,
     is_steady,
+    resting,
+    rests,
     slid_on,
     sliding_step,
     too_slow,
@@ -85,9 +85,9 @@ def carry_over_sample(terms, along, n, going):
     borders, motion, follow, halvings, weights, weights_h = going
     whole = course.substeps << FINEST
     done = 0
-    if borders.alone and abs(motion.v) < REST_SPEED and abs(motion.w) < REST_BRISTLE:
+    if rests(terms, axis, borders, course.t_start + n * course.dt, course.dt, motion):
         done = whole
-        motion = AxisState(motion.y, 0.0, 0.0, motion.force, motion.currents, motion.spring)
+        motion = resting(borders, motion)
     while done < whole:
         if halvings == 0 and not follow and abs(motion.v) > borders.fast and is_steady(bristles, motion):
             while done < whole and abs(motion.v) > borders.fast:
@@ -313,7 +313,7 @@ def carry_one(terms, stretches, tangents, s, scheme, known, acting, out):
     begun_at(terms, along, first, start, motion)
     # A literal 0 would have a type of its own, and compile all twice.
     weights = slid_weights(bristles, 0.0)
-    going = Under(borders_of(terms, axis, bristles), motion, False, np.int64(0), weights, 0.0)
+    going = Under(borders_of(terms, axis, bristles, course.guided), motion, False, np.int64(0), weights, 0.0)
     for k in range(count):
         n = first + k
         if k > 0:

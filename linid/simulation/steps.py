@@ -16,6 +16,7 @@ from linid.simulation.forces import (
     friction_load,
     keep_states,
     level_factor,
+    stays,
 )
 from linid.simulation.splines_at import spline_at
 
@@ -24,16 +25,18 @@ REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where 
 # for this share of F_C, and the step ends where the curve has fallen by SLOWEST at least.
 FAST, SLOWEST, STEADY = 40.0, 36.0, 1e-8
 REST_SPEED, REST_BRISTLE = 1e-9, 1e-11  # m/s and m, below which what still moves cannot be seen
+HELD = 1e-3  # of both, where forces hold: differences of two runs, by which derivatives are found, do not see it either
 CALM = 0.3  # share of the allowed swing below which the next step is twice as long
 
 
 class Borders(NamedTuple):
     """Speeds in m/s above which a step of fast sliding starts, and below which it may not end; alone: only forces
-    that vanish act."""
+    that vanish act; still: only such as change with the motion alone."""
 
     fast: Any
     slowest: Any
     alone: Any
+    still: Any
 
 
 class Slide(NamedTuple):
@@ -71,15 +74,41 @@ class Reach(NamedTuple):
 
 
 @inlined
-def borders_of(terms, axis, bristles):
-    """Where fast sliding begins and ends."""
+def borders_of(terms, axis, bristles, guided):
+    """Where fast sliding begins and ends; guided: whether forces are taken at the measured position."""
     fast = bristles.stribeck_velocity * FAST ** (1.0 / bristles.exponent)
     slowest = bristles.stribeck_velocity * SLOWEST ** (1.0 / bristles.exponent)
     acts, on = terms.acts, axis.on
     alone = not axis.powered and not (on & acts.push or on & acts.advance)
     if on & acts.friction or on & acts.level or on & acts.load:
         fast = math.inf
-    return Borders(fast, slowest, alone)
+    # Other laws have bristles that hold the axis wherever they are.
+    still = alone or (not (axis.powered or guided or on & acts.timed) and terms.law.plain == 1)
+    return Borders(fast, slowest, alone, still)
+
+
+@inlined
+def rests(terms, axis, borders, t, h, motion):
+    """Whether the bristle holds the axis for good, t seconds into the recording: nothing moves it any more, and hidden
+    states stay as they are for h seconds."""
+    near = 1.0 if borders.alone else HELD
+    if not borders.still or not abs(motion.v) < near * REST_SPEED:
+        return False
+    if not abs(motion.w - held_by(borders, motion)) < near * REST_BRISTLE:
+        return False
+    return not axis.on & terms.acts.advance or stays(terms, axis, h, t, motion.y, motion.currents)
+
+
+@inlined
+def held_by(borders, motion):
+    """The bristle in m that holds the axis against all forces."""
+    return 0.0 if borders.alone else motion.force / motion.spring[0]
+
+
+@inlined
+def resting(borders, motion):
+    """A motion that rests for good."""
+    return AxisState(motion.y, 0.0, held_by(borders, motion), motion.force, motion.currents, motion.spring)
 
 
 @inlined

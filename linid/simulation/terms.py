@@ -15,7 +15,7 @@ from linid.physics.effects.effect import INPUTS, STATELESS, Effect
 from linid.physics.effects.registry import EFFECTS, active_mask
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import EFFECT_SLOTS, ELAPSED, RECORD, STATE_PLACES, STATE_SIZE, STATE_START, Model
-from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT, MEMORY_BIT
+from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT, MEMORY_BIT, TIME_BIT
 from linid.simulation import own_terms
 from linid.simulation.binding import inlined, part, values_at
 from linid.simulation.bundle import Bundle
@@ -316,8 +316,8 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
     t, y, v, currents, p) -> value. motor: its terms (motor_terms.py); law: those of the friction law (laws.py); acts:
     per term the bits of all effects, and of own terms, that have it, besides `any`, `push` (what changes the forces on
     the mass), `pressed` (what makes friction of the motor's force), `push_by_inputs` (forces beside the motor's that
-    hang on what it gets) and `by_inputs` (hidden states and friction that do); chosen, always: bits that the caller of
-    the kernel chooses, and that it has when it is compiled.
+    hang on what it gets), `by_inputs` (hidden states and friction that do) and `timed` (what hangs on time); chosen,
+    always: bits that the caller of the kernel chooses, and that it has when it is compiled.
     """
     effects = EFFECTS if model is None else tuple(e for e in EFFECTS if e.name in model.effects)
     if bare:
@@ -338,6 +338,7 @@ def terms_of(model: Model | None = None, bare: bool = False, law: str = LUGRE) -
         "any": sum(1 << EFFECTS.index(effect) for effect in effects) | own,
         "push": bits["drive"] | bits["field"] | bits["thrust"] | bits["force"] | bits["pushed"],
         "push_by_inputs": active_mask(tuple(e.name for e in effects if e.pushes_by_inputs)),
+        "timed": active_mask(tuple(e.name for e in effects if e.reads(e.terms, "t", "elapsed"))) | (own and TIME_BIT),
         "by_inputs": pressed | active_mask(tuple(e.name for e in effects if e.reads(_RESISTING, *INPUTS))),
         **{f"stateful_{term}": _stateful(term, effects) for term in _OVER},
     }

@@ -69,7 +69,7 @@ def advance(terms, fixed, memory, clock, n, stepping, going):
     axis = axis_of(fixed, p, table)
     bristles = bristles_of(terms, axis, p[ADDED_MASS])
     course = course_of(terms, axis, coefficients, clock)
-    borders = borders_of(terms, axis, bristles)
+    borders = borders_of(terms, axis, bristles, course.guided)
     motion = going.motion
     if fixed.powered and stepping:
         motion = after_sample(terms, axis, course, n, motion)

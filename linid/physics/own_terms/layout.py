@@ -20,12 +20,15 @@ MEMORY_VARIABLES = VARIABLES[5:9]
 # motor's force in a level of friction and in a force, beyond those of the library's effects.
 FORCE_BIT, LEVEL_BIT, MEMORY_BIT, ACCELERATION_BIT, STRIBECK_BIT, LOAD_BIT = (1 << k for k in (60, 61, 62, 59, 58, 57))
 PUSH_BIT = 1 << 56
+TIME_BIT = 1 << 55  # what changes though the axis rests
+TIMES = ("t", "T", "since_reversal", "rest")  # variables that do
 CREEP = 1.0  # Stribeck velocities: slower than about that an axis is held, not sliding
 
 # The memory: direction of motion (-1, 0 before the first, 1), turning point in m, farthest point since in m, s since
 # the turning point and since the farthest one, place in m where the axis has been for how many s, the last rest in s,
 # and m gone since that, in steps of PLAY.
 MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "rest", "slid")
+CLOCKS = (3, 4, 6, 7)  # of these, those that go on at rest
 PLAY = 2e-5  # m (rotary: rad): moving back by less is no reversal, moving by less is rest
 LEAST_REST = 0.05  # s: a shorter one is a slow passage
 

@@ -66,6 +66,8 @@ class OwnTerm:
             out |= layout.ACCELERATION_BIT
         if "stribeck" in self.variables:
             out |= layout.STRIBECK_BIT
+        if self.variables & set(layout.TIMES):
+            out |= layout.TIME_BIT
         for one in self.summands:
             out |= layout.LEVEL_BIT if one.friction else layout.FORCE_BIT
         if self.variables & {"F", "acceleration"}:

@@ -226,7 +226,7 @@ def test_what_is_no_term_is_refused_with_place_fact_and_remedy(text: str, fact: 
 
 
 def test_models_with_too_much_are_refused() -> None:
-    three = ("e: c * v", "f: c * y", "g: c * t")
+    three = ("e: c * v", "f: c * y", "g: c * y ** 2")
     assert Model("force", three).mask == Model("force", three[:1]).mask
     for more, fact in ((("h: c * F",), "at most 3"), (("e: d * y",), "share the name"), (("e_1: c * y",), None)):
         names = (*three[:2], *more) if fact != "at most 3" else (*three, *more)
