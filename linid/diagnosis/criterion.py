@@ -15,6 +15,7 @@ import numpy as np
 
 from linid.arrays import Array, Flags
 from linid.diagnosis.balance import Balance, Noise, Places, gain_of
+from linid.diagnosis.binned import squares_by_bin
 from linid.diagnosis.unknowns import ACROSS, Coordinate, vectors_of
 from linid.physics.model import Model
 
@@ -83,9 +84,9 @@ class Criterion:
 
     def _squares(self, residual: Array, rows: Flags) -> tuple[Array, Array]:
         """Per bin (B,): the sum of the squared residuals, and the number of rows, over the chosen rows."""
-        place = self.balance.rows.bin[rows]
-        power = np.bincount(place, (residual[rows] * self.inverse[rows]) ** 2, minlength=self.bins)
-        return np.asarray(power, dtype=np.float64), np.bincount(place, minlength=self.bins).astype(np.float64)
+        power, counts = np.zeros(self.bins), np.zeros(self.bins)
+        squares_by_bin(residual, self.inverse, rows, self.balance.rows.bin, power, counts)
+        return power, counts
 
     def _least(self, power: Array, counts: Array) -> Array:
         """What is left of the bins' squares (B,) at least, whatever noise is taken off."""
