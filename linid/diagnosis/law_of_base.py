@@ -9,7 +9,16 @@ from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING, THOROUGH
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge, compare
-from linid.diagnosis.laws import LawChoice, choose_law, clearly_better, under_law
+from linid.diagnosis.laws import (
+    LEAST_CLOSED,
+    OF_THEIR_OWN,
+    PROMISING,
+    LawChoice,
+    choose_law,
+    clearly_better,
+    promised,
+    under_law,
+)
 from linid.diagnosis.report_data import LawFinding
 from linid.diagnosis.select import Selection
 from linid.diagnosis.steps_of_selection import further
@@ -59,14 +68,15 @@ def select_under_law(
     if choice is None or not found.parts:
         return base, found, choice
     judge, best = base.judge, found.best
-    if choice.base not in (LUGRE, DAHL):
+    if choice.base in OF_THEIR_OWN:
         if clearly_better(compare(judge.fits, under_lugre(judge, best), best, judge.balance.split)):
             return base, found, choice
         back = replace(choice, law=LUGRE, told=False, alike=(choice.law,), chosen=choice.trials[0], base=LUGRE)
         return plain, select(plain), back
-    if choice.base == LUGRE and judge.excess(best.residual) > LEAST_EXCESS:
+    gap = choice.base == LUGRE and judge.excess(best.residual) > LEAST_EXCESS
+    if gap and promised(judge, best) >= PROMISING * LEAST_CLOSED:
         second = choose_law(judge, best)
-        if second.base not in (LUGRE, DAHL):
+        if second.base in OF_THEIR_OWN:
             other = next(t for t in choice.trials if t.law == second.base)
             # How far the law closes the gap is told beside the effects: the choice keeps their trials.
             changed = _under(plain, replace(choice, chosen=other, base=second.base))

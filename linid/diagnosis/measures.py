@@ -13,7 +13,7 @@ from linid.diagnosis.repeats import aligned, repeats_of
 from linid.errors import UsageError
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.ahead import Ahead
-from linid.identification.objectives.choose import check_recordings
+from linid.identification.objectives.choose import WINDOW_STEPS, check_recordings
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.optimise.least_squares import fit_start_offsets
 from linid.identification.result import FitResult
@@ -23,6 +23,9 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 
 _DRAWS = 8
+# Internal steps per sample of the draws, at most: more of them change floors by a quarter of what other draws do, and
+# those ahead by less than 0.1 % (`python -m tests.benchmarks.floors`).
+_DRAWN_STEPS = WINDOW_STEPS
 _AT_ONCE = 200_000  # samples of draws that are simulated together: of long recordings, each takes some ten MB
 # Times the median of its square, from where a draw is odd (of squares of Gaussians one in a hundred and fifty): now
 # and then noise looks like a bend, the speed there is smoothed hardly at all, and a prediction from there is far off.
@@ -190,6 +193,7 @@ def _noise_floors(task: _Task, recording: Recording, balance: Acceleration, seed
     about their median is the noise's share. The measured motion is the base, because a model's own motion may rest or
     slip elsewhere than the machine did.
     """
+    task = replace(task, substeps=min(task.substeps, _DRAWN_STEPS))
     generator = np.random.default_rng(seed)
     smooth = measure_motion([recording]).y
     # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.

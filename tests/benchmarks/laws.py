@@ -38,13 +38,15 @@ THRESHOLDS = {"LEAST_CLOSED": 0.0, "EQUAL": 0.0, "REFUTED": 0.0, "VISIBLE_BREAKA
 @dataclass(frozen=True)
 class Decision:
     """One campaign: the true law, the answer, laws not told from it, the gap in floors under LuGre and under the law,
-    CPU seconds of the decision; trials: of all laws; changed: answers and laws alike with one threshold times a factor.
+    what other laws promise of it after a race, CPU seconds of the decision; trials: of all laws; changed: answers and
+    laws alike with one threshold times a factor.
     """
 
     true: str
     said: str
     alike: tuple[str, ...]
     gap: tuple[float, float]
+    promised: float
     seconds: float
     trials: tuple[LawTrial, ...]
     changed: dict[tuple[str, float], tuple[str, tuple[str, ...]]] = field(default_factory=dict)
@@ -73,6 +75,7 @@ def decided(path: Path, true: str, *, presliding: bool = True, derive: bool = Fa
     rows = base.judge.fits.rows_of(base.fitted.recordings)
     choice = laws.decide(base.judge, trials, rows)
     seconds = time.process_time() - start
+    promise = laws.promised(base.judge, base.fitted)
     changed = {}
     for name, origin in THRESHOLDS.items() if derive else ():
         for factor in FACTORS:
@@ -80,7 +83,7 @@ def decided(path: Path, true: str, *, presliding: bool = True, derive: bool = Fa
                 other = laws.decide(base.judge, trials, rows)
             changed[name, factor] = (answer(other), other.alike)
     gap = tuple(base.judge.excess(one.residual) for one in (base.fitted, choice.chosen.fitted))
-    return Decision(true, answer(choice), choice.alike, gap, seconds, trials, changed)  # type: ignore[arg-type]
+    return Decision(true, answer(choice), choice.alike, gap, promise, seconds, trials, changed)  # type: ignore[arg-type]
 
 
 def outcome(pairs: Iterable[tuple[str, str]]) -> str:
@@ -157,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(
             f"{hidden.name} {'+'.join(effect.name for effect in hidden.effects)} {one.true}: {one.said}, "
             f"alike {', '.join(one.alike) or '-'}, gap {one.gap[0]:.2f} -> {one.gap[1]:.2f} floors, "
-            f"{one.seconds:.1f} s",
+            f"promised {one.promised:.2f}, {one.seconds:.1f} s",
             flush=True,
         )
         for trial in one.trials if options.evidence else ():

@@ -15,7 +15,16 @@ from linid.challenge.make import HiddenCampaign, Plan, make_campaign
 from linid.diagnosis.base import Base, fit_base_model, numbered
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.law_of_base import PRESLIDING, base_with_law, law_finding, sentence, untold
-from linid.diagnosis.laws import LawChoice, LawTrial, as_good, clearly_better, under_law
+from linid.diagnosis.laws import (
+    LEAST_CLOSED,
+    PROMISING,
+    LawChoice,
+    LawTrial,
+    as_good,
+    clearly_better,
+    promised,
+    under_law,
+)
 from linid.diagnosis.means import Means
 from linid.diagnosis.proposed.problem import problem_of
 from linid.interface.campaign import Campaign
@@ -171,3 +180,13 @@ def test_an_elasto_plastic_breakaway_is_found_where_lugres_ends_at_the_bound(tmp
     breakaway = found.values["static_force"] / found.values["coulomb_force"]
     assert breakaway == pytest.approx(friction.static_force_n / friction.coulomb_force_n, rel=0.05)
     assert found.values["bristle_stiffness"] == pytest.approx(friction.bristle_stiffness_n_per_m, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("law", "index", "promises"), [("maxwell", 71, True), ("elasto_plastic", 18, True), ("lugre", 0, False)]
+)
+def test_a_race_promises_another_law_where_there_is_one(law: str, index: int, promises: bool, tmp_path: Path) -> None:
+    seed = {"maxwell": 2207, "elasto_plastic": 4409, "lugre": 31}[law]
+    _, base = hidden_axis(seed, law, index, tmp_path)
+    found = promised(base.judge, base.fitted)
+    assert found > 0.6 if promises else found < PROMISING * LEAST_CLOSED
