@@ -35,8 +35,8 @@ VISIBLE_BREAKAWAY = 1.1  # of the Coulomb force: what the recordings must refute
 VISIBLE_BRISTLE = 0.5  # of the fastest swing that rows resolve: the bristle to be refuted before there is none
 # Laws on which a base goes on once they are better; under LuGre's, effects are found beside Dahl's too.
 OF_THEIR_OWN = tuple(law for law in LAWS if law not in (LUGRE, DAHL))
-# Of LEAST_CLOSED, that one of them promises after a race: where one is true, one closes 0.67 of the gap by then at least
-# (`python -m tests.benchmarks.laws --seed 6151 --count 5`).
+# Of LEAST_CLOSED, that one of them promises after a race: true ones, or one for another, have closed two thirds of the
+# gap by then, and a quarter beside an effect that lacks (`python -m tests.benchmarks.laws --seed 6151 --count 5`).
 PROMISING = 0.5
 
 
