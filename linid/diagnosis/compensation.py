@@ -61,18 +61,20 @@ class _Axis:
             out.append(one.run(model, values, (None, v), self.substeps, ahead=given).following_error)
         return out
 
-    def figures(self, values: dict[str, float]) -> dict[str, tuple[float, float]]:
-        """RMS and largest error in m, by case."""
+    def figures(self, values: dict[str, float]) -> dict[str, tuple[float, float]] | None:
+        """RMS and largest error in m, by case; None where the axis does not follow in one of them."""
         loops = self.loops()
-
-        def found(ahead: str = "", absent: str = "") -> tuple[float, float]:
-            return _figures(self.courses, self.errors(loops, values, ahead, absent))
-
-        out = {name: found(name) for name in ("", "base", "full")}
+        reach = max(float(np.ptp(course.y)) for course in self.courses)
+        cases = {name: (name, "") for name in ("", "base", "full")}
         for effect in self.effects:
-            out[f"axis without {effect}"] = found(absent=effect)
+            cases[f"axis without {effect}"] = "", effect
             if f"without {effect}" in self.inputs:
-                out[f"without {effect}"] = found(f"without {effect}")
+                cases[f"without {effect}"] = f"without {effect}", ""
+        out = {}
+        for name, (ahead, absent) in cases.items():
+            out[name] = _figures(self.courses, self.errors(loops, values, ahead, absent))
+            if not out[name][1] < reach:  # nan too
+                return None
         return out
 
 
@@ -111,10 +113,11 @@ def compensation(
     axis = _Axis(model, drive, courses, inputs, effects, max(1, round(after.substeps / cycles)))
     middle = float(np.mean([np.mean(r.y) for r in recordings if r.measured]))
     drawn = draws_of(after, model, middle, seed) or [values]
-    figures = [found for _, found in in_parallel(lambda one, threads: axis.figures(one), drawn, jobs)]
-    reach = max(float(np.ptp(course.y)) for course in courses)
-    if not all(largest < reach for row in figures for _, largest in row.values()):  # nan too
-        return Compensation(refused=_LOST)
+    figures = []
+    for _, found in in_parallel(lambda one, threads: axis.figures(one), drawn, jobs):
+        if found is None:
+            return Compensation(refused=_LOST)
+        figures.append(found)
     told = Compensation(
         drive=drive_words(drive, controller is not None, after.axis, after.input_unit),
         reference=words,
