@@ -151,9 +151,27 @@ def test_resume_alone_takes_the_newest_unfinished_folder(tmp_path: Path, monkeyp
 
 
 def test_steps_that_end_in_several_threads_are_all_kept(tmp_path: Path) -> None:
-    memory = Memory(tmp_path / "checkpoint.json", "same")
-    with ThreadPoolExecutor(8) as pool:
+    with Memory(tmp_path / "checkpoint.json", "same") as memory, ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda k: memory.__setitem__(f"step {k}", [float(k)] * 50), range(200)))
     later = Memory(tmp_path / "checkpoint.json", "same")
     later.load()
     assert dict(later) == {f"step {k}": [float(k)] * 50 for k in range(200)}
+
+
+def test_steps_in_quick_succession_are_written_together_and_none_is_lost(tmp_path: Path) -> None:
+    path, keys = tmp_path / "checkpoint.json", [f"step {k}" for k in range(50)]
+    written = set()
+
+    def kept() -> dict[str, list[float]]:
+        later = Memory(path, "same")
+        later.load()
+        return dict(later)
+
+    with pytest.raises(KeyboardInterrupt), Memory(path, "same") as memory:
+        for key in keys:
+            memory[key] = [1.0]
+            written.add(path.stat().st_mtime_ns)
+        assert keys[0] in kept()  # a kill loses what ended since
+        raise KeyboardInterrupt
+    assert len(written) < len(keys)
+    assert list(kept()) == keys

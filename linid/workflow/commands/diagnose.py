@@ -78,7 +78,7 @@ def diagnose(
         memory = Memory(folder.path / CHECKPOINT_FILE, identity)
         if request.resume:
             memory.load()
-        with recorded(folder), reporter:
+        with recorded(folder), memory, reporter:
             compiled(reporter)
             if foreign and simulator != RECORDED:
                 unit = _refitted(campaign, Path(str(simulator)), folder.path, reporter)

@@ -64,19 +64,36 @@ class Checkpoint:
 
 
 class Memory(UserDict[str, Any]):
-    """Finished steps of a long computation by key, on disk as soon as they are there; identity: as above."""
+    """Finished steps of a long computation by key; identity: as above. On disk at once unless the last writing was a
+    moment ago; with the end of a `with` all of them."""
 
     def __init__(self, path: Path, identity: str) -> None:
         self.path = path
         self.identity = identity
         self._lock = Lock()
+        self._written = float("-inf")
+        self._pending = False
         super().__init__()
+
+    def __enter__(self) -> Memory:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            if self._pending:
+                self._write()
 
     def __setitem__(self, key: str, value: Any) -> None:
         with self._lock:  # steps may end in several threads
             super().__setitem__(key, value)
-            body = {"schema": SCHEMA, "identity": self.identity, "state": self.data}
-            write_atomic(self.path, json.dumps(body).encode())
+            self._pending = True
+            if time.monotonic() - self._written >= _EVERY:
+                self._write()
+
+    def _write(self) -> None:
+        body = {"schema": SCHEMA, "identity": self.identity, "state": self.data}
+        write_atomic(self.path, json.dumps(body).encode())
+        self._pending, self._written = False, time.monotonic()
 
     def load(self) -> None:
         """Take over the steps that an earlier run finished; another problem's or a damaged file raises ConfigError."""
