@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -27,6 +28,8 @@ _DRAWS = 8
 # those ahead by less than 0.1 % (`python -m tests.benchmarks.floors`).
 _DRAWN_STEPS = WINDOW_STEPS
 _AT_ONCE = 200_000  # samples of draws that are simulated together: of long recordings, each takes some ten MB
+_KEPT = 10_000  # samples of a recording whose draws are kept for the next model: with their splines 15 MB
+_drawn: WeakKeyDictionary[Recording, tuple[int, list[Recording]]] = WeakKeyDictionary()
 # Times the median of its square, from where a draw is odd (of squares of Gaussians one in a hundred and fifty): now
 # and then noise looks like a bend, the speed there is smoothed hardly at all, and a prediction from there is far off.
 _ODD = 16.0
@@ -194,24 +197,32 @@ def _noise_floors(task: _Task, recording: Recording, balance: Acceleration, seed
     slip elsewhere than the machine did.
     """
     task = replace(task, substeps=min(task.substeps, _DRAWN_STEPS))
-    generator = np.random.default_rng(seed)
-    smooth = measure_motion([recording]).y
     # The start speed of a free wheel is fitted over the whole run, that of a driven one is as noisy as its samples.
     held = task.free_run(recording)[0] if recording.kind == "free_wheel" else None
-    levels = input_levels(recording)
-    together = max(1, min(_DRAWS, _AT_ONCE // recording.t.size))
     errors: list[list[Array]] = [[], [], []]
-    for begin in range(0, _DRAWS, together):
-        anew = [
-            with_input_noise(retaken(recording, smooth, generator), generator, levels)
-            for _ in range(begin, min(begin + together, _DRAWS))
-        ]
+    for anew in _measured_again(recording, seed):
         runs = task.free_run(*anew)[0] if held is None else np.tile(held, len(anew))
         run = runs - np.concatenate([one.y for one in anew])
         forces = [task.force(one, task.balance(one, balance.half_widths).at_rows_of(balance)) for one in anew]
         for kept, error in zip(errors, (run, task.ahead_error(*anew), np.concatenate(forces)), strict=True):
             kept.append(np.nan_to_num(error, nan=np.inf).reshape(len(anew), -1))
     return np.array([_scatter_of_draws(np.concatenate(rows)) for rows in errors])
+
+
+def _measured_again(recording: Recording, seed: int) -> Iterator[list[Recording]]:
+    """`_DRAWS` other measurements of a recording's motion and inputs, as many at a time as the memory has room for."""
+    kept = _drawn.get(recording)
+    if kept is not None and kept[0] == seed:
+        yield kept[1]
+        return
+    generator, levels, smooth = np.random.default_rng(seed), input_levels(recording), measure_motion([recording]).y
+    together = max(1, min(_DRAWS, _AT_ONCE // recording.t.size))
+    for begin in range(0, _DRAWS, together):
+        count = min(together, _DRAWS - begin)
+        anew = [with_input_noise(retaken(recording, smooth, generator), generator, levels) for _ in range(count)]
+        if count == _DRAWS and recording.t.size <= _KEPT:
+            _drawn[recording] = seed, anew
+        yield anew
 
 
 def _scatter_of_draws(errors: Array) -> float:
