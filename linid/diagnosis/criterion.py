@@ -143,6 +143,11 @@ class Criterion:
         """Residuals (C, n) in m/s^2 of unknowns x (C, p); places: of the recordings that are asked for (None: all)."""
         return self.balance.residuals(posed.model, posed.vectors(x), places)
 
+    def residual_at(self, posed: Posed, x: Array, vector: Array, places: Places) -> Array:
+        """`residuals` (n,) of one set of unknowns x (p,), of which the vector (VECTOR_SIZE,), SI, is known."""
+        del x
+        return np.asarray(self.balance.residuals(posed.model, vector[None, :], places)[0])
+
     def differences(
         self, posed: Posed, x: Array, residual: Array, wanted: Iterable[int], places: Places | None = None
     ) -> Array:
@@ -181,6 +186,11 @@ class Straight(Criterion):
         """Residuals (C, n) in m/s^2 of unknowns x (C, p), of all recordings."""
         del posed, places
         return np.asarray(self._residual + (x - self._x) @ self._slopes)
+
+    def residual_at(self, posed: Posed, x: Array, vector: Array, places: Places) -> Array:
+        """`residuals` (n,) of one set of unknowns x (p,); vector: (VECTOR_SIZE,), SI."""
+        del vector
+        return np.asarray(self.residuals(posed, x[None, :], places)[0])
 
 
 def _of_the_gain(posed: Posed, vector: Array, gain: float) -> Array:

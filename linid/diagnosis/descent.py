@@ -63,7 +63,6 @@ class Descent:
         self.lower, self.upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
         self.trust_radius = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
         self.count = float(np.count_nonzero(rows))
-        residual = criterion.residuals(posed, x[None, :], places)[0]
         self._bins = criterion.balance.rows.bin[rows]
         self.slopes = np.empty((x.size, self._bins.size))  # at the rows that count
         self._missing = [k for k, c in enumerate(coordinates) if c.name not in known]
@@ -73,10 +72,11 @@ class Descent:
         # Slopes by forces hardly change on the way: those by all else are computed anew first.
         self._renewable = [[k for k, c in enumerate(coordinates) if not c.force], list(range(x.size))]
         self._stale: list[list[int]] = [] if exact or not known else list(self._renewable)
-        self.place = self._at(x, residual, 1.0)
+        self.place = self._at(x, 1.0)
 
-    def _at(self, x: Array, residual: Array, softness: float) -> _Place:
+    def _at(self, x: Array, softness: float) -> _Place:
         vector = self.posed.vectors(x)[0]
+        residual = self.criterion.residual_at(self.posed, x, vector, self.places)
         floor = self.criterion.floor_of(self.posed.model, vector)
         return _Place(x, residual, vector, floor, self.criterion.level(residual, floor, self.rows, softness))
 
@@ -112,7 +112,7 @@ class Descent:
             else:
                 for bent in (False, True):
                     x = np.clip(here.x + move, self.lower, self.upper)
-                    trial = self._at(x, self.criterion.residuals(self.posed, x[None, :], self.places)[0], softness)
+                    trial = self._at(x, softness)
                     used += 1
                     gain_ratio = (here.level - trial.level) * self.count / predicted
                     missed = (trial.residual - here.residual)[self.rows] - (x - here.x) @ self.slopes

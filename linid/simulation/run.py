@@ -87,8 +87,7 @@ class Simulator:
         pieces = min(tasks // least, 4 * self.jobs)
         if self.jobs < 2 or pieces < 2:
             return [(0, tasks)]
-        edges = np.linspace(0, tasks, pieces + 1).astype(int)
-        return [(int(a), int(b)) for a, b in pairwise(edges)]
+        return list(pairwise([tasks * k // pieces for k in range(pieces + 1)]))
 
     def _of_recordings(self, among: Flags | None, each: int) -> list[tuple[int, int]]:
         """Pieces of `each` tasks for every recording, or for those among them (R,) alone."""
@@ -292,18 +291,20 @@ class Simulator:
         start_w: Array,
         *,
         acceleration: bool = True,
+        states: bool = True,
         wanted: NDArray[np.bool_] | None = None,
         among: Flags | None = None,
     ) -> AlongMotion:
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
         params: (C, VECTOR_SIZE) SI; y, v: (samples,) measured motion of all recordings in m and m/s; standstill:
-        (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; acceleration: whether
-        it is wanted (empty without); wanted: (samples,) where the rest is, which without acceleration saves the way
-        between (default: everywhere); among: (R,) recordings that are wanted at all (default: all; what is found of
-        others is undefined).
+        (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; acceleration, states:
+        whether it and hidden states are wanted (empty without); wanted: (samples,) where the rest is, which without
+        acceleration saves the way between (default: everywhere); among: (R,) recordings that are wanted at all
+        (default: all; what is found of others is undefined).
         """
-        kernel, inputs, candidates, kept = self._kernel(), self.inputs, self._candidates(params), self._kept
+        kernel, inputs, candidates = self._kernel(), self.inputs, self._candidates(params)
+        kept = self._kept if states else self._kept[:0]
         shape = (params.shape[0], y.size)
         reads = self._reads
         found = AlongTraces(
@@ -351,10 +352,10 @@ class Simulator:
         found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
-        kernel = load_along_slopes()
+        kernel, directions = load_along_slopes(), Directions(self._touched(tangents), table)
 
         def work(piece: tuple[int, int]) -> int:
-            kernel(candidates, self.inputs, motion, Directions(self._touched(tangents), table), *piece, found)
+            kernel(candidates, self.inputs, motion, directions, *piece, found)
             return 0
 
         summed(work, self._of_recordings(among, 1), self.jobs)

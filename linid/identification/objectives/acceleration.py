@@ -156,7 +156,8 @@ class Acceleration:
         """
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        along = self.simulator.along(params, motion.y, motion.v, motion.standstill, start_w, among=self.among)
+        y, v, still = motion.y, motion.v, motion.standstill
+        along = self.simulator.along(params, y, v, still, start_w, states=False, among=self.among)
         a = self.stencils.smooth(along.acceleration)
         if along.reading_error is not None:
             a += self.stencils.second(along.reading_error)

@@ -115,6 +115,7 @@ def collect(built_in: Iterable[Effect], others: Iterable[EntryPoint]) -> tuple[E
 
 
 EFFECTS: tuple[Effect, ...] = collect(BUILT_IN, of_group(GROUP))
+_BITS = {effect.name: 1 << k for k, effect in enumerate(EFFECTS)}
 
 
 @lru_cache(maxsize=256)
@@ -166,5 +167,5 @@ def active_mask(names: tuple[str, ...]) -> int:
     mask = 0
     for name in names:
         effect = find_effect(name)
-        mask |= 1 << EFFECTS.index(effect) if effect.own is None else effect.own.bits
+        mask |= _BITS[effect.name] if effect.own is None else effect.own.bits
     return mask
