@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -290,25 +290,24 @@ class Simulator:
         standstill: NDArray[np.bool_],
         start_w: Array,
         *,
-        acceleration: bool = True,
-        states: bool = True,
+        without: Literal["", "acceleration", "states"] = "",
         wanted: NDArray[np.bool_] | None = None,
         among: Flags | None = None,
     ) -> AlongMotion:
         """Model acceleration, bristle, hidden states and reading error of every candidate along a measured motion.
 
         params: (C, VECTOR_SIZE) SI; y, v: (samples,) measured motion of all recordings in m and m/s; standstill:
-        (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; acceleration, states:
-        whether it and hidden states are wanted (empty without); wanted: (samples,) where the rest is, which without
+        (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; without: what
+        nobody asks for, acceleration or hidden states (empty then); wanted: (samples,) where the rest is, which without
         acceleration saves the way between (default: everywhere); among: (R,) recordings that are wanted at all
         (default: all; what is found of others is undefined).
         """
         kernel, inputs, candidates = self._kernel(), self.inputs, self._candidates(params)
-        kept = self._kept if states else self._kept[:0]
+        kept = self._kept[:0] if without == "states" else self._kept
         shape = (params.shape[0], y.size)
         reads = self._reads
         found = AlongTraces(
-            np.empty(shape) if acceleration else np.empty((1, 0)),
+            np.empty((1, 0)) if without == "acceleration" else np.empty(shape),
             np.empty(shape) if wanted is None else np.full(shape, np.nan),
             np.full((*shape, kept.size) if kept.size else (1, 0, 0), np.nan),
             np.empty(shape) if reads else np.empty((1, 0)),

@@ -110,8 +110,8 @@ def test_what_is_not_followed_is_forgotten(name: str, seed: int) -> None:
     wanted = np.random.default_rng(seed).random(v.size) < 0.01
     wanted[-1] = True
     arguments = (candidates, recording.y, v, rests, np.full((1, 1), np.nan))
-    followed = simulator.along(*arguments, acceleration=False).bristle[0]
-    parts = simulator.along(*arguments, acceleration=False, wanted=wanted).bristle[0]
+    followed = simulator.along(*arguments, without="acceleration").bristle[0]
+    parts = simulator.along(*arguments, without="acceleration", wanted=wanted).bristle[0]
     assert np.count_nonzero(np.isfinite(parts)) < 0.9 * v.size
     # where an axis that moved has forgotten where it came from
     assert parts[wanted] == pytest.approx(followed[wanted], abs=1e-9 * np.max(np.abs(followed)))

@@ -98,8 +98,8 @@ def test_bristles_of_chosen_samples_are_those_of_the_whole_way() -> None:
     true = model.vector({k: x for k, x in campaign.truth.items() if k in {p.name for p in model.parameters}})
     scale = np.random.default_rng(3).uniform(0.7, 1.4, (8, true.size))
     known = (part.simulator, true * scale, motion.y, motion.v, motion.standstill, none)
-    whole = Simulator.along(*known, acceleration=False).bristle
-    chosen = Simulator.along(*known, acceleration=False, wanted=part.begins).bristle
+    whole = Simulator.along(*known, without="acceleration").bristle
+    chosen = Simulator.along(*known, without="acceleration", wanted=part.begins).bristle
     assert np.max(np.abs(chosen - whole)[:, part.begins]) < 1e-9 * np.max(np.abs(whole))
     assert np.mean(np.isnan(chosen)) > 0.3  # most of the way is left out
 

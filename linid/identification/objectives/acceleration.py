@@ -157,7 +157,7 @@ class Acceleration:
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         y, v, still = motion.y, motion.v, motion.standstill
-        along = self.simulator.along(params, y, v, still, start_w, states=False, among=self.among)
+        along = self.simulator.along(params, y, v, still, start_w, without="states", among=self.among)
         a = self.stencils.smooth(along.acceleration)
         if along.reading_error is not None:
             a += self.stencils.second(along.reading_error)

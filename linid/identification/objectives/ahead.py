@@ -104,7 +104,7 @@ class Ahead:
         motion = self.motion
         start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
         along = self.simulator.along(
-            params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=self.begins
+            params, motion.y, motion.v, motion.standstill, start_w, without="acceleration", wanted=self.begins
         )
         dts = self.simulator.inputs.dts[self.segments.recording]
         return along.starts(self.flat_first, motion.y, motion.v, dts)

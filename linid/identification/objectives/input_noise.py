@@ -124,7 +124,7 @@ def whitening(part: Ahead, vector: Array, push: Array) -> Whitening:
     `CurrentPush` there."""
     motion, segments = part.motion, part.segments
     start_w = np.full((1, len(part.recordings)), np.nan)
-    along = part.simulator.along(vector[None], motion.y, motion.v, motion.standstill, start_w, acceleration=False)
+    along = part.simulator.along(vector[None], motion.y, motion.v, motion.standstill, start_w, without="acceleration")
     masses = vector[MASS] + np.array([r.added_mass for r in part.recordings])
     variance = np.sum(push**2, axis=0)
     filters, powers = {}, {}

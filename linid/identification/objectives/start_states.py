@@ -165,7 +165,9 @@ def _along(simulator: Simulator, params: Array, motion: Motion, before: _Stretch
     wanted[before.flat] = True
     inputs = simulator.inputs
     start_w = np.full((params.shape[0], inputs.counts.size), np.nan)
-    along = simulator.along(params, motion.y, motion.v, motion.standstill, start_w, acceleration=False, wanted=wanted)
+    along = simulator.along(
+        params, motion.y, motion.v, motion.standstill, start_w, without="acceleration", wanted=wanted
+    )
     return along, along.starts(before.flat, motion.y, motion.v, inputs.dts[before.part.recording])
 
 
