@@ -76,7 +76,9 @@ def test_candidates_have_the_same_bits_alone(name: str, seed: int, size: int, wa
     some = generator.random(y.size) < 0.02 if wanted else None
 
     def run(rows: slice) -> list[np.ndarray]:
-        one = simulator.along(candidates[rows], y, v, rests, start[rows], acceleration=not wanted, wanted=some)
+        one = simulator.along(
+            candidates[rows], y, v, rests, start[rows], without="acceleration" if wanted else "", wanted=some
+        )
         return [one.bristle, one.states, *([] if wanted else [one.acceleration])]
 
     together = run(slice(None))
