@@ -25,7 +25,7 @@ REVERSAL_WEIGHT = 4.0  # how much more a swing of the bristle rate counts where 
 # for this share of F_C, and the step ends where the curve has fallen by SLOWEST at least.
 FAST, SLOWEST, STEADY = 40.0, 36.0, 1e-8
 REST_SPEED, REST_BRISTLE = 1e-9, 1e-11  # m/s and m, below which what still moves cannot be seen
-HELD = 1e-3  # of both, where forces hold: differences of two runs, by which derivatives are found, do not see it either
+HELD = 1e-3  # of both, beside forces: nor do differences of two runs see it, by which some derivatives are found
 CALM = 0.3  # share of the allowed swing below which the next step is twice as long
 
 
@@ -82,7 +82,7 @@ def borders_of(terms, axis, bristles, guided):
     alone = not axis.powered and not (on & acts.push or on & acts.advance)
     if on & acts.friction or on & acts.level or on & acts.load:
         fast = math.inf
-    # Other laws have bristles that hold the axis wherever they are.
+    # Under other laws one deflection in balance does not tell that the axis rests.
     still = alone or (not (axis.powered or guided or on & acts.timed) and terms.law.plain == 1)
     return Borders(fast, slowest, alone, still)
 
