@@ -28,7 +28,7 @@ _DRAWS = 8
 # those ahead by less than 0.1 % (`python -m tests.benchmarks.floors`).
 _DRAWN_STEPS = WINDOW_STEPS
 _AT_ONCE = 200_000  # samples of draws that are simulated together: of long recordings, each takes some ten MB
-_KEPT = 10_000  # samples of a recording whose draws are kept for the next model: with their splines 15 MB
+_KEPT = 10_000  # samples of a recording whose draws are kept for the next model: with their splines 17 MB
 _drawn: WeakKeyDictionary[Recording, tuple[int, list[Recording]]] = WeakKeyDictionary()
 # Times the median of its square, from where a draw is odd (of squares of Gaussians one in a hundred and fifty): now
 # and then noise looks like a bend, the speed there is smoothed hardly at all, and a prediction from there is far off.
