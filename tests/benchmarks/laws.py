@@ -3,9 +3,9 @@
 Campaigns of the hidden plant, each of its laws by turns and every one on an axis of its own, with the challenge's own
 recordings (slow ramps below breakaway hold presliding motion); --without-presliding leaves those out, --kinds single
 hides an effect of the library beside the law. The law is decided along the measured motion before any effect is
-selected. Printed per campaign: the true law, the preferred one, those not told from it, the gap in floors before
-and after, and what a race of other laws promises of it; with --evidence what each law gains over LuGre; at the end rates. "Not told" (LuGre stays, with words on it)
-counts as no answer, another law than the true one as a false one.
+selected. Printed per campaign: the true law, the preferred one, those not told from it, the gap in floors before and
+after, and what a race of other laws promises of it; with --evidence what each law gains over LuGre; at the end rates.
+"Not told" (LuGre stays, with words on it) counts as no answer, another law than the true one as a false one.
 
 --derive tells where the thresholds of linid/diagnosis/laws.py come from: how the evidence of true and of other laws is
 distributed, and what is decided with each threshold at half, once and twice its value.
