@@ -44,10 +44,8 @@ class Checkpoint:
     def flush(self) -> None:
         """Write what is not yet on disk."""
         if self._pending is not None:
-            body = {"schema": SCHEMA, "identity": self.identity, "state": self._pending}
-            write_atomic(self.path, json.dumps(body).encode())
+            self._written = _write_state(self.path, self.identity, self._pending)
             self._pending = None
-            self._written = time.monotonic()
 
     def load(self) -> SearchState | None:
         """The saved state, None if there is none; another problem's or a damaged one raises ConfigError."""
@@ -91,9 +89,8 @@ class Memory(UserDict[str, Any]):
                 self._write()
 
     def _write(self) -> None:
-        body = {"schema": SCHEMA, "identity": self.identity, "state": self.data}
-        write_atomic(self.path, json.dumps(body).encode())
-        self._pending, self._written = False, time.monotonic()
+        self._written = _write_state(self.path, self.identity, self.data)
+        self._pending = False
 
     def load(self) -> None:
         """Take over the steps that an earlier run finished; another problem's or a damaged file raises ConfigError."""
@@ -102,6 +99,13 @@ class Memory(UserDict[str, Any]):
             self.data = dict(STEPS.validate_python(state))
         except ValidationError as error:
             raise _damaged(self.path, _first(error)) from None
+
+
+def _write_state(path: Path, identity: str, state: dict[str, Any]) -> float:
+    """Put a state on disk; returns when that was."""
+    body = {"schema": SCHEMA, "identity": identity, "state": state}
+    write_atomic(path, json.dumps(body).encode())
+    return time.monotonic()
 
 
 def _saved_state(path: Path, identity: str) -> dict[str, Any] | None:
