@@ -137,10 +137,10 @@ def advance_states(terms, axis, h, t, y, v, a, currents):
 
 
 @compiled
-def stays(terms, axis, h, t, y, currents):
-    """Whether hidden states are the same after h seconds at rest, which end at t, clocks apart."""
+def stays(terms, axis, h, y, currents):
+    """Whether hidden states are the same after h seconds at rest, clocks apart, where none hangs on time."""
     p, same = axis.p, True
-    advance_states(terms, axis, h, t, y, 0.0, 0.0, currents)
+    advance_states(terms, axis, h, 0.0, y, 0.0, 0.0, currents)
     for k in range(STATE_SIZE):
         now = STATE_START + k
         same = same and (p[now] == p[now + STATE_SIZE] or k - MEMORY_PLACE in CLOCKS)

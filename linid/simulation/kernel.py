@@ -141,7 +141,7 @@ def over_sample(terms, axis, bristles, course, borders, n, going):
     motion, followed, glide, glide_h, halvings, steps = going
     whole = course.substeps << FINEST
     done = 0
-    if rests(terms, axis, borders, course.t_start + n * course.dt, course.dt, motion):
+    if rests(terms, axis, borders, course.dt, motion):
         done = whole
         motion = resting(borders, motion)
     while done < whole:

@@ -240,7 +240,7 @@ def open_task(terms, tasks, number, motor, known, way, pool):
     if way.v_out.size > 0:
         way.v_out[candidate, a] = motion.v
     borders = borders_of(terms, axis, bristles, scheme.guided)
-    over = rests(terms, axis, borders, 0.0, inputs.dts[r], motion)
+    over = rests(terms, axis, borders, inputs.dts[r], motion)
     terms.beside.begun(way.beside, bristles, motion, (s, start[2], point if powered else -1), a)
     if over:
         terms.beside.kept(way.beside, a + 1, a + count)

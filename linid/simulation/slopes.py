@@ -85,7 +85,7 @@ def carry_over_sample(terms, along, n, going):
     borders, motion, follow, halvings, weights, weights_h = going
     whole = course.substeps << FINEST
     done = 0
-    if rests(terms, axis, borders, course.t_start + n * course.dt, course.dt, motion):
+    if rests(terms, axis, borders, course.dt, motion):
         done = whole
         motion = resting(borders, motion)
     while done < whole:

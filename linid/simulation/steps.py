@@ -88,15 +88,15 @@ def borders_of(terms, axis, bristles, guided):
 
 
 @inlined
-def rests(terms, axis, borders, t, h, motion):
-    """Whether the bristle holds the axis for good, t seconds into the recording: nothing moves it any more, and hidden
-    states stay as they are for h seconds."""
+def rests(terms, axis, borders, h, motion):
+    """Whether the bristle holds the axis for good: nothing moves it any more, and hidden states stay as they are for h
+    seconds."""
     near = 1.0 if borders.alone else HELD
     if not borders.still or not abs(motion.v) < near * REST_SPEED:
         return False
     if not abs(motion.w - held_by(borders, motion)) < near * REST_BRISTLE:
         return False
-    return not axis.on & terms.acts.advance or stays(terms, axis, h, t, motion.y, motion.currents)
+    return not axis.on & terms.acts.advance or stays(terms, axis, h, motion.y, motion.currents)
 
 
 @inlined

@@ -28,7 +28,7 @@ CREEP = 1.0  # Stribeck velocities: slower than about that an axis is held, not 
 # the turning point and since the farthest one, place in m where the axis has been for how many s, the last rest in s,
 # and m gone since that, in steps of PLAY.
 MEMORY = ("direction", "turn", "far", "since", "since_far", "anchor", "clock", "rest", "slid")
-CLOCKS = (3, 4, 6, 7)  # of these, those that go on at rest
+CLOCKS = tuple(MEMORY.index(name) for name in ("since", "since_far", "clock", "rest"))  # those that go on at rest
 PLAY = 2e-5  # m (rotary: rad): moving back by less is no reversal, moving by less is rest
 LEAST_REST = 0.05  # s: a shorter one is a slow passage
 
