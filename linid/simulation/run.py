@@ -16,7 +16,7 @@ from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
 from linid.physics.model import EFFECT_START, MASS, MOTOR_START, STATE_PLACES, Model
-from linid.physics.own_terms.layout import ACCELERATION_BIT, LOAD_BIT, MEMORY_BIT, STRIBECK_BIT
+from linid.physics.own_terms.layout import ACCELERATION_BIT, LOAD_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
 from linid.simulation.along_motion import MeasuredMotion
@@ -120,12 +120,16 @@ class Simulator:
         return np.array(self.model.states, dtype=np.int64)
 
     @cached_property
-    def _hidden(self) -> tuple[Integers, Integers, NDArray[np.bool_]]:
-        """Hidden states for `Tangents`: their places, the bits of their effects and what drives them."""
+    def _hidden(self) -> tuple[Integers, Integers, Integers]:
+        """Hidden states for `Tangents`: their places, the bits of their effects and of those that motion drives."""
         effects = [find_effect(name) for name in STATE_PLACES if name in self.model.effects]
         owners = [active_mask((effect.name,)) for effect in effects for _ in range(effect.states)]
-        driven = [any(effect.states_are_driven_by(name) for effect in effects) for name in ("y", "v", "a")]
-        return self._kept, np.array(owners, dtype=np.int64), np.array(driven)
+        owners += [0] * (self._kept.size - len(owners))  # of own terms' memory, which is told by itself
+        driven = [
+            active_mask(tuple(effect.name for effect in effects if effect.states_are_driven_by(name)))
+            for name in ("y", "v", "a")
+        ]
+        return self._kept, np.array(owners, dtype=np.int64), np.array(driven, dtype=np.int64)
 
     @cached_property
     def _fast(self) -> int:
@@ -192,9 +196,9 @@ class Simulator:
 
     def has_slopes(self, guided: bool) -> bool:
         """Whether `slopes` knows this model: LuGre, its motor's force by measured position alone, no factor on the
-        bristle by hidden states, nor own terms with a memory, which jumps."""
+        bristle by hidden states."""
         model = self.model
-        plain = not (model.winding or model.mask & MEMORY_BIT) and find_law(model.law).steps == LUGRE
+        plain = not model.winding and find_law(model.law).steps == LUGRE
         for effect in map(find_effect, model.effects):
             plain = plain and not any(effect.states_of(term) for term in _NO_STATES if term in effect.terms)
         return plain and (guided or not np.any(self.inputs.powered)) and self.steering.y.size == 0
@@ -213,8 +217,9 @@ class Simulator:
 
         params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; starts, guided: as in `run`, (S, 3 + states);
         start_slopes: (S, 3 + states, K), of w and hidden states only where these are given. The steps are
-        differentiated as they are taken, their lengths held: what the simulation does in closed form, exactly; forces
-        of the motor, what effects do and how their hidden states go on by differences, to some 1e-7.
+        differentiated as they are taken, their lengths held, and when an own term's memory jumps: what the simulation
+        does in closed form, exactly; forces of the motor, what effects do and how their hidden states go on by
+        differences, to some 1e-7.
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         powered, bare = bool(np.any(self.inputs.powered)), self.model.mask == 0

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import STATE_START
-from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT
+from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, LOAD_BIT, MEMORY_BIT
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.forces import (
     Axis,
@@ -22,7 +22,7 @@ from linid.simulation.forces import (
     with_effects,
     work_vector,
 )
-from linid.simulation.own_slopes import add_columns, answer_by_motion, own_slopes_of, put_answers
+from linid.simulation.own_slopes import add_columns, add_memory, answer_by_motion, own_slopes_of, put_answers
 from linid.simulation.own_terms import FORCE
 
 # Steps of differences: of a search coordinate, whose forces are smooth to the last bits, of which it leaves half; of a
@@ -39,8 +39,8 @@ class Acting(NamedTuple):
     these effects; params: (K, WORK_SIZE) a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the
     unit of what is told; fast, pushing: bits of the effects whose forces hang on speed, and of those that change forces
     beside the motor's own; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
-    effects; driven: (3,) whether place, speed and acceleration drive them; by_state: (OWN * n) how what is told answers
-    them; of_own: of `own_slopes_of`."""
+    effects; driven: (3,) bits of those whose states place, speed and acceleration drive; by_state: (OWN * n) how what
+    is told answers hidden states; of_own: of `own_slopes_of`."""
 
     moved: Any
     touched: Any
@@ -285,6 +285,8 @@ def with_own_force(terms, axis, acting, at, push, answer):
     mine = answer_by_motion(p, axis.on, push, at.y, at.v, of_own)
     beside_it, to = (acting.params, FORCE_STEP), (acting.own, answer.own, 1.0)
     add_columns(p, axis.on, (push, at.v), beside_it, of_own, to)
+    if axis.on & MEMORY_BIT:
+        add_memory(p, at.y, of_own, 1.0, acting.by_state, (answer.state, answer.state + acting.kept.size))
     return with_own_answer(terms, axis, acting, at, push, mine, answer)
 
 

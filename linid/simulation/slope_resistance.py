@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from linid.physics.model import STATE_START
-from linid.physics.own_terms.layout import LEVEL_BIT, LOAD_BIT
+from linid.physics.own_terms.layout import LEVEL_BIT, LOAD_BIT, MEMORY_BIT
 from linid.simulation.binding import compiled, inlined
 from linid.simulation.forces import friction_factor, level_factor
 from linid.simulation.friction_slopes import LevelSlopes
-from linid.simulation.own_slopes import OwnAnswer, add_columns, answer_by_motion, put_answers
+from linid.simulation.own_slopes import OwnAnswer, add_columns, add_memory, answer_by_motion, put_answers
 from linid.simulation.own_terms import LEAST_LEVEL, LEVEL
 from linid.simulation.slope_effects import (
     FORCE_STEP,
@@ -120,6 +120,8 @@ def with_own_level(terms, axis, acting, at, found, answer):
     mine = OwnAnswer(factor * mine.by_push, factor * mine.by_speed, factor * mine.by_place)
     beside_it, to = (acting.params, FORCE_STEP), (acting.own, answer.own, factor)
     add_columns(p, axis.on, (push, at.v), beside_it, of_own, to)
+    if axis.on & MEMORY_BIT:
+        add_memory(p, at.y, of_own, factor, acting.by_state, (answer.state, answer.state + acting.kept.size))
     return with_own_answer(terms, axis, acting, at, push, mine, answer)
 
 

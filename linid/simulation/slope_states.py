@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import STATE_SIZE, STATE_START
+from linid.physics.own_terms.layout import MEMORY_BIT
 from linid.simulation.binding import allocating, compiled, inlined
-from linid.simulation.forces import advance_states
 from linid.simulation.lanes import lanes_at, put_lanes
+from linid.simulation.own_slopes import answers_of_memory
 from linid.simulation.slope_effects import FORCE_STEP, PLACE_STEP, beside, faster_by, nudged
 
 ACCELERATION_STEP, CALM = 1e-6, 1.0  # of an acceleration with so many m/s^2
@@ -56,9 +57,9 @@ def hidden_of(n, width):
 
 
 @compiled
-def advanced(terms, axis, way):
-    """Bring the hidden states of an axis from the start of the step to the end of a way."""
-    advance_states(terms, axis, way.h, way.t, way.y, way.v, way.a, way.currents)
+def advanced(terms, axis, bits, way):
+    """Bring the hidden states of effects with these bits from the start of the step to the end of a way."""
+    terms.advance(axis.on & bits, way.h, way.t, way.y, way.v, way.a, way.currents, axis.p)
 
 
 @inlined
@@ -139,7 +140,7 @@ def own_answers(terms, axis, acting, hidden, way, i):
     for j in range(n):
         if acting.owners[j] & bits:
             q[STATE_START + STATE_SIZE + kept[j]] += FORCE_STEP * slopes[j * width + c]
-    advanced(terms, beside(axis, acting.params, c), way)
+    advanced(terms, beside(axis, acting.params, c), bits, way)
     for k in range(n):
         if acting.owners[k] & bits:
             known = 0.0
@@ -154,27 +155,32 @@ def own_answers(terms, axis, acting, hidden, way, i):
 
 @inlined
 def answers_of_states(terms, axis, acting, hidden, way):
-    """Bring the hidden states along a way, and put in how they answer."""
+    """Bring the hidden states along a way, and put in how they answer: those of an effect know nothing of others'."""
     p, kept, n, then = axis.p, acting.kept, acting.kept.size, hidden.then
     row = way.part * n * (n + 3)
-    advanced(terms, axis, way)
+    advanced(terms, axis, axis.on, way)
     for k in range(n):
         then[k] = p[STATE_START + kept[k]]
+    if axis.on & MEMORY_BIT:
+        answers_of_memory(p, way.h, way.y + 0.5 * way.h * way.v, hidden.by, row, n)
     for j in range(n):
-        place = STATE_START + STATE_SIZE + kept[j]
+        place, bits = STATE_START + STATE_SIZE + kept[j], acting.owners[j]
         before, step = nudged(p, place)
-        advanced(terms, axis, way)
+        advanced(terms, axis, bits, way)
         p[place] = before
         for k in range(n):
-            hidden.by[row + k * (n + 3) + j] = (p[STATE_START + kept[k]] - then[k]) / step
+            if acting.owners[k] & bits:
+                hidden.by[row + k * (n + 3) + j] = (p[STATE_START + kept[k]] - then[k]) / step
     for j in range(3):
-        if acting.driven[j]:
+        bits = acting.driven[j]
+        if bits:
             other, step = other_way(way, j)
-            advanced(terms, axis, other)
+            advanced(terms, axis, bits, other)
             for k in range(n):
-                hidden.by[row + k * (n + 3) + n + j] = (p[STATE_START + kept[k]] - then[k]) / step
+                if acting.owners[k] & bits:
+                    hidden.by[row + k * (n + 3) + n + j] = (p[STATE_START + kept[k]] - then[k]) / step
     for i in range(acting.moved.size):
-        if acting.touched[i] & terms.acts.advance:
+        if acting.touched[i] & terms.acts.advance & ~MEMORY_BIT:
             own_answers(terms, axis, acting, hidden, way, i)
         for k in range(n):
             acting.params[acting.moved[i], STATE_START + kept[k]] = then[k]

@@ -53,7 +53,7 @@ class Tangents(NamedTuple):
     (count,) bits of the effects and own terms that they change; fast: bits of those whose forces hang on speed; begins:
     (S, 3 or more) y in m, v in m/s, w in m and hidden states at the start; starts: (S, as many, width) directions of
     these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
-    (3,) whether place, speed and acceleration drive them."""
+    (3,) bits of those whose states place, speed and acceleration drive."""
 
     count: Any
     table: Any
