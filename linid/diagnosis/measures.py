@@ -16,7 +16,7 @@ from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.choose import WINDOW_STEPS, check_recordings
 from linid.identification.objectives.free_run import FreeRun
-from linid.identification.optimise.least_squares import fit_start_offsets
+from linid.identification.optimise.start_offsets import fit_start_offsets
 from linid.identification.result import FitResult
 from linid.identification.signals.motion import input_levels, measure_motion, retaken, with_input_noise
 from linid.identification.unit_mass import comparable

@@ -134,6 +134,7 @@ class Ahead:
         # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
         acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
         acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
+        acting &= np.any(tangents != 0.0, axis=1)
         starts = self._starts(np.vstack([params, params + START_STEP * tangents[acting]]))
         moved = np.zeros((*starts.shape[1:], len(tangents)))
         moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / START_STEP

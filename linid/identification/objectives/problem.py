@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.arrays import Array
+from linid.arrays import Array, Flags
 from linid.identification.objectives.objective import Directions, Part, carries_slopes, stands_for
 from linid.identification.space.search_space import SearchSpace
 
@@ -50,16 +50,21 @@ class Problem:
         """Whether `slopes` knows the derivatives of some parts, so that it is quicker than differences of all."""
         return any(carries_slopes(part) for part in self.parts)
 
-    def slopes(self, point: Array, offsets: Array, shifts: Array) -> list[tuple[Array, Array]]:
+    def slopes(
+        self, point: Array, offsets: Array, shifts: Array, wanted: Flags | None = None
+    ) -> list[tuple[Array, Array]]:
         """Residuals (N,) of each part and their derivatives (N, p + S) by the search coordinates, then by shifts (those
         of a part without offsets end before). Parts whose simulation does not carry them along are differenced.
 
-        point: (p,) search coordinates; offsets: (nuisances,) start offsets; shifts: (S, nuisances) directions of these.
+        point: (p,) search coordinates; offsets: (nuisances,) start offsets; shifts: (S, nuisances) directions of these;
+        wanted: (p,) of which search coordinates (None: all), those by others are 0 then.
         """
         size = point.size
         steps = _TANGENT_STEP * np.eye(size)
         params = self.space.vectors(np.concatenate([point[None], point + steps, point - steps]))
         tangents = (params[1 : 1 + size] - params[1 + size :]) / (2.0 * _TANGENT_STEP)
+        if wanted is not None:
+            tangents[~wanted] = 0.0
         out, at = [], 0
         for part in self.parts:
             own, count = slice(at, at + part.nuisances), size + (len(shifts) if part.nuisances else 0)

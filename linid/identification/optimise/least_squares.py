@@ -4,13 +4,14 @@ re-estimated."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.arrays import Array
+from linid.arrays import Array, Flags
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import COORDINATE_STEP, OFFSET_STEP, Cost, Problem
@@ -40,14 +41,22 @@ _LEFT_OUT = "left out as asked; intervals hold at a minimum only"
 _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstable breakaways
 
 
+class Told(NamedTuple):
+    """Residuals (N,) and slopes (N, p + 2 or fewer) of each part without weights, at x (p + k,)."""
+
+    x: Array
+    parts: list[tuple[Array, Array]]
+
+
 @dataclass(frozen=True)
 class Start:
     """Where least squares begin: search coordinates, point (p,), start offsets (k,) or None for none yet, and the
-    damping, None where that may be far from a minimum."""
+    damping, None where that may be far from a minimum; told: of the same problem there, but for its weights."""
 
     point: Array
     offsets: Array | None = None
     damping: float | None = None
+    told: Told | None = None
 
 
 @dataclass(frozen=True)
@@ -56,7 +65,7 @@ class LeastSquaresFit:
     linearisation.
 
     residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; damping: of the next step, if there were
-    one.
+    one; told: what the simulation last told of residuals and slopes without their weights, if it is kept.
     """
 
     point: Array
@@ -69,6 +78,7 @@ class LeastSquaresFit:
     residuals: Array
     jacobian: Array
     damping: float = FIRST_DAMPING
+    told: Told | None = field(default=None, repr=False)
 
     @property
     def start(self) -> Start:
@@ -79,12 +89,14 @@ class LeastSquaresFit:
 class Linearisation:
     """Weighted residuals and their Jacobian, each by one batch of simulations.
 
-    x: (p + k,) search coordinates, then offsets; the Jacobian is by them.
+    x: (p + k,) search coordinates, then offsets; the Jacobian is by them. told: what is known already; wanted: (p,)
+    search coordinates by which it is wanted (None: all), where it is not by differences.
     """
 
-    def __init__(self, problem: Problem, cost: Cost) -> None:
+    def __init__(self, problem: Problem, cost: Cost, *, told: Told | None = None, wanted: Flags | None = None) -> None:
         self.problem = problem
         self.cost = cost
+        self.told, self._wanted = told, wanted
         self.p = len(problem.space.parameters)
         self.k = problem.nuisances
         self.jobs = max(getattr(part, "jobs", 1) for part in problem.parts)
@@ -187,9 +199,11 @@ class Linearisation:
     def _carried(self, x: Array) -> Tangent:
         """With exact derivatives; each counts as an evaluation."""
         p, k = self.p, self.k
-        shifts = np.array([np.arange(k) % 2 == kind for kind in range(2)], dtype=float)[: 2 if k else 0]
-        self.cost.evaluations += 1 + p + len(shifts)
-        return self._of_parts(self.problem.slopes(x[:p], x[p:], shifts), self.weights)
+        if self.told is None or not np.array_equal(self.told.x, x):
+            shifts = np.array([np.arange(k) % 2 == kind for kind in range(2)], dtype=float)[: 2 if k else 0]
+            self.cost.evaluations += 1 + p + len(shifts)
+            self.told = Told(x.copy(), self.problem.slopes(x[:p], x[p:], shifts, self._wanted))
+        return self._of_parts(self.told.parts, self.weights)
 
     def _of_parts(self, found: Sequence[tuple[Array, Array]], weights: Sequence[Array]) -> Tangent:
         """A tangent of each part's residuals (n,) and slopes (n, p) or, where it has offsets, (n, p + 2), by shifting
@@ -234,19 +248,20 @@ def levenberg_marquardt(
     ending: Ending | None = None,
     final: bool = True,
     bend: bool = True,
+    keep: bool = False,
     watch: Callable[[int, float], None] | None = None,
 ) -> LeastSquaresFit:
     """Refine search coordinates within the box, the noise re-estimated at each step.
 
     start: search coordinates (p,) alone, or all that is known; final: also return the linearisation at the end; bend:
-    follow curved valleys, field and residuals being taken to second order; watch: called after each step with its
-    number and cost.
+    follow curved valleys, field and residuals being taken to second order; keep: what was last told without weights, to
+    go on from under others; watch: called after each step with its number and cost.
     Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares; steps
     bent by geodesic acceleration.
     """
     ending = Ending() if ending is None else ending
     start = start if isinstance(start, Start) else Start(start)
-    line = Linearisation(problem, cost)
+    line = Linearisation(problem, cost, told=start.told)
     steps = _Steps(line, field_vector(problem.space) if bend else None, bend, ending.precision, start.damping)
     p, k = line.p, line.k
     offsets = np.zeros(k) if start.offsets is None else start.offsets
@@ -285,6 +300,7 @@ def levenberg_marquardt(
         line.residuals(x),
         line.jacobian(x, central=central) if final else np.zeros((0, 0)),
         steps.damping,
+        line.told if keep else None,
     )
 
 
@@ -368,21 +384,3 @@ def _damped_step(residual: Array, jacobian: Array, damping: float, lower: Array,
         move = lsq_linear(stacked, aim, (lower * norms, upper * norms), method="bvls").x / norms
     change = jacobian @ move
     return move, -float(2.0 * residual @ change + change @ change)
-
-
-def fit_start_offsets(part: FreeRun, vector: Array, rounds: int = 3) -> Array:
-    """Start offsets (1, 2 R) that bring free runs with a given parameter vector (1, VECTOR_SIZE) nearest to data."""
-    offsets = np.zeros((1, part.nuisances))
-    edges = part.simulator.inputs.sample_offsets
-    for _ in range(rounds):
-        shifted = np.repeat(offsets, 3, axis=0)
-        shifted[1, 0::2] += OFFSET_STEP
-        shifted[2, 1::2] += OFFSET_STEP
-        rows = part.residuals(np.repeat(vector, 3, axis=0), shifted)
-        if not np.all(np.isfinite(rows)):
-            break
-        for index in range(len(part.recordings)):
-            a, b = edges[index], edges[index + 1]
-            columns = (rows[1:, a:b] - rows[0, a:b]).T / OFFSET_STEP
-            offsets[0, 2 * index : 2 * index + 2] -= np.linalg.lstsq(columns, rows[0, a:b], rcond=None)[0]
-    return offsets

@@ -202,6 +202,7 @@ def least_squares_in_stages(
         start,
         ending=final_ending(settings) if to_the_end else coarse_ending(settings),
         final=to_the_end,
+        keep=not to_the_end,
         watch=watching(steps * (len(stages) - 1)),
     )
     # The thinned problem has a cost of its own, which must not be read against the next.

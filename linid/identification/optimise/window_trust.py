@@ -41,7 +41,7 @@ def fit_by_trust(
         return problem, fit
     alike = all(float(trust.min()) == 1.0 for trust in trusts)
     weighed = problem if alike else Problem(problem.space, parts)
-    found = levenberg_marquardt(weighed, Cost(weighed), fit.start, ending=ending)
+    found = levenberg_marquardt(weighed, Cost(weighed), replace(fit.start, told=fit.told), ending=ending)
     counted = fit.evaluations + found.evaluations
     # What these steps lessen is another cost, that of the weighed windows: the history is of the plain one.
     return weighed, replace(found, history=fit.history, evaluations=counted, cost=fit.cost)

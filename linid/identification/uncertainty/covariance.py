@@ -130,7 +130,7 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, job
     )
 
     def jacobian(parts: Parts) -> Array:
-        line = Linearisation(Problem(problem.space, parts), clean.cost)
+        line = Linearisation(Problem(problem.space, parts), clean.cost, wanted=pushed[: fit.point.size])
         line.weights = [clean.weights[k] for k in reached.places]
         return line.jacobian(x[reached.columns])
 
