@@ -10,9 +10,15 @@ from collections.abc import Callable
 from linid.stop_signals import raise_on_sigterm
 
 
+# s, after which a thread that runs Python lets another one that waits have its turn. Simulations and linear algebra run
+# beside Python, a millisecond or two each: at Python's own 5 ms, whoever comes back from them waits as long again.
+_TURN = 5e-4
+
+
 def run_program(command: Callable[..., object]) -> None:
     """Run a click command as this process, which ends with its exit code."""
     raise_on_sigterm()
+    sys.setswitchinterval(_TURN)
     try:
         command(prog_name="linid")
     except SystemExit as ending:
