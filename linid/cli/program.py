@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 from linid.stop_signals import raise_on_sigterm
 
-
 # s, after which a thread that runs Python lets another one that waits have its turn. Simulations and linear algebra run
 # beside Python, a millisecond or two each: at Python's own 5 ms, whoever comes back from them waits as long again.
 _TURN = 5e-4

@@ -14,8 +14,9 @@ from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_STA
 from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT, PUSH_BIT
 from linid.simulation.along import begun, factor_at
 from linid.simulation.along_effects import Samples, nothing_given, write_readings_over
+from linid.simulation.along_load import currents_beside, load_beside
 from linid.simulation.along_motion import advance_by, advance_on, inputs_of_sample, midway
-from linid.simulation.along_own import own_columns, own_forces, own_level
+from linid.simulation.along_own import own_columns, own_forces
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.course import Scheme, course_of, stretch_of
 from linid.simulation.forces import (
@@ -41,18 +42,18 @@ from linid.simulation.slope_effects import (
     part_at,
     table_of,
 )
-from linid.simulation.splines_at import late_inputs
 
 # Rows of what is carried along, each of one number per direction: the bristle's deflection, its mean over an interval
 # and that with a growing weight; what the interval before leaves for the next sample; the forces and the factor on the
-# bristle at a sample, the level of friction between two and what is added before; outer acceleration at the last sample
-# and the one before; what is being written.
-BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, LAST, BEFORE_LAST, WRITTEN, ROWS = range(12)
+# bristle at a sample, the level of friction between two, what is added before and the motor's force that adds to it;
+# outer acceleration at the last sample and the one before; what is being written.
+BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, PRESS, LAST, BEFORE_LAST, WRITTEN, ROWS = range(13)
 # Bits of the ways of a direction: whether it changes the factor on the bristle, that on the level of friction, hidden
-# states and the reading; whether all that it does to the forces but by own terms is told
-# beforehand, but for the factor that hidden states make on the thrust; whether that is all that it changes of the
-# forces; whether it is asked sample by sample; whether own terms hear of it by the motor's force.
-HOLDS, LEVELS, MOVES, READS, TOLD, DERATED, DERATES, ASKED, HEARD = (1 << k for k in range(9))
+# states and the reading; whether all that it does to the forces but by own terms is told beforehand, but for the factor
+# that hidden states make on the thrust; whether that is all that it changes of the forces; whether it is asked sample
+# by sample; whether own terms hear of it by the motor's force; whether it changes what effects add to friction, and the
+# motor's force of which they make that.
+HOLDS, LEVELS, MOVES, READS, TOLD, DERATED, DERATES, ASKED, HEARD, LOADS, PRESSES = (1 << k for k in range(11))
 
 
 class Directions(NamedTuple):
@@ -74,7 +75,8 @@ class AlongSlopes(NamedTuple):
 class Beside(NamedTuple):
     """What the directions are in one recording. params: (K, WORK_SIZE) a FORCE_STEP along each, with its own hidden
     states; lag: (K,) s by which the inputs act late; motor: the motor's own forces in N, (rows, samples), of the model
-    and of those directions that change them; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
+    and of those directions that change them; pressing: these in the middle after each sample, or empty where no
+    friction is made of them; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
     forces: (K, samples) N, so far as told beforehand; part: (K,) bits of the effects that change these otherwise, for
     `part_at`; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do to mass and
     static force; carried: (ROWS * width); own: of `own_slopes_of`.
@@ -85,6 +87,7 @@ class Beside(NamedTuple):
     params: Any
     lag: Any
     motor: Any
+    pressing: Any
     row: Any
     ways: Any
     forces: Any
@@ -109,17 +112,21 @@ class Here(NamedTuple):
 
 
 @allocating
-def motor_of(terms, candidates, candidate, axis, course, motion, out):
-    """Forces in N of one candidate's motor alone at all samples: `out` (samples,) is filled. The hidden states of
-    `axis`, of the first sample, are taken to the last one where they decide what the motor gets."""
+def motor_of(terms, candidates, candidate, axis, course, motion, between, out):
+    """Forces in N of one candidate's motor alone at all samples: `out` (samples,) is filled. between: in the middle
+    after each but the last one instead. The hidden states of `axis`, of the first sample, are taken to the last one
+    where they decide what the motor gets."""
     p, acts, i = candidates.params[candidate], terms.acts, motion.inputs
-    if axis.on & (acts.delay | acts.drive | acts.field) == 0:
+    if axis.on & (acts.delay | acts.drive | acts.field) == 0 and not between:
         motor_forces(terms, candidates.motor, p, motion.y, (i[0], i[1], i[2]), out)
         return
-    seen, deciding = np.empty((4, out.size)), axis.on & (acts.stateful_drive | acts.stateful_field) != 0
-    for k in range(out.size):
+    seen, deciding = np.zeros((4, out.size)), axis.on & (acts.stateful_drive | acts.stateful_field) != 0
+    for k in range(out.size - 1 if between else out.size):
         t, y, v = course.t_start + k * course.dt, motion.y[k], motion.v[k]
-        currents = driven_currents(terms, axis, t, y, v, inputs_of_sample(terms, axis, course, motion, k))
+        currents = inputs_of_sample(terms, axis, course, motion, k)
+        if between:
+            _, t, y, v, currents = midway(terms, axis, course, motion, k)
+        currents = driven_currents(terms, axis, t, y, v, currents)
         seen[0, k] = field_position(terms, axis, t, y, v, currents)
         seen[1, k], seen[2, k], seen[3, k] = currents
         if deciding and k < out.size - 1:
@@ -147,11 +154,15 @@ def room_beside(terms, axis, directions, candidates, recording):
         ways[c] |= LEVELS if touched[c] & acts.level else 0
         ways[c] |= MOVES if touched[c] & acts.advance & ~MEMORY_BIT else 0
         ways[c] |= READS if touched[c] & acts.sensor else 0
+        moves = row[c] > 0 or touched[c] & (acts.thrust | acts.drive | acts.field | acts.delay) != 0
+        ways[c] |= PRESSES if axis.powered and axis.on & acts.pressed and moves else 0
+        ways[c] |= LOADS if ways[c] & PRESSES or touched[c] & acts.load & ~LEVEL_BIT else 0
     samples = inputs.sample_offsets[r + 1] - inputs.sample_offsets[r]
     return Beside(
         params,
         np.zeros(count),
         np.zeros((rows, samples)),
+        np.zeros((rows, samples if axis.on & acts.pressed else 0)),
         row,
         ways,
         np.zeros((count, samples)),
@@ -191,7 +202,10 @@ def started_beside(terms, candidates, recording, motion, w, given, room):
         if c < 0 and given.motor.size > 0:
             room.motor[0] = given.motor
         elif axis.powered and (c < 0 or row > 0):
-            motor_of(terms, candidates, candidate, axis, course, motion, room.motor[row])
+            motor_of(terms, candidates, candidate, axis, course, motion, False, room.motor[row])
+        if room.pressing.size > 0 and axis.powered and (c < 0 or row > 0):
+            begun_anew(terms, axis, bristles, course, motion)
+            motor_of(terms, candidates, candidate, axis, course, motion, True, room.pressing[row])
 
 
 @inlined
@@ -236,7 +250,7 @@ def told_beforehand(terms, axis, touched, samples, given, room):
         derates = known and is_derating(terms, axis, bits, row > 0)
         whole = row > 0 or bits & (acts.delay | of_motor(terms)) != 0
         room.part[c] = bits & acts.thrust if derates else of_motor(terms) if whole else bits & acts.push
-        asked = not told or room.ways[c] & (HOLDS | LEVELS | READS) != 0
+        asked = not told or room.ways[c] & (HOLDS | LEVELS | READS | LOADS) != 0
         room.ways[c] |= (TOLD if told else 0) | (DERATES if derates else 0) | (ASKED if asked else 0)
         room.ways[c] |= DERATED if told and moved and on & acts.stateful_thrust else 0
         room.ways[c] |= HEARD if on & PUSH_BIT and (whole or derates or moved) else 0
@@ -259,15 +273,6 @@ def told_beforehand(terms, axis, touched, samples, given, room):
                 thrust = given.thrust[k] if on & acts.thrust else 1.0
                 other = factor[k] if bits & acts.thrust else thrust
                 out[k] += (room.motor[row, k] * other - room.motor[0, k] * thrust) / FORCE_STEP
-
-
-@inlined
-def currents_beside(terms, axis, course, place, c, room):
-    """The inputs that act at a place (in samples) in direction c, given those of the model."""
-    x, currents = place
-    if axis.powered and axis.on & terms.acts.delay:
-        return late_inputs(course.coefficients, course.dt, x * course.dt - room.lag[c])
-    return currents
 
 
 @inlined
@@ -339,8 +344,9 @@ def level_beside(terms, axis, course, where, room):
                 other = beside(axis, room.params, c)
                 given = currents_beside(terms, axis, course, (place, currents), c, room)
                 carried[LEVEL * room.width + c] = (level_factor(terms, other, t, y, v, given) - level) / FORCE_STEP
-    if axis.on & LEVEL_BIT:
-        load = own_level(axis, where, room, LOAD * room.width)
+    if axis.on & terms.acts.load:
+        rows = LOAD * room.width, PRESS * room.width
+        load = load_beside(terms, axis, course, where, room, rows, (LOADS, PRESSES))
     return level, load
 
 

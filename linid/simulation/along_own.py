@@ -5,7 +5,7 @@ from __future__ import annotations
 from linid.physics.own_terms.layout import PUSH_BIT
 from linid.simulation.binding import compiled
 from linid.simulation.own_slopes import CHANGED, HANGING, add_columns, answer_by_motion, put_answers
-from linid.simulation.own_terms import FORCE, LEAST_LEVEL, LEVEL
+from linid.simulation.own_terms import FORCE
 from linid.simulation.slope_effects import FORCE_STEP, Instant, given_at
 
 
@@ -28,17 +28,3 @@ def own_forces(terms, axis, here, given, room):
 def own_columns(axis, push, v, room, start):
     """Add what the directions do to own terms (`put_answers`) to a row of what is carried, from `start` on."""
     add_columns(axis.p, axis.on, (push, v), (room.params, FORCE_STEP), room.own, (room.carried, start, 1.0))
-
-
-@compiled
-def own_level(axis, where, room, start):
-    """N that own terms add to the level of friction, and how that answers, put in from `start` on; where: as of
-    `level_beside`."""
-    (t, y, v), least = where[1:4], (LEAST_LEVEL - 1.0) * axis.p[0]
-    for c in range(room.lag.size):
-        room.carried[start + c] = 0.0
-    load = put_answers(axis.p, axis.on, LEVEL, 0.0, t, y, v, room.own)
-    if load < least:
-        return least
-    own_columns(axis, 0.0, v, room, start)
-    return load

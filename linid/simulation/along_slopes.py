@@ -1,7 +1,7 @@
 """Acceleration along a measured motion with its derivatives, compiled: one candidate, and many directions at once.
 
-For LuGre friction, with all effects and own terms but those that make friction of the motor's force. The bristle
-answers all directions by the same few factors; what these do besides is told by along_beside.py.
+For LuGre friction, with all effects and own terms. The bristle answers all directions by the same few factors; what
+these do besides is told by along_beside.py.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
 from linid.physics.model import EFFECT_START, MASS, MOTOR_START, STATE_PLACES, Model
-from linid.physics.own_terms.layout import ACCELERATION_BIT, LOAD_BIT, STRIBECK_BIT
+from linid.physics.own_terms.layout import ACCELERATION_BIT, STRIBECK_BIT
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
 from linid.simulation.along_motion import MeasuredMotion
@@ -330,10 +330,8 @@ class Simulator:
 
     @property
     def has_slopes_along(self) -> bool:
-        """Whether `slopes_along` knows this model: LuGre, and no friction by the motor's force."""
-        model = self.model
-        loaded = model.mask & LOAD_BIT or any("load" in find_effect(name).terms for name in model.effects)
-        return not model.winding and find_law(model.law).steps == LUGRE and not loaded
+        """Whether `slopes_along` knows this model: LuGre, currents or no inputs at all."""
+        return not self.model.winding and find_law(self.model.law).steps == LUGRE
 
     def slopes_along(
         self,

@@ -14,7 +14,7 @@ from tests.simulation.test_along_together import motion
 
 _STEP = 1e-5  # of each parameter's size
 _SPIKES = 0.01  # of the samples: where a resting bristle just breaks away, or a hidden state turns, the slope jumps
-ALONE = [effect.name for effect in EFFECTS if "load" not in effect.terms]
+ALONE = [effect.name for effect in EFFECTS]
 TOGETHER = [
     ("input_delay", "cogging", "force_saturation"),
     ("pole_pitch_error", "position_dependent_friction", "phase_gain_imbalance", "end_effect"),
@@ -22,6 +22,9 @@ TOGETHER = [
     ("backlash", "flexible_load", "breakaway_change", "asymmetric_friction"),
     # What the motor gets does not hang on hidden states, the forces beside it do.
     ("cable_force", "pole_pitch_error", "phase_gain_imbalance", "current_offset"),
+    # Friction by the motor's force, which all of these change.
+    ("load_dependent_friction", "pole_pitch_error", "force_saturation", "force_ripple", "thermal_derating"),
+    ("load_dependent_friction", "input_delay", "position_dependent_friction", "cogging"),
 ]
 OWN = [
     ("mine: c_1 * cos(90 * y) + spline(v, -0.4, 0.4, 5)",),
@@ -32,6 +35,8 @@ OWN = [
     ("mine: F * (c_1 * cos(90 * y) + c_2 * sin(90 * y)) + v * periodic(y, 0.03, 5)", "thermal_derating", "cogging"),
     ("mine: c_1 * F * tanh(slid) + spline2(y, -0.1, 0.3, 4, v, -1, 1, 4)", "input_delay", "dwell_stiction"),
     ("mine: c_1 * acceleration * y + c_2 * F * v", "backlash", "drive_train_backlash", "force_saturation"),
+    ("mine: 0.1 * (c_1 * F * sign(v) + c_2 * abs(F) * sign(v))", "commutation_change", "end_effect"),
+    ("mine: 0.1 * c_1 * abs(F) * sign(v) + c_2 * y", "load_dependent_friction", "thermal_derating", "input_delay"),
 ]
 
 
@@ -105,12 +110,7 @@ def test_a_direction_does_not_hang_on_its_company() -> None:
 def test_what_it_does_not_know_is_said() -> None:
     recordings = parts(1)[0]
     inputs = pack_inputs(recordings)
-    for model in (
-        Model("sine", law="dahl"),
-        Model("sine", law="maxwell_slip"),
-        Model("sine", ("load_dependent_friction",)),
-        Model("sine", ("learned: c_1 * F * sign(v)",)),
-    ):
+    for model in (Model("sine", law="dahl"), Model("sine", law="maxwell_slip")):
         assert not Simulator(model, inputs).has_slopes_along
     for effects in (tuple(ALONE), *OWN):
         assert Simulator(Model("theta", effects), inputs).has_slopes_along
