@@ -42,7 +42,8 @@ _OUTLIER = 9.0  # times the median power: groups beyond it are bursts or unstabl
 
 
 class Told(NamedTuple):
-    """Residuals (N,) and slopes (N, p + 2 or fewer) of each part without weights, at x (p + k,)."""
+    """What the simulation tells without weights. x: (p + k,); parts: of each, residuals (N,) there and slopes (N, p + 2
+    or fewer)."""
 
     x: Array
     parts: list[tuple[Array, Array]]
@@ -254,17 +255,16 @@ def levenberg_marquardt(
     """Refine search coordinates within the box, the noise re-estimated at each step.
 
     start: search coordinates (p,) alone, or all that is known; final: also return the linearisation at the end; bend:
-    follow curved valleys, field and residuals being taken to second order; keep: what was last told without weights, to
-    go on from under others; watch: called after each step with its number and cost.
-    Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights as in iteratively reweighted least squares; steps
-    bent by geodesic acceleration.
+    follow curved valleys, to second order; keep: also what was last told without weights, to go on from under others;
+    watch: called after each step with its number and cost.
+    Source: Marquardt 1963, J. Soc. Indust. Appl. Math. 11; weights and bends as of `Linearisation` and `_bent`.
     """
     ending = Ending() if ending is None else ending
     start = start if isinstance(start, Start) else Start(start)
     line = Linearisation(problem, cost, told=start.told)
     steps = _Steps(line, field_vector(problem.space) if bend else None, bend, ending.precision, start.damping)
-    p, k = line.p, line.k
-    offsets = np.zeros(k) if start.offsets is None else start.offsets
+    p = line.p
+    offsets = np.zeros(line.k) if start.offsets is None else start.offsets
     x = np.concatenate([np.clip(start.point, 1e-9, 1.0 - 1e-9), offsets])
     best = line.reweight(x)
     history = []
