@@ -271,10 +271,9 @@ def levenberg_marquardt(
     gains: list[float] = []
     reason = ""
     for number in range(1, ending.steps + 1):
-        trial, gain, reason = steps.next(x)
+        x, gain, reason = steps.next(x)
         if reason:
             break
-        x = trial
         current = line.reweight(x)
         history.append(Generation("least_squares", number, cost.evaluations, min(current, best), current))
         if watch is not None:
