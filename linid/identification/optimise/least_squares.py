@@ -32,6 +32,9 @@ _DAMPING_AGAIN = 1e-8  # at least, once a step has failed
 _TRUST_RADIUS = 0.3  # of the search box at most in a step: search coordinates that hardly matter here may matter there
 _LEAST_GAIN_RATIO = 1e-3  # of the promised gain
 _VALLEY_STEPS = 4
+# Where the linearisation holds nowhere, as where each change of the parameters makes an axis turn a sample earlier or
+# later: so many steps one after the other, each damped that much, that gain less of what an undamped one promises.
+_STALLING_STEPS, _STALLING_DAMPING, _STALLING_GAIN = 2, 1.0, 0.01
 # A step is bent by the second derivative of the residuals along it, probed at a tenth of the step; if the bend is too
 # long beside the step, the curve is not known well enough (Transtrum and Sethna 2012).
 _CURVE_PROBE = 0.1
@@ -314,15 +317,20 @@ class _Steps:
         self.damping = FIRST_DAMPING if damping is None else min(max(damping, _LEAST_AT_FIRST), FIRST_DAMPING)
         self.calmer = _FAR if damping is None else _NEAR
         self.trust_radius = np.concatenate([np.full(line.p, _TRUST_RADIUS), np.full(line.k, np.inf)])
+        self._stalling = 0  # steps so far
 
     def next(self, x: Array) -> tuple[Array, float, str]:
         """The next point (p + k,), what it gains in the sum of squares, and why it is the last (else empty)."""
         line, lower, upper = self.line, self.lower, self.upper
+        if self._stalling >= _STALLING_STEPS:
+            return x, 0.0, f"{_STALLING_STEPS} steps gained next to nothing of what longer ones promise"
         tangent = line.tangent(x)
         residual, jacobian = tangent.rotated
         before = float(residual @ residual)
-        outlooks = (_damped_step(residual, jacobian, d, lower - x, upper - x)[1] for d in (_UNDAMPED, self.damping))
-        if all(predicted < self.precision for predicted in outlooks):
+        undamped, damped = (
+            _damped_step(residual, jacobian, d, lower - x, upper - x)[1] for d in (_UNDAMPED, self.damping)
+        )
+        if undamped < self.precision and damped < self.precision:
             return x, 0.0, f"no step promises to gain {self.precision:g} (one standard deviation weighs 1)"
         while True:
             room = np.maximum(lower - x, -self.trust_radius), np.minimum(upper - x, self.trust_radius)
@@ -339,6 +347,8 @@ class _Steps:
         if gain_ratio <= _LEAST_GAIN_RATIO:
             why = f"no step gains anything (the next promises {predicted:.1g}, one standard deviation weighs 1)"
             return x, 0.0, why
+        stalls = self.damping >= _STALLING_DAMPING and gain < _STALLING_GAIN * undamped
+        self._stalling = self._stalling + 1 if stalls else 0
         self.damping *= next((factor for least, factor in self.calmer if gain_ratio > least), _MORE_DAMPED)
         return trial, gain, ""
 
