@@ -96,7 +96,7 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
     settings, seed = task.settings, task.settings.search.seed
     own, added = problem, None
     if settings.least_squares_steps > 0 and currents_in_common_push(problem, solution.point):
-        noisy = fit_under_noise(problem, solution, seed=seed)
+        noisy = fit_under_noise(problem, solution, seed=seed, steps=settings.least_squares_steps)
         own, solution, added = noisy.problem, noisy.fit, noisy.feigned
     elif settings.least_squares_steps > 0:
         own, solution = fit_by_trust(problem, solution, final_ending(settings), seed=seed, jobs=settings.jobs)
@@ -160,7 +160,9 @@ def _white_rival(task: Task, problem: Problem, best: _Found) -> LeastSquaresFit 
     settled = _settled(task, problem, best.solution)
     if settled is None:
         return None
-    found = fit_under_noise(settled.problem, settled.fit, seed=task.settings.search.seed).fit
+    settings = task.settings
+    seed, steps = settings.search.seed, settings.least_squares_steps
+    found = fit_under_noise(settled.problem, settled.fit, seed=seed, steps=steps).fit
     return replace(best.solution, point=_with_shape(problem, found.point, settled.shape))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -21,6 +22,9 @@ _NUDGE = 0.1  # of a state's prior deviation: far above rounding, small against 
 START_STEP = 1e-5  # of search coordinates, over which what is along the motion is differentiated
 _LEAST_SHARE = 1e-9  # of the axis' own motion: prior deviation of a hidden state that has not moved at all
 _ROUNDS = 2  # of the weighting: the second one knows what the first leaves
+# Of what the step to better start states does, RMS: where they answer it otherwise than in a straight line by more, as
+# over play or where friction holds, its derivative is by nudged states.
+_STRAIGHT = 0.01
 
 
 class _Stretches(NamedTuple):
@@ -72,14 +76,9 @@ def predicted_from_before(
         own, start = one[None, :], starts[c : c + 1]
         places = _moving(simulator, start[0])
         prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording][:, _of_prior(places)]
-        plain = simulator.run(own, part, start, guided=guided)[0][0]
-        nudged = np.repeat(start, len(places), axis=0)
-        for row, place in enumerate(places):
-            nudged[row, :, place] += _NUDGE * prior[:, row]
-        swung = simulator.run(np.repeat(own, len(places), axis=0), part, nudged, guided=guided)[0]
-        slopes = (swung - plain) / _NUDGE  # per prior deviation
+        plain, slopes = _swung(simulator, own, part, start, (places, prior), guided)
         better = start.copy()
-        better[0][:, places] += _steps(slopes, before.measured - plain, noise, part) * prior
+        better[0][:, places] += _steps(_told(slopes, part), before.measured - plain, noise)[-1].change * prior
         moved = simulator.run(own, whole, better, guided=guided)[0][0]
         worse = _worse(moved[at_part], plain, before)
         if np.any(worse):
@@ -96,41 +95,102 @@ def slopes_from_before(
     """The positions (N,) of `predicted_from_before` for one candidate, and their derivatives (N, K) in K directions.
 
     params: (VECTOR_SIZE,); tangents: (K, VECTOR_SIZE). The runs' derivatives are those that a simulation carries along,
-    the states along the motion and the step of Gauss and Newton are differenced; which stretches it makes worse is
-    held.
+    those of the states along the motion differences. Where the positions answer the step of Gauss and Newton in a
+    straight line, it answers the directions by what they change of what it misses, all but the noise in that; else it
+    is differentiated whole (`_bent_by`). Which stretches it makes worse is held.
     """
     before = _stretches_of(simulator, motion, windows)
-    part, whole = before.part, before.whole
-    along, starts = _along(simulator, np.vstack([params, params + START_STEP * tangents]), motion, before)
+    part, whole, own, count = before.part, before.whole, params[None, :], len(tangents)
+    along, starts = _along(simulator, np.vstack([own, params + START_STEP * tangents]), motion, before)
     start, places, offsets = starts[0], _moving(simulator, starts[0]), simulator.inputs.sample_offsets
     noise = _noise_of(before, motion)
     priors = np.array([_prior(along, c, motion, offsets)[:, _of_prior(places)] for c in range(len(starts))])
     prior, prior_by = priors[0][part.recording], ((priors[1:] - priors[0]) / START_STEP)[:, part.recording]
-    start_by = ((starts[1:] - start) / START_STEP).transpose(1, 2, 0)
+    begins = _Begins(start, ((starts[1:] - start) / START_STEP).transpose(1, 2, 0), places, prior, prior_by)
+    plain, slopes = _swung(simulator, own, part, start[None], (places, prior), guided)
+    told = _told(slopes, part)
+    steps = _steps(told, before.measured - plain, noise)
+    change = steps[-1].change
+    better = start.copy()
+    better[:, places] += change * prior
+    met = simulator.run(own, part, better[None], guided=guided)[0][0]
+    worse = _worse(met, plain, before)
+    bent = _bent(told, change, met - plain) & ~worse
+    better[worse] = start[worse]
+    better_by = np.concatenate([begins.start_by, np.zeros((*start.shape, len(places)))], axis=2)
+    better_by[:, places, :count] += (change * prior_by).transpose(1, 2, 0)
+    if np.any(bent):
+        answers = _bent_by(simulator, params, tangents, (before, begins, noise), bent, guided)
+        better_by[np.ix_(bent, places, np.arange(count))] += answers * prior[bent][:, :, None]
+    better_by[worse, :, :count] = begins.start_by[worse]
+    better_by[:, places, count + np.arange(len(places))] = prior
+    directions = np.vstack([tangents, np.zeros((len(places), params.size))])
+    moved, moved_by = simulator.slopes(params, directions, whole, better, better_by, guided=guided)
+    steps_by = _steps_by(told, steps, -moved_by[_rows(whole.out_offsets[:-1], part.count), :count])
+    steps_by[worse | bent] = 0.0
+    owner = np.repeat(np.arange(windows.count.size), windows.count)
+    by = moved_by[before.seen]
+    return moved[before.seen], by[:, :count] + np.einsum("nj,njk->nk", by[:, count:], steps_by[owner])
 
-    def ahead(segments: Segments, begins: Array, begins_by: Array) -> tuple[Array, Array]:
-        return simulator.slopes(params, tangents, segments, begins, begins_by, guided=guided)
 
-    plain, plain_by = ahead(part, start, start_by)
+class _Begins(NamedTuple):
+    """Start states along the motion (S, 3 + states) with their derivatives (S, 3 + states, K), the places (n,) of those
+    that a stretch may move, and their prior deviations (S, n) with derivatives (K, S, n)."""
+
+    start: Array
+    start_by: Array
+    places: Integers
+    prior: Array
+    prior_by: Array
+
+
+def _bent_by(
+    simulator: Simulator,
+    params: Array,
+    tangents: Array,
+    known: tuple[_Stretches, _Begins, Array],
+    chosen: NDArray[np.bool_],
+    guided: bool,
+) -> Array:
+    """How the step of some stretches (S,) answers the directions, in prior deviations (B, n, K), by runs with nudged
+    states. known: the stretches, their start states, noise (S,) in m."""
+    before, (start, start_by, places, prior, prior_by), noise = known
+    part = Segments(*(column[chosen] for column in before.part))
+    measured = before.measured[np.repeat(chosen, before.part.count)]
+
+    def ahead(begins: Array, begins_by: Array) -> tuple[Array, Array]:
+        return simulator.slopes(params, tangents, part, begins, begins_by, guided=guided)
+
+    plain, plain_by = ahead(start[chosen], start_by[chosen])
     slopes, slopes_by = np.empty((len(places), plain.size)), np.empty((len(places), len(tangents), plain.size))
     for row, place in enumerate(places):
-        nudged, nudged_by = start.copy(), start_by.copy()
-        nudged[:, place] += _NUDGE * prior[:, row]
-        nudged_by[:, place] += _NUDGE * prior_by[:, :, row].T
-        swung, swung_by = ahead(part, nudged, nudged_by)
+        nudged, nudged_by = start[chosen], start_by[chosen]
+        nudged[:, place] += _NUDGE * prior[chosen, row]
+        nudged_by[:, place] += _NUDGE * prior_by[:, chosen, row].T
+        swung, swung_by = ahead(nudged, nudged_by)
         slopes[row], slopes_by[row] = (swung - plain) / _NUDGE, (swung_by - plain_by).T / _NUDGE
-    misses = before.measured - plain
-    steps = _steps(slopes, misses, noise, part)
-    better, better_by = start.copy(), start_by.copy()
-    better[:, places] += steps * prior
+    misses = measured - plain
+    plainly = _steps(_told(slopes, part), misses, noise[chosen])[-1].change
+    out = np.empty((part.count.size, len(places), len(tangents)))
     for k in range(len(tangents)):
-        after = _steps(slopes + START_STEP * slopes_by[:, k], misses - START_STEP * plain_by[:, k], noise, part)
-        better_by[:, places, k] += (after - steps) / START_STEP * prior + steps * prior_by[k]
-    met = simulator.run(params[None], part, better[None], guided=guided)[0][0]
-    worse = _worse(met, plain, before)
-    better[worse], better_by[worse] = start[worse], start_by[worse]
-    moved, moved_by = ahead(whole, better, better_by)
-    return moved[before.seen], moved_by[before.seen]
+        beside = _told(slopes + START_STEP * slopes_by[:, k], part)
+        after = _steps(beside, misses - START_STEP * plain_by[:, k], noise[chosen])[-1].change
+        out[:, :, k] = (after - plainly) / START_STEP
+    return out
+
+
+def _swung(
+    simulator: Simulator, own: Array, part: Segments, start: Array, moving: tuple[Integers, Array], guided: bool
+) -> tuple[Array, Array]:
+    """Positions (samples,) in m along all stretches, and how they answer the states at these places by their prior
+    deviations, (n, samples) m. own: (1, VECTOR_SIZE); start: (1, S, 3 + states); moving: places (n,), priors (S, n)."""
+    places, prior = moving
+    plain = simulator.run(own, part, start, guided=guided)[0][0]
+    nudged = np.repeat(start, len(places), axis=0)
+    for row, place in enumerate(places):
+        nudged[row, :, place] += _NUDGE * prior[:, row]
+    moved = simulator.run(np.repeat(own, len(places), axis=0), part, nudged, guided=guided)[0]
+    return plain, (moved - plain) / _NUDGE
 
 
 def _noise_of(before: _Stretches, motion: Motion) -> Array:
@@ -188,26 +248,83 @@ def _prior(along: AlongMotion, candidate: int, motion: Motion, offsets: Integers
     return np.array(rows)
 
 
-def _steps(slopes: Array, misses: Array, noise: Array, part: Segments) -> Array:
-    """Changes of the states in prior deviations (S, n), least squares with the prior; none where a run diverged.
+class _Told(NamedTuple):
+    """What S stretches tell of n states: how positions (n, samples) m answer their prior deviations, products of that
+    (S, n, n) in m^2, and the stretches."""
 
-    slopes: (n, samples of all stretches) m; misses: (samples,) m, measured minus simulated; noise: (S,) m.
-    """
-    size = slopes.shape[0]
-    out = np.zeros((part.count.size, size))
-    for length in np.unique(part.count):
-        chosen = np.flatnonzero(part.count == length)
-        rows = _rows(part.out_offsets[:-1][chosen], part.count[chosen])
-        matrix = slopes[:, rows].reshape(size, chosen.size, length).transpose(1, 2, 0)
-        target = misses[rows].reshape(chosen.size, length)
-        sound = np.all(np.isfinite(matrix), axis=(1, 2)) & np.all(np.isfinite(target), axis=1)
-        chosen, matrix, target = chosen[sound], matrix[sound], target[sound]
-        level = noise[chosen]
-        for _ in range(_ROUNDS):
-            square = np.einsum("swi,swj->sij", matrix, matrix) / level[:, None, None] ** 2 + np.eye(size)
-            pull = np.einsum("swi,sw->si", matrix, target) / level[:, None] ** 2
-            step = np.linalg.solve(square, pull[:, :, None])[:, :, 0]
-            left = target - np.einsum("swi,si->sw", matrix, step)
-            level = np.maximum(noise[chosen], np.sqrt(np.mean(left**2, axis=1)))
-        out[chosen] = step
+    slopes: Array
+    square: Array
+    part: Segments
+
+    def pull(self, misses: Array) -> Array:
+        """Products of the answers with misses (samples, K) in m, (S, n, K) in m^2."""
+        begins = self.part.out_offsets[:-1]
+        return np.stack([np.add.reduceat(row[:, None] * misses, begins, axis=0) for row in self.slopes], axis=1)
+
+    def done(self, changes: Array) -> Array:
+        """What changes (S, n, K) in prior deviations do to the positions in a straight line, (samples, K) m."""
+        return np.asarray(np.einsum("jn,njk->nk", self.slopes, np.repeat(changes, self.part.count, axis=0)))
+
+    def mean(self, squares: Array) -> Array:
+        """Means (S, K) of squares (samples, K)."""
+        return np.asarray(np.add.reduceat(squares, self.part.out_offsets[:-1], axis=0) / self.part.count[:, None])
+
+
+class _Step(NamedTuple):
+    """A step of least squares with the prior: change in prior deviations (S, n), what it leaves (samples,) m, and how
+    much that is taken to be, the noise at least, (S,) m."""
+
+    change: Array
+    left: Array
+    level: Array
+
+
+def _told(slopes: Array, part: Segments) -> _Told:
+    square = [[np.add.reduceat(a * b, part.out_offsets[:-1]) for b in slopes] for a in slopes]
+    return _Told(slopes, np.array(square).transpose(2, 0, 1), part)
+
+
+def _bent(told: _Told, change: Array, done: Array) -> NDArray[np.bool_]:
+    """Which stretches (S,) answer changes of the states (S, n) otherwise than in a straight line. done: what these
+    really do, (samples,) m."""
+    straight = told.done(change[:, :, None])
+    off = told.mean((done[:, None] - straight) ** 2) <= _STRAIGHT**2 * told.mean(straight**2)
+    return np.asarray(~off[:, 0])  # where a run diverged, too
+
+
+def _solved(told: _Told, level: Array, pull: Array) -> Array:
+    """Changes of the states in prior deviations (S, n, K) under a level (S,) in m of what they leave; none where a run
+    diverged."""
+    square, pull = (x / level[:, None, None] ** 2 for x in (told.square, pull))
+    sound = np.all(np.isfinite(square), axis=(1, 2)) & np.all(np.isfinite(pull), axis=(1, 2))
+    square[~sound], pull[~sound] = 0.0, 0.0
+    return np.asarray(np.linalg.solve(square + np.eye(square.shape[1]), pull))
+
+
+def _steps(told: _Told, misses: Array, noise: Array) -> list[_Step]:
+    """Rounds of changes of the states, the last one to be taken; misses: (samples,) m, measured minus simulated; noise:
+    (S,) m."""
+    out: list[_Step] = []
+    level, pull = noise, told.pull(misses[:, None])
+    for _ in range(_ROUNDS):
+        change = _solved(told, level, pull)
+        left = misses[:, None] - told.done(change)
+        out.append(_Step(change[:, :, 0], left[:, 0], level))
+        level = np.maximum(noise, np.nan_to_num(np.sqrt(told.mean(left**2)[:, 0])))
     return out
+
+
+def _steps_by(told: _Told, steps: Sequence[_Step], misses_by: Array) -> Array:
+    """How the last of these steps answers directions that change what is missed at its end by misses_by (samples, K)
+    m, (S, n, K)."""
+    pull = told.pull(misses_by)
+    by = level_by = np.zeros((pull.shape[0], pull.shape[2]))
+    for number, step in enumerate(steps):
+        if number:
+            before = steps[number - 1]
+            grown = told.mean(before.left[:, None] * (misses_by - told.done(by))) / step.level[:, None]
+            level_by = np.where((step.level > steps[0].level)[:, None], grown, 0.0)
+        # A higher level lets the prior have more of a say.
+        weaker = step.change[:, :, None] * (2.0 * step.level[:, None] * level_by)[:, None]
+        by = _solved(told, step.level, pull - weaker)
+    return by

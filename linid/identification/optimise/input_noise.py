@@ -51,8 +51,9 @@ def currents_in_common_push(problem: Problem, point: Array) -> bool:
     return abs(1.0 + 2.0 * math.cos(angle)) > _COMMON
 
 
-def fit_under_noise(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) -> NoisyFit:
-    """The fit, from that by plain least squares, under the noise of the currents. seed: of the draws of noise."""
+def fit_under_noise(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, steps: int = Ending.steps) -> NoisyFit:
+    """The fit, from that by plain least squares, under the noise of the currents. seed: of the draws of noise; steps:
+    of least squares at most, in each pass."""
     place = next(k for k, part in enumerate(problem.parts) if isinstance(part, Ahead))
     plain = problem.parts[place]
     assert isinstance(plain, Ahead)
@@ -62,7 +63,9 @@ def fit_under_noise(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1) ->
         part = whitened(plain, vector, push(vector[None])[0], np.random.default_rng([seed, 3]))
         white = replace(problem, parts=(*problem.parts[:place], part, *problem.parts[place + 1 :]))
         last = number == _PASSES - 1
-        found = levenberg_marquardt(white, Cost(white), fit.start, ending=_NEAR if last else _NEARER, final=last)
+        ending = _NEAR if last else _NEARER
+        ending = replace(ending, steps=min(ending.steps, steps))
+        found = levenberg_marquardt(white, Cost(white), fit.start, ending=ending, final=last)
         counted = fit.evaluations + found.evaluations
         fit = replace(found, history=fit.history, evaluations=counted, cost=fit.cost, converged=found.converged)
     corrected, added = _corrected(white, place, part, push, fit)
