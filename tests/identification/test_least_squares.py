@@ -165,3 +165,31 @@ def test_slopes_beyond_all_measure_tell_nothing() -> None:
     start = space.encode({"coulomb_force": 1.1, "viscous_friction": 1.21})
     result = levenberg_marquardt(problem, Cost(problem), start, final=False)
     assert space.vectors(result.point)[0][slots] == pytest.approx([3.2, 7.0], abs=0.01)
+
+
+def test_where_slopes_hold_nowhere_it_ends() -> None:
+    """Residuals on a staircase, each tread of which falls the other way: what slopes promise, no step finds."""
+    point = (SearchParameter("coulomb_force", 1.0, 4.0, False), SearchParameter("viscous_friction", 1.0, 16.0, False))
+    slots = [Model("friction").slot(name) for name in ("coulomb_force", "viscous_friction")]
+    pattern = np.random.default_rng(8).normal(size=(SAMPLES, 2))
+    tread = 3e-3
+
+    def residual(row: Array) -> Array:
+        values = row[slots]
+        return np.asarray(pattern @ (values - [5.0, 20.0] - 3.0 * (values - tread * np.round(values / tread))))
+
+    @dataclass
+    class Rugged(Formula):
+        carries_slopes: bool = True
+
+        def slopes(self, params: Array, offsets: Array, directions: Directions) -> tuple[Array, Array]:
+            along = -2.0 * pattern @ directions.params[:, slots].T
+            return self.residuals(params[None], offsets[None])[0], along
+
+    space = problem_of("friction", point, residual).space
+    problem = Problem(space, (Rugged(Model("friction"), residual),))  # type: ignore[arg-type]
+    start = space.encode({"coulomb_force": 2.0, "viscous_friction": 5.0})
+    ending = Ending(60)
+    result = levenberg_marquardt(problem, Cost(problem), start, ending=ending, bend=False, final=False)
+    assert len(result.history) < 10, result.reason
+    assert "next to nothing" in result.reason

@@ -66,6 +66,15 @@ def test_derivatives_carried_along_are_those_of_differences(monkeypatch: pytest.
     assert problem.carries_slopes
     base, slopes = line.tangent(x).dense
     assert np.array_equal(base, line.residuals(x))
+    # By some of them alone they are the same numbers, and under other weights they need not be told again.
+    wanted = np.array([True, False, True, False, False])
+    some = Linearisation(problem, Cost(problem), wanted=wanted)
+    some.weights = line.weights
+    assert np.array_equal(some.jacobian(x)[:, :5], slopes[:, :5] * wanted)
+    again = Linearisation(problem, Cost(problem), told=line.told)
+    again.reweight(x)
+    evaluations = again.cost.evaluations
+    assert np.array_equal(again.tangent(x).dense[1], slopes) and again.cost.evaluations == evaluations
     monkeypatch.setattr(Problem, "carries_slopes", False)
     differences = line.jacobian(x, central=True)
     assert np.all(np.median(np.abs(slopes - differences), axis=0) <= 1e-5 * np.abs(differences).max(axis=0))
