@@ -295,7 +295,7 @@ def levenberg_marquardt(
         x[:p],
         x[p:],
         best,
-        bool(reason),
+        bool(reason) and not steps.stalled,
         f"least squares: {reason or (f'{ending.steps} steps used' if ending.steps else _LEFT_OUT)}",
         tuple(history),
         cost.evaluations,
@@ -319,10 +319,15 @@ class _Steps:
         self.trust_radius = np.concatenate([np.full(line.p, _TRUST_RADIUS), np.full(line.k, np.inf)])
         self._stalling = 0  # steps so far
 
+    @property
+    def stalled(self) -> bool:
+        """Whether the linearisation holds nowhere: an end, but no minimum."""
+        return self._stalling >= _STALLING_STEPS
+
     def next(self, x: Array) -> tuple[Array, float, str]:
         """The next point (p + k,), what it gains in the sum of squares, and why it is the last (else empty)."""
         line, lower, upper = self.line, self.lower, self.upper
-        if self._stalling >= _STALLING_STEPS:
+        if self.stalled:
             return x, 0.0, f"{_STALLING_STEPS} steps gained next to nothing of what longer ones promise"
         tangent = line.tangent(x)
         residual, jacobian = tangent.rotated
