@@ -4,11 +4,11 @@ it."""
 from __future__ import annotations
 
 from linid.physics.own_terms.layout import LEVEL_BIT, LOAD_BIT
+from linid.simulation.along_own import own_columns
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.forces import driven_currents, thrust_factor
-from linid.simulation.own_slopes import add_columns, answer_by_motion, put_answers
+from linid.simulation.own_slopes import answer_by_motion, put_answers
 from linid.simulation.own_terms import LEAST_LEVEL, LEVEL
-from linid.simulation.slope_effects import FORCE_STEP, beside
+from linid.simulation.slope_effects import FORCE_STEP, Instant, beside, given_at
 from linid.simulation.splines_at import late_inputs
 
 
@@ -19,15 +19,6 @@ def currents_beside(terms, axis, course, place, c, room):
     if axis.powered and axis.on & terms.acts.delay:
         return late_inputs(course.coefficients, course.dt, x * course.dt - room.lag[c])
     return currents
-
-
-@compiled
-def pressed(terms, axis, t, y, v, currents, motor):
-    """The motor's force in N with its factor, given that of the motor alone."""
-    if axis.on & terms.acts.thrust == 0:
-        return motor
-    driven = driven_currents(terms, axis, t, y, v, currents)
-    return motor * thrust_factor(terms, axis, t, y, v, driven)
 
 
 @inlined
@@ -45,12 +36,13 @@ def load_beside(terms, axis, course, where, room, rows, ways):
     (place, t, y, v, currents), (start, push_start), (loads, presses) = where, rows, ways
     carried, push, load = room.carried, 0.0, 0.0
     if axis.powered and axis.on & terms.acts.pressed:
-        push = pressed(terms, axis, t, y, v, currents, pressing_at(room, 0, place))
+        push = given_at(terms, axis, Instant(t, y, v, currents, pressing_at(room, 0, place), False))[0]
         for c in range(room.lag.size):
             if room.ways[c] & presses:
                 given = currents_beside(terms, axis, course, (place, currents), c, room)
-                motor, other = pressing_at(room, room.row[c], place), beside(axis, room.params, c)
-                carried[push_start + c] = (pressed(terms, other, t, y, v, given, motor) - push) / FORCE_STEP
+                there = Instant(t, y, v, given, pressing_at(room, room.row[c], place), False)
+                other = given_at(terms, beside(axis, room.params, c), there)[0]
+                carried[push_start + c] = (other - push) / FORCE_STEP
     bits = axis.on & terms.acts.load & ~LEVEL_BIT
     if bits:
         load = terms.load(0.0, bits, push, t, y, v, currents, axis.p)
@@ -81,5 +73,5 @@ def own_level(axis, when, known, room, rows):
         by_push = answer_by_motion(axis.p, on, push, y, v, room.own).by_push
         for c in range(room.lag.size):
             carried[start + c] += by_push * carried[push_start + c]
-    add_columns(axis.p, on, (push, v), (room.params, FORCE_STEP), room.own, (carried, start, 1.0))
+    own_columns(axis, push, v, room, start)
     return load

@@ -12,16 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import stribeck
-from linid.physics.model import (
-    MASS,
-    MEMORY_PLACE,
-    OWN_STACK,
-    OWN_START,
-    OWN_VARIABLES,
-    STATE_SIZE,
-    STATE_START,
-    WORK_SIZE,
-)
+from linid.physics.model import MASS, OWN_STACK, OWN_START, OWN_VARIABLES, WORK_SIZE
 from linid.physics.own_terms import layout
 from linid.physics.own_terms.layout import (
     ACCELERATION_BIT,
@@ -34,7 +25,16 @@ from linid.physics.own_terms.layout import (
     TERMS,
 )
 from linid.simulation.binding import allocating, compiled, inlined
-from linid.simulation.own_terms import driven_acceleration, interval_of, operated, put_variables, weights_at
+from linid.simulation.own_terms import (
+    MEMORY_AT,
+    MEMORY_BEFORE,
+    MEMORY_SIZE,
+    driven_acceleration,
+    interval_of,
+    operated,
+    put_variables,
+    weights_at,
+)
 
 _STEP = 1e-6  # of a parameter, a force or a speed, in their own scale; for variables that are formulas themselves
 _WEAK, _SLOW = 1.0, 1e-3  # N, m/s
@@ -42,9 +42,7 @@ _SPEED, _PLACE, _PUSH, _TRAVEL, _SLID, _ACCELERATION, _STRIBECK = (
     OWN_VARIABLES + layout.VARIABLES.index(name)
     for name in ("v", "y", "F", "travel", "slid", "acceleration", "stribeck")
 )
-# The memory in the vector, what it was at the start of a step, and what of it motion moves.
-_MEMORY, _COUNT = STATE_START + MEMORY_PLACE, len(layout.MEMORY)
-_BEFORE = _MEMORY + STATE_SIZE
+# What of the memory motion moves, and by which that shows.
 _DIRECTION, _TURN, _FAR, _SINCE_FAR, _ANCHOR, _CLOCK, _GONE = (
     layout.MEMORY.index(name) for name in ("direction", "turn", "far", "since_far", "anchor", "clock", "slid")
 )
@@ -295,7 +293,7 @@ def answer_by_motion(p, on, push, y, v, own):
     by_push, by_speed, by_place = own[BY + _PUSH], own[BY + _SPEED], own[BY + _PLACE]
     faster = _STEP * (abs(v) + _SLOW)
     if on & MEMORY_BIT:
-        by_place += own[BY + _TRAVEL] * (1.0 if y > p[_MEMORY + _TURN] else -1.0)
+        by_place += own[BY + _TRAVEL] * (1.0 if y > p[MEMORY_AT + _TURN] else -1.0)
     if on & ACCELERATION_BIT:
         a, more = driven_acceleration(p, push, v), _STEP * (abs(push) + _WEAK)
         by_push += own[BY + _ACCELERATION] * (driven_acceleration(p, push + more, v) - a) / more
@@ -310,8 +308,8 @@ def answer_by_motion(p, on, push, y, v, own):
 def add_memory(p, y, own, scale, by_state, states):
     """Add how own terms answer their memory, times a scale, to by_state, where the hidden states begin and end at
     `states`; what of it is time answers nothing."""
-    first = states[1] - _COUNT
-    by_state[first + _TURN] -= scale * own[BY + _TRAVEL] * (1.0 if y > p[_MEMORY + _TURN] else -1.0)
+    first = states[1] - MEMORY_SIZE
+    by_state[first + _TURN] -= scale * own[BY + _TRAVEL] * (1.0 if y > p[MEMORY_AT + _TURN] else -1.0)
     by_state[first + _GONE] += scale * own[BY + _SLID]
 
 
@@ -320,22 +318,22 @@ def answers_of_memory(p, h, y, by, row, n):
     """Put in how the memory h seconds after the start of a step, the axis being at y in m by then (`advance_memory`),
     answers what it was, the place and the speed. by: from `row` on, n + 3 numbers for each of n hidden states, of which
     those of the memory are the last ones."""
-    first, size = n - _COUNT, n + 3
+    first, size = n - MEMORY_SIZE, n + 3
     turn, far = row + (first + _TURN) * size, row + (first + _FAR) * size
     anchor, gone = row + (first + _ANCHOR) * size, row + (first + _GONE) * size
     for k in range(size):
         by[turn + k] = by[far + k] = by[anchor + k] = by[gone + k] = 0.0
-    before = p[_BEFORE + _DIRECTION]
-    turned = before != 0.0 and p[_MEMORY + _DIRECTION] != before
+    before = p[MEMORY_BEFORE + _DIRECTION]
+    turned = before != 0.0 and p[MEMORY_AT + _DIRECTION] != before
     by[turn + first + (_FAR if turned else _TURN)] = 1.0
-    if p[_MEMORY + _SINCE_FAR] == 0.0:
+    if p[MEMORY_AT + _SINCE_FAR] == 0.0:
         by[far + n], by[far + n + 1] = 1.0, 0.5 * h
     else:
         by[far + first + _FAR] = 1.0
-    if p[_MEMORY + _GONE] != 0.0:
+    if p[MEMORY_AT + _GONE] != 0.0:
         by[gone + first + _GONE] = 1.0
-    if p[_MEMORY + _CLOCK] == 0.0:
-        ahead = math.copysign(1.0, y - p[_BEFORE + _ANCHOR])
+    if p[MEMORY_AT + _CLOCK] == 0.0:
+        ahead = math.copysign(1.0, y - p[MEMORY_BEFORE + _ANCHOR])
         by[anchor + n], by[anchor + n + 1] = 1.0, 0.5 * h
         by[gone + n], by[gone + n + 1], by[gone + first + _ANCHOR] = ahead, 0.5 * h * ahead, -ahead
     else:

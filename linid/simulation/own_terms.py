@@ -36,9 +36,9 @@ from linid.simulation.binding import compiled, inlined
 
 FORCE, LEVEL = 0, 1  # parts of own terms: forces, and levels of friction
 LEAST_LEVEL = 0.05  # of Coulomb's force: friction that no own term takes away
-_MEMORY = STATE_START + MEMORY_PLACE
-_BEFORE = _MEMORY + STATE_SIZE  # the memory at the start of a step
-_COUNT = len(layout.MEMORY)
+MEMORY_AT = STATE_START + MEMORY_PLACE  # in the vector
+MEMORY_BEFORE = MEMORY_AT + STATE_SIZE  # the memory at the start of a step
+MEMORY_SIZE = len(layout.MEMORY)
 _LOAD, _NUMBER, _RAMP = layout.LOAD, layout.NUMBER, layout.RAMP
 _SPLINE, _SURFACE, _PERIODIC, _WAVE = layout.SPLINE, layout.SURFACE, layout.PERIODIC, layout.WAVE
 _NEGATIVE, _ABS, _SIGN, _SIN, _COS, _EXP = (
@@ -227,10 +227,10 @@ def put_variables(p, on, push, t, y, v):
     at = OWN_VARIABLES
     p[at], p[at + 1], p[at + 2], p[at + 3], p[at + 4] = t, p[ELAPSED] + t, y, v, push
     if on & MEMORY_BIT:
-        p[at + 5] = abs(y - p[_MEMORY + 1])
-        p[at + 6] = p[_MEMORY + 3]
-        p[at + 7] = p[_MEMORY + 7]
-        p[at + 8] = p[_MEMORY + 8]
+        p[at + 5] = abs(y - p[MEMORY_AT + 1])
+        p[at + 6] = p[MEMORY_AT + 3]
+        p[at + 7] = p[MEMORY_AT + 7]
+        p[at + 8] = p[MEMORY_AT + 8]
     if on & ACCELERATION_BIT:
         p[at + 9] = driven_acceleration(p, push, v)
     if on & STRIBECK_BIT:
@@ -255,34 +255,34 @@ def own_sum(p, on, part, push, t, y, v):
 @compiled
 def start_memory(p, y):
     """The memory of an axis that starts at y in m: nothing is known of what was before."""
-    for k in range(_COUNT):
-        p[_MEMORY + k] = 0.0
-    p[_MEMORY + 1] = p[_MEMORY + 2] = p[_MEMORY + 5] = y
+    for k in range(MEMORY_SIZE):
+        p[MEMORY_AT + k] = 0.0
+    p[MEMORY_AT + 1] = p[MEMORY_AT + 2] = p[MEMORY_AT + 5] = y
 
 
 @compiled
 def advance_memory(p, h, y):
     """The memory h seconds after the start of the step, the axis being at y in m by then."""
-    for k in range(_COUNT):
-        p[_MEMORY + k] = p[_BEFORE + k]
-    p[_MEMORY + 3] += h
-    p[_MEMORY + 4] += h
-    p[_MEMORY + 6] += h
-    direction, moved = p[_MEMORY], y - p[_MEMORY + 2]
+    for k in range(MEMORY_SIZE):
+        p[MEMORY_AT + k] = p[MEMORY_BEFORE + k]
+    p[MEMORY_AT + 3] += h
+    p[MEMORY_AT + 4] += h
+    p[MEMORY_AT + 6] += h
+    direction, moved = p[MEMORY_AT], y - p[MEMORY_AT + 2]
     if direction == 0.0 and abs(moved) > PLAY:
-        p[_MEMORY] = direction = math.copysign(1.0, moved)
+        p[MEMORY_AT] = direction = math.copysign(1.0, moved)
     if direction * moved > 0.0:
-        p[_MEMORY + 2], p[_MEMORY + 4] = y, 0.0
+        p[MEMORY_AT + 2], p[MEMORY_AT + 4] = y, 0.0
     elif direction * moved < -PLAY:  # a reversal, where it had gone farthest
-        p[_MEMORY], p[_MEMORY + 1] = -direction, p[_MEMORY + 2]
-        p[_MEMORY + 3] = p[_MEMORY + 4]
-        p[_MEMORY + 2], p[_MEMORY + 4] = y, 0.0
-    gone = abs(y - p[_MEMORY + 5])
+        p[MEMORY_AT], p[MEMORY_AT + 1] = -direction, p[MEMORY_AT + 2]
+        p[MEMORY_AT + 3] = p[MEMORY_AT + 4]
+        p[MEMORY_AT + 2], p[MEMORY_AT + 4] = y, 0.0
+    gone = abs(y - p[MEMORY_AT + 5])
     if gone > PLAY:
-        p[_MEMORY + 8] += gone
-        p[_MEMORY + 5], p[_MEMORY + 6] = y, 0.0
-    elif p[_MEMORY + 6] >= LEAST_REST:
-        p[_MEMORY + 7], p[_MEMORY + 8] = p[_MEMORY + 6], 0.0
+        p[MEMORY_AT + 8] += gone
+        p[MEMORY_AT + 5], p[MEMORY_AT + 6] = y, 0.0
+    elif p[MEMORY_AT + 6] >= LEAST_REST:
+        p[MEMORY_AT + 7], p[MEMORY_AT + 8] = p[MEMORY_AT + 6], 0.0
 
 
 def with_own(rest: Any, part: int, bit: int) -> Any:
