@@ -17,7 +17,6 @@ from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
 from linid.parallel_tasks import in_parallel
 from linid.physics.model import Model
-from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
@@ -30,6 +29,7 @@ _DRAWS = 4
 _KEPT_DRAWS = 100_000  # samples, up to which these measurements are kept for the second judge: 250 MB
 _BURST = 1e9  # deviations
 _STILL = 1e-3  # of the largest change of a residual by noise: what changes less rests within an encoder's step
+_LEAST_BALANCED = 0.05  # of the force constant: balanced currents push with that, however far their phases are apart
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
 
 
@@ -223,15 +223,25 @@ class Balance:
 
 
 def gain_of(model: Model, vector: Array) -> float:
-    """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor.
-    vector: (VECTOR_SIZE,), SI.
+    """Acceleration per input in m/s^2 per A (or V), of three balanced ones; 0 without a motor. vector: (VECTOR_SIZE,),
+    SI.
     """
-    motor = MOTORS[model.kind]
-    if not motor.inputs:
+    if not model.driven_by.inputs:
         return 0.0
-    shape = {name: float(vector[model.slot(name)]) for name, _ in motor.shape}
-    constant = float(motor.fundamental(float(vector[model.slot("force_constant")]), shape))
-    return constant / float(vector[model.slot("mass")])
+    thrust = vector[model.slot("force_constant")] * thrust_per_constant(model, vector[None, :])[0]
+    return float(thrust / vector[model.slot("mass")])
+
+
+def thrust_per_constant(model: Model, vectors: Array) -> Array:
+    """Thrust per input, of three balanced ones, and per force constant (C,): what the first harmonic and the distance
+    of the phases make of that. vectors: (C, VECTOR_SIZE), SI."""
+    motor, found = model.driven_by, np.ones(vectors.shape[0])
+    if motor.shape:
+        found = motor.fundamental(found, {name: vectors[:, model.slot(name)] for name, _ in motor.shape})
+    if motor.phases:
+        balanced = motor.balanced(vectors[:, model.slot("winding_displacement")])
+        found = found * np.maximum(balanced, _LEAST_BALANCED)
+    return np.asarray(found)
 
 
 def scale_of(noise: Array) -> Array:

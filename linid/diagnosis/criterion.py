@@ -16,7 +16,7 @@ import numpy as np
 from linid.arrays import Array, Flags
 from linid.diagnosis.balance import Balance, Noise, Places, gain_of
 from linid.diagnosis.binned import squares_by_bin
-from linid.diagnosis.unknowns import ACROSS, Coordinate, vectors_of
+from linid.diagnosis.unknowns import ACROSS, Coordinate, FieldPhase, vectors_of
 from linid.physics.model import Model
 
 _STEP = 1e-4  # of a parameter's own scale, for differences
@@ -27,13 +27,13 @@ _LEAST_LEFT = 0.1  # of a bin's squares, whatever noise is taken off
 
 @dataclass(frozen=True)
 class Posed:
-    """What a fit searches: coordinates (p) of a model, with SI values that are held, the field's phase, rad, and
+    """What a fit searches: coordinates (p) of a model, with SI values that are held, the field's first phase, and
     parameters that keep a ratio to another."""
 
     model: Model
     coordinates: tuple[Coordinate, ...]
     held: Mapping[str, float]
-    phase: float
+    phase: FieldPhase
     ties: Mapping[str, tuple[str, float]]
 
     def vectors(self, x: Array) -> Array:
@@ -200,7 +200,8 @@ def _of_the_gain(posed: Posed, vector: Array, gain: float) -> Array:
     searched = {c.name: c for c in posed.coordinates}
     turn = 0.0
     if ACROSS in searched:
-        turn = model.turns * (float(vector[model.slot("commutation_offset")]) - posed.phase)
+        turned = float(vector[model.slot("commutation_offset")]) - posed.phase.value
+        turn = model.turns * (turned + posed.phase.y * float(vector[model.slot("electrical_wavenumber")]))
     parts = {"force_constant": math.cos(turn), ACROSS: math.sin(turn)}
     out = np.zeros(len(posed.coordinates))
     for k, (name, one) in enumerate(searched.items()):

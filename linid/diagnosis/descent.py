@@ -13,8 +13,11 @@ from linid.diagnosis.balance import Places
 from linid.diagnosis.criterion import Criterion, Posed
 from linid.diagnosis.linear_problem import LinearProblem
 
-_DAMPING, _LEAST_DAMPING, _LARGEST_DAMPING = 1e-3, 1e-9, 1e6
+_DAMPING = 1e-3  # of the first step
 _LEAST_GAIN_RATIO = 0.1  # of the promised decrease, for a step to be taken
+# Of the promised decrease: where a step keeps less, the next one is to be shorter, where more, it may be longer.
+_POOR, _GOOD = 0.25, 0.75
+_SHORTER, _SHORT, _LONGER = 0.3, 0.5, 2.0  # times a step's length: after one that fails, a poor one and a good one
 _LARGEST_CHANGE = 1.0  # of the logarithm of a scale in one step
 
 
@@ -46,9 +49,18 @@ class _Place:
     level: float
 
 
+def _next_radius(radius: float, length: float, gain_ratio: float) -> float:
+    """How long the next step may be after one that was taken, with its share of the promised decrease."""
+    if gain_ratio < _POOR:
+        return _SHORT * length
+    if math.isinf(radius):
+        return _LONGER * length
+    return max(radius, _LONGER * length) if gain_ratio > _GOOD else radius
+
+
 class Descent:
-    """Levenberg and Marquardt's method with slopes kept up by Broyden's update (Broyden 1965, Math. Comp. 19, 577),
-    computed anew when a step fails to keep its promise.
+    """Levenberg and Marquardt's method within a trust region (More 1978, Lect. Notes Math. 630, 105) with slopes kept
+    up by Broyden's update (Broyden 1965, Math. Comp. 19, 577), computed anew when a step fails to keep its promise.
 
     places: of the recordings that count; known: d residual / d unknown (n,) by name near the first values x (p,);
     exact: they are those there.
@@ -61,7 +73,7 @@ class Descent:
         rows = self.rows = criterion.rows_of(places)
         coordinates = posed.coordinates
         self.lower, self.upper = (np.array([getattr(c, name) for c in coordinates]) for name in ("lower", "upper"))
-        self.trust_radius = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
+        self.furthest = np.array([_LARGEST_CHANGE if c.log else np.inf for c in coordinates])
         self.count = float(np.count_nonzero(rows))
         self._bins = criterion.balance.rows.bin[rows]
         self.slopes = np.empty((x.size, self._bins.size))  # at the rows that count
@@ -94,47 +106,36 @@ class Descent:
         start = self.place
         level = self.criterion.level(start.residual, start.floor, self.rows, softness)
         self.place = replace(start, level=level)
-        damping, failed, used, renewals = _DAMPING, False, 0, 0
+        damping, radius, used, renewals = _DAMPING, math.inf, 0, 0
         linear: LinearProblem | None = None
         while used < effort.steps:
             here = self.place
             if linear is None:
                 linear = self.linear(softness)
-            room = (
-                np.maximum(self.lower - here.x, -self.trust_radius),
-                np.minimum(self.upper - here.x, self.trust_radius),
-            )
+            damping = linear.damping_within(radius, damping)
+            room = (np.maximum(self.lower - here.x, -self.furthest), np.minimum(self.upper - here.x, self.furthest))
             move, predicted = linear.step(damping, room)
             gain_ratio = -math.inf
             if predicted <= effort.precision * self.count:
                 if not self._stale or renewals >= effort.renewals:
                     break
             else:
-                for bent in (False, True):
-                    x = np.clip(here.x + move, self.lower, self.upper)
-                    trial = self._at(x, softness)
-                    used += 1
-                    gain_ratio = (here.level - trial.level) * self.count / predicted
-                    missed = (trial.residual - here.residual)[self.rows] - (x - here.x) @ self.slopes
-                    if gain_ratio > _LEAST_GAIN_RATIO or bent or used >= effort.steps:
-                        break
-                    # A curved valley: what the straight step missed tells how to bend it.
-                    move, _ = linear.step(damping, room, missed)
+                x = np.clip(here.x + move, self.lower, self.upper)
+                trial = self._at(x, softness)
+                used += 1
+                gain_ratio = (here.level - trial.level) * self.count / predicted
             if gain_ratio > _LEAST_GAIN_RATIO:
-                self._update_slopes(linear, trial.x - here.x, missed)
-                self.place = trial
-                damping = max(damping * (0.1 if gain_ratio > 0.5 and not failed else 1.0), _LEAST_DAMPING)
-                failed, linear = False, None
+                radius = _next_radius(radius, linear.length(damping), gain_ratio)
+                missed = (trial.residual - here.residual)[self.rows] - (x - here.x) @ self.slopes
+                self._update_slopes(linear, x - here.x, missed)
+                self.place, linear = trial, None
                 self._stale = list(self._renewable)
             elif self._stale and renewals < effort.renewals:
                 self._compute_slopes(self._stale.pop(0))
                 renewals += 1
                 linear = None
             else:
-                failed = True
-                damping *= 10.0
-                if damping > _LARGEST_DAMPING:
-                    break
+                radius = _SHORTER * linear.length(damping)
 
     def linear(self, softness: float) -> LinearProblem:
         """The problem of the next step, with the slopes as they are."""

@@ -13,7 +13,7 @@ from linid.arrays import Array
 from linid.diagnosis.balance import Balance, Noise, Places
 from linid.diagnosis.criterion import Criterion, Posed, Straight
 from linid.diagnosis.descent import Descent, Effort
-from linid.diagnosis.unknowns import Coordinate, Coordinates, encoded
+from linid.diagnosis.unknowns import Coordinate, Coordinates, FieldPhase, encoded
 from linid.identification.space.bounds import build_space
 from linid.identification.space.proportions import UNSHAPED, Proportions
 from linid.identification.space.search_space import SearchSpace
@@ -97,7 +97,7 @@ class JointFit(Criterion):
         chosen = tuple(sorted(recordings))
         held = self._held(model, preset)
         posed, x = self._posed(model, values, held, shape)
-        key = _key(model, {**held, **shape.values, "phase": posed.phase}, chosen, x, effort)
+        key = _key(model, {**held, **shape.values, "phase": posed.phase.value}, chosen, x, effort)
         memory = self.balance.memory
         if key in memory:
             x = np.array(memory[key])
@@ -122,7 +122,7 @@ class JointFit(Criterion):
         straight = Straight(self, x, residual, np.array([slopes[c.name] for c in posed.coordinates]))
         found, _ = Descent(straight, posed, x, chosen, slopes, True).run(effort)
         residual = straight.residuals(posed, found[None, :])[0]
-        key = "along slopes " + _key(model, {**held, "phase": posed.phase}, chosen, x, effort)
+        key = "along slopes " + _key(model, {**held, "phase": posed.phase.value}, chosen, x, effort)
         return self._fitted(posed, found, residual, preset, chosen, key, UNSHAPED)
 
     def _fitted(
@@ -237,7 +237,9 @@ class JointFit(Criterion):
         """What is searched about some values, and these as unknowns (p,)."""
         whole = {**values, **held}
         coordinates = self.coordinates.of(model, {**held, **shape.values}, values, shape.bounds)
-        posed = Posed(model, coordinates, held, float(whole.get("commutation_offset", 0.0)), shape.ties)
+        y = self.coordinates.middle if "electrical_wavenumber" in whole else 0.0
+        phase = whole.get("commutation_offset", 0.0) + y * whole.get("electrical_wavenumber", 0.0)
+        posed = Posed(model, coordinates, held, FieldPhase(float(phase), y), shape.ties)
         return posed, encoded(coordinates, model, whole)
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from functools import cached_property
+
 import numpy as np
 
 from linid.arrays import Array
 
+_DAMPINGS = 10.0 ** np.arange(-9.0, 6.01, 0.25)
 _PRIOR = 1e-6  # of a bin's weight: holds what no row tells where it is
 
 
@@ -18,25 +22,41 @@ class LinearProblem:
 
     def __init__(self, slopes: Array, residual: Array, weights: Array, answers: Array, pull: Array) -> None:
         self.columns = slopes * weights
-        self._by_residual = weights * answers
         normal = self.columns @ self.columns.T
         norms = np.sqrt(np.diag(normal))
         # What no row tells stays where it is.
         norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf
         self.norms = norms
         self.normal = normal / norms / norms[:, None]
-        self.half_slope = self._half_slope(residual) + pull
+        self.half_slope = self.columns @ (weights * answers * residual) + pull
 
-    def _half_slope(self, residual: Array) -> Array:
-        return np.asarray(self.columns @ (self._by_residual * residual))
+    @cached_property
+    def _spectrum(self) -> tuple[Array, Array]:
+        """Eigenvalues (p,) of the scaled problem, and squares of what asks for a step along its eigenvectors."""
+        values, vectors = np.linalg.eigh(self.normal)
+        return np.maximum(values, 0.0) + _PRIOR, (vectors.T @ (self.half_slope / self.norms)) ** 2
 
-    def step(self, damping: float, room: tuple[Array, Array], missed: Array | None = None) -> tuple[Array, float]:
-        """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of squares.
+    def length(self, damping: float) -> float:
+        """Length of the step in scaled unknowns, if nothing bounds it."""
+        values, squares = self._spectrum
+        return math.sqrt(float(np.sum(squares / (values + damping) ** 2)))
 
-        missed: (n,) of the residual, what a straight step left out.
+    def damping_within(self, radius: float, otherwise: float) -> float:
+        """The least damping whose step is no longer than the radius, if nothing bounds it; otherwise: for any length.
+
+        Where a damping is small beside all that rows tell, ten times as much leaves the step as it was.
         """
+        if math.isinf(radius):
+            return otherwise
+        values, squares = self._spectrum
+        fits = np.sum(squares / (values + _DAMPINGS[:, None]) ** 2, axis=1) <= radius**2
+        return float(_DAMPINGS[np.argmax(fits) if np.any(fits) else -1])
+
+    def step(self, damping: float, room: tuple[Array, Array]) -> tuple[Array, float]:
+        """The damped Gauss-Newton step (p,) within the room, and the decrease that it promises of the sum of
+        squares."""
         norms, normal = self.norms, self.normal
-        moment = (self.half_slope if missed is None else self.half_slope + self._half_slope(missed)) / norms
+        moment = self.half_slope / norms
         told = np.isfinite(norms)
         lower, upper = (np.where(told, edge * np.where(told, norms, 0.0), 0.0) for edge in room)
         system = normal + (damping + _PRIOR) * np.eye(norms.size)

@@ -9,13 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.balance import Balance
+from linid.diagnosis.balance import Balance, thrust_per_constant
 from linid.identification.guess.scales import effect_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
-from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter, is_force
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
@@ -49,14 +48,23 @@ class Coordinate:
         return 1.0 / self.scale if self.log else 0.0
 
 
+@dataclass(frozen=True)
+class FieldPhase:
+    """The field's phase that a fit begins with, rad of the motor's own angles, at the position y in m."""
+
+    value: float
+    y: float
+
+
 class Coordinates:
     """The unknowns of any model on some recordings, with bounds that scale with the axis.
 
     Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
     step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
-    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). Breakaway is searched as
-    F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its
-    presliding growing too. Where the mass is searched, forces are counted for the base's mass, F m_0/m: the mass alone
+    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). K is that of balanced currents,
+    which the phases' distance then leaves alone, and the phase that in the middle of the motion, where the pole pitch
+    turns it by the least. Breakaway is searched as F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as
+    a ratio, so that friction can grow without its presliding growing too. Where the mass is searched, forces are counted for the base's mass, F m_0/m: the mass alone
     then moves just what tells it, the recordings with other added masses.
     """
 
@@ -80,6 +88,7 @@ class Coordinates:
         self.speed = speed
         low, high = _LEAST_PRESLIDING * noise, _LARGEST_PRESLIDING * travel
         self.presliding = (math.log(low), math.log(max(high, 10.0 * low)))
+        self.middle = float(np.mean(motion.y))
         self.outlook = look_out(balance.base, recordings, self.reference)
         self.force_scale = force_scale(recordings, self.reference)
 
@@ -179,7 +188,7 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
         elif c.name == "bristle_damping":
             value = value / (2.0 * math.sqrt(values["bristle_stiffness"] * values["mass"]))
         elif c.name == "force_constant":
-            value = MOTORS[model.kind].fundamental(value, values)
+            value *= float(thrust_per_constant(model, model.vector(dict(values))[None, :])[0])
         if c.for_mass:
             value *= c.for_mass / values["mass"]
         out[k] = min(max(math.log(max(value, 1e-300)) if c.log else value, c.lower), c.upper)
@@ -191,11 +200,11 @@ def vectors_of(
     model: Model,
     held: Mapping[str, float],
     searched: Array,
-    phase: float,
+    phase: FieldPhase,
     ties: Mapping[str, tuple[str, float]],
 ) -> Array:
-    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units; phase: the field's first, rad;
-    ties: parameters that keep a ratio to another."""
+    """What is searched (C, p) -> flat parameter vectors (C, VECTOR_SIZE) in SI units; phase: the field's first; ties:
+    parameters that keep a ratio to another."""
     searched = np.atleast_2d(searched)
     out = np.empty((searched.shape[0], model.vector({}).size))
     out[:] = model.vector(dict(held))
@@ -212,7 +221,8 @@ def vectors_of(
         if coordinates[place].for_mass:
             across = across * out[:, model.slot("mass")] / coordinates[place].for_mass
         constant, shift = model.slot("force_constant"), model.slot("commutation_offset")
-        out[:, shift] = phase + np.arctan2(across, out[:, constant]) / model.turns
+        turned = phase.y * out[:, model.slot("electrical_wavenumber")]
+        out[:, shift] = phase.value - turned + np.arctan2(across, out[:, constant]) / model.turns
         out[:, constant] = np.hypot(out[:, constant], across)
     coulomb, static, stiffness, damping, mass = (
         model.slot(n) for n in ("coulomb_force", "static_force", "bristle_stiffness", "bristle_damping", "mass")
@@ -223,10 +233,8 @@ def vectors_of(
         out[:, stiffness] = out[:, coulomb] / out[:, stiffness]
     if "bristle_damping" in names:
         out[:, damping] *= 2.0 * np.sqrt(out[:, stiffness] * out[:, mass])
-    motor = MOTORS[model.kind]
-    if motor.shape and "force_constant" in names:
-        shape = {name: out[:, model.slot(name)] for name, _ in motor.shape}
-        out[:, model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
+    if "force_constant" in names:
+        out[:, model.slot("force_constant")] /= thrust_per_constant(model, out)
     model.tie(out)
     return out
 
