@@ -64,8 +64,9 @@ class Coordinates:
     the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). K is that of balanced currents,
     which the phases' distance then leaves alone, and the phase that in the middle of the motion, where the pole pitch
     turns it by the least. Breakaway is searched as F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as
-    a ratio, so that friction can grow without its presliding growing too. Where the mass is searched, forces are counted for the base's mass, F m_0/m: the mass alone
-    then moves just what tells it, the recordings with other added masses.
+    a ratio, so that friction can grow without its presliding growing too. Where the mass is searched, forces are
+    counted for the base's mass, F m_0/m: the mass alone then moves just what tells it, the recordings with other added
+    masses.
     """
 
     def __init__(

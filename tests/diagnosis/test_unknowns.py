@@ -1,0 +1,118 @@
+"""The unknowns of joint fits: what moves alone where another one does, and how few steps a turned field takes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from linid.diagnosis.balance import thrust_per_constant
+from linid.diagnosis.descent import QUICK, Descent
+from linid.diagnosis.linear_problem import LinearProblem
+from linid.identification.space.proportions import UNSHAPED
+from linid.physics.model import Model
+from linid.physics.motors.registry import MOTORS
+from tests.diagnosis.test_criterion import HELD, NAMES, fits_of
+
+STANDS = [("sine", "stand_axis_sine.yaml"), ("theta", "stand_axis.yaml")]
+
+
+def pushing_forwards(truth: dict[str, float], model: Model) -> dict[str, float]:
+    """The same motor with a positive force constant."""
+    if truth["force_constant"] > 0.0:
+        return truth
+    turned = truth["commutation_offset"] + math.pi / model.turns
+    return {**truth, "force_constant": -truth["force_constant"], "commutation_offset": turned}
+
+
+@pytest.mark.parametrize("kind", ["sine", "theta"])
+@pytest.mark.parametrize("displacement", [1.2, 2.0, 2.0943951, 2.4, 3.0])
+def test_balanced_currents_push_by_what_their_phases_leave(kind: str, displacement: float) -> None:
+    """Reference: the mean over a pole pair of the thrust that the equation of the motor gives (31, 39)."""
+    motor = MOTORS[kind]
+    values = {p.name: p.default for p in motor.parameters}
+    z = np.arange(720) * (2.0 * math.pi / 720)  # electrical
+    thrust = np.zeros(z.size)
+    for order, amplitude in motor.spectrum(values).items():
+        for phase in (-1, 0, 1):
+            current = np.sin(z + phase * 2.0 * math.pi / 3.0)
+            thrust += amplitude * np.sin(order * (z + phase * displacement)) * current
+    first = motor.fundamental(1.0, values)
+    assert float(np.mean(thrust)) == pytest.approx(1.5 * first * float(motor.balanced(displacement / motor.turns)))
+
+
+@pytest.mark.parametrize(("kind", "config"), STANDS)
+def test_first_values_come_back_and_neighbours_leave_thrust_and_phase_alone(kind: str, config: str) -> None:
+    """The distance of the phases leaves the thrust of balanced currents as it is, the pole pitch the phase of the field
+    in the middle of the motion, the thrust across both."""
+    fits, truth = fits_of(kind, config)  # type: ignore[arg-type]
+    model = Model(kind)  # type: ignore[arg-type]
+    truth = pushing_forwards(truth, model)
+    posed, x = fits._posed(model, truth, fits._held(model, {}), UNSHAPED)
+    names = [c.name for c in posed.coordinates]
+    vector = posed.vectors(x)[0]
+    for name in (p.name for p in model.driven_by.parameters):
+        assert vector[model.slot(name)] == pytest.approx(truth[name], rel=1e-9), name
+
+    def moved(name: str, by: float) -> np.ndarray:
+        step = np.zeros(x.size)
+        step[names.index(name)] = by
+        return np.asarray(posed.vectors(x + step)[0])
+
+    def thrust_and_phase(vector: np.ndarray) -> tuple[float, float]:
+        thrust = vector[model.slot("force_constant")] * thrust_per_constant(model, vector[None])[0]
+        turned = vector[model.slot("commutation_offset")]
+        return float(thrust), float(turned + fits.coordinates.middle * vector[model.slot("electrical_wavenumber")])
+
+    thrust, phase = thrust_and_phase(vector)
+    for name, by in (("winding_displacement", 0.1), ("electrical_wavenumber", 0.02)):
+        other = moved(name, by)
+        assert other[model.slot(name)] != pytest.approx(truth[name], rel=1e-3)
+        assert thrust_and_phase(other) == pytest.approx((thrust, phase), rel=1e-9)
+    across = moved("thrust_across", 0.1 * x[names.index("force_constant")])
+    turn = math.atan2(0.1, 1.0) / model.turns
+    assert thrust_and_phase(across) == pytest.approx((math.hypot(1.0, 0.1) * thrust, phase + turn), rel=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "config"), STANDS)
+@pytest.mark.parametrize(("apart", "pitch"), [(0.25, 1.0), (0.0, 1.02), (-0.2, 0.99)])
+def test_a_quick_fit_finds_phases_and_pitch_that_are_off(kind: str, config: str, apart: float, pitch: float) -> None:
+    """Where the valley is curved in these, twice as many steps end a whole level higher."""
+    fits, truth = fits_of(kind, config)  # type: ignore[arg-type]
+    model, places = Model(kind), tuple(range(len(NAMES)))  # type: ignore[arg-type]
+    truth = pushing_forwards(truth, model)
+    first = dict(truth)
+    first["winding_displacement"] += apart / model.turns
+    first["electrical_wavenumber"] *= pitch
+    first["commutation_offset"] += fits.coordinates.middle * (1.0 - pitch) * truth["electrical_wavenumber"]
+    held = fits._held(model, {name: truth[name] for name in HELD.get(kind, ())})
+    begun, ended = [], []
+    for values in (truth, first):
+        descent = Descent(fits, *fits._posed(model, values, held, UNSHAPED), places, {}, False)
+        begun.append(descent.place.level)
+        descent.run(QUICK)
+        ended.append(descent.place.level)
+    assert begun[1] > begun[0] + 0.5
+    assert ended[1] < ended[0] + 0.05
+
+
+def test_the_damping_of_a_radius_is_the_least_that_keeps_to_it() -> None:
+    """Steps of a problem with directions that differ by nine orders; reference: the steps themselves."""
+    generator = np.random.default_rng(3)
+    slopes = (
+        np.diag(10.0 ** np.arange(0.0, -4.6, -0.5)) @ generator.normal(size=(10, 10)) @ generator.normal(size=(10, 400))
+    )
+    residual, ones = generator.normal(size=400), np.ones(400)
+    problem = LinearProblem(slopes, residual, ones, ones, np.zeros(10))
+    free = np.full(10, -np.inf), np.full(10, np.inf)
+
+    def length(damping: float) -> float:
+        return float(np.linalg.norm(problem.step(damping, free)[0] * problem.norms))
+
+    assert problem.damping_within(math.inf, 1e-3) == 1e-3
+    for share in (0.9, 0.5, 0.1, 1e-3):
+        radius = share * length(1e-9)
+        found = problem.damping_within(radius, 1e-3)
+        assert problem.length(found) == pytest.approx(length(found), rel=1e-6)
+        assert length(found) <= radius < length(found * 10.0**-0.25)
