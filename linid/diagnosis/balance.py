@@ -16,6 +16,7 @@ from linid.arrays import Array, Integers
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
 from linid.parallel_tasks import in_parallel
+from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
@@ -29,7 +30,6 @@ _DRAWS = 4
 _KEPT_DRAWS = 100_000  # samples, up to which these measurements are kept for the second judge: 250 MB
 _BURST = 1e9  # deviations
 _STILL = 1e-3  # of the largest change of a residual by noise: what changes less rests within an encoder's step
-_LEAST_BALANCED = 0.05  # of the force constant: balanced currents push with that, however far their phases are apart
 _LEAST_FLOOR = 0.3  # of the median floor: no recording counts more than that however quiet it is
 
 
@@ -230,18 +230,6 @@ def gain_of(model: Model, vector: Array) -> float:
         return 0.0
     thrust = vector[model.slot("force_constant")] * thrust_per_constant(model, vector[None, :])[0]
     return float(thrust / vector[model.slot("mass")])
-
-
-def thrust_per_constant(model: Model, vectors: Array) -> Array:
-    """Thrust per input, of three balanced ones, and per force constant (C,): what the first harmonic and the distance
-    of the phases make of that. vectors: (C, VECTOR_SIZE), SI."""
-    motor, found = model.driven_by, np.ones(vectors.shape[0])
-    if motor.shape:
-        found = motor.fundamental(found, {name: vectors[:, model.slot(name)] for name, _ in motor.shape})
-    if motor.phases:
-        balanced = motor.balanced(vectors[:, model.slot("winding_displacement")])
-        found = found * np.maximum(balanced, _LEAST_BALANCED)
-    return np.asarray(found)
 
 
 def scale_of(noise: Array) -> Array:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from linid.diagnosis.balance import Balance, thrust_per_constant
+from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import THOROUGH
 from linid.diagnosis.judge import Judge, judge_of
@@ -18,6 +18,7 @@ from linid.diagnosis.unknowns import RATIOS
 from linid.errors import UsageError
 from linid.identification.result import Estimate, FitResult
 from linid.identification.unit_mass import comparable
+from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.recording.recording import Recording

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linid.arrays import Array
-from linid.diagnosis.balance import Balance, thrust_per_constant
+from linid.diagnosis.balance import Balance
 from linid.identification.guess.scales import effect_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
+from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.parameter import Parameter, is_force

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from linid.diagnosis.balance import thrust_per_constant
 from linid.diagnosis.descent import QUICK, Descent
 from linid.diagnosis.linear_problem import LinearProblem
 from linid.identification.space.proportions import UNSHAPED
+from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
 from tests.diagnosis.test_criterion import HELD, NAMES, fits_of

@@ -14,7 +14,7 @@ from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.least_squares import levenberg_marquardt
 from linid.identification.settings import Ending
 from linid.identification.signals.motion import Motion
-from linid.identification.space.field_vector import FieldVector, field_vector
+from linid.identification.space.field_vector import field_vector
 from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.model import Model
 from linid.recording.recording import Recording
@@ -25,6 +25,13 @@ FIELD = (
     SearchParameter("force_constant", 4.0, 256.0, True),
     SearchParameter("commutation_offset", -math.pi, math.pi, False),
 )
+
+
+_AROUND = (
+    SearchParameter("electrical_wavenumber", 195.0, 205.0, False),
+    SearchParameter("winding_displacement", 0.7, 1.3, False),
+)
+SHAPE = {"sine": _AROUND, "theta": (*_AROUND, SearchParameter("nome", 0.01, 0.3, True))}
 
 
 @dataclass
@@ -59,7 +66,7 @@ def problem_of(kind: str, point: tuple[SearchParameter, ...], formula: object) -
 @pytest.mark.parametrize(("kind", "turns"), [("sine", 1.0), ("theta", 2.0)])
 def test_the_fields_vector_moves_in_a_straight_line(kind: str, turns: float) -> None:
     """Moved by (dK, dphase), the vector K exp(i phase) changes by (dK + i K dphase) exp(i phase): no second order."""
-    field = field_vector(SearchSpace(Model(kind), FIELD, {}))
+    field = field_vector(SearchSpace(Model(kind), FIELD, {}), ())
     assert field is not None
     x, move = np.array([0.4, 0.5, 0.3]), np.array([0.11, -0.07, 0.2])
     moved = field.moved(x, move)
@@ -74,15 +81,39 @@ def test_the_fields_vector_moves_in_a_straight_line(kind: str, turns: float) -> 
     assert moved[2] == x[2] + move[2]
 
 
+@pytest.mark.parametrize("kind", ["sine", "theta"])
+def test_all_that_turns_the_field_counts_in_the_middle_of_the_motion(kind: str) -> None:
+    """The thrust of balanced currents at y = 0.4 m, as pole pitch, distance of the phases and shape of the field change
+    too, has no second order: reference is its own slope."""
+    space = problem_of(kind, (*FIELD, *SHAPE[kind]), lambda row: row[:1]).space
+    y = np.linspace(0.3, 0.5, 11)
+    motion = Motion(y, y, y, np.zeros(11, dtype=np.bool_), np.ones(1), np.ones(1))
+    field = field_vector(space, [motion, None])
+    assert field is not None
+    x = np.full(len(space.parameters), 0.45)
+    move = np.array([0.05, -0.03, 0.06, 0.2, 0.1, -0.1])[: x.size]
+
+    def vector(point: Array) -> complex:
+        values, motor = space.values(point), space.model.driven_by
+        length = motor.fundamental(values["force_constant"], values) * motor.balanced(values["winding_displacement"])
+        z = values["electrical_wavenumber"] * 0.4 + values["commutation_offset"]
+        return complex(length * np.exp(1j * motor.turns * z))
+
+    slope = (vector(x + 1e-4 * move) - vector(x - 1e-4 * move)) / 2e-4
+    assert abs(vector(x + move) - vector(x) - slope) > 0.1 * abs(slope)
+    assert vector(field.moved(x, move)) == pytest.approx(vector(x) + slope, rel=1e-4)
+
+
 def test_a_vector_that_would_turn_round_is_moved_as_it_is() -> None:
-    field = FieldVector(0, 1, 4.0, 6.0)
-    x, move = np.array([0.5, 0.5]), np.array([-0.3, 0.1])  # 1 + 4 (-0.3) < 0
+    field = field_vector(SearchSpace(Model("sine"), FIELD, {}), ())
+    assert field is not None
+    x, move = np.array([0.5, 0.5, 0.5]), np.array([-0.3, 0.1, 0.0])  # 1 + log(64) (-0.3) < 0
     np.testing.assert_array_equal(field.moved(x, move), x + move)
 
 
 def test_no_vector_without_both_genes() -> None:
-    assert field_vector(SearchSpace(Model("sine"), FIELD[:1], {})) is None
-    assert field_vector(SearchSpace(Model("friction"), (), {})) is None
+    assert field_vector(SearchSpace(Model("sine"), FIELD[:1], {}), ()) is None
+    assert field_vector(SearchSpace(Model("friction"), (), {}), ()) is None
 
 
 def test_thrust_of_the_wrong_phase_is_found_in_two_steps() -> None:

@@ -265,7 +265,7 @@ def levenberg_marquardt(
     ending = Ending() if ending is None else ending
     start = start if isinstance(start, Start) else Start(start)
     line = Linearisation(problem, cost, told=start.told)
-    steps = _Steps(line, field_vector(problem.space) if bend else None, bend, ending.precision, start.damping)
+    steps = _Steps(line, bend, ending.precision, start.damping)
     p = line.p
     offsets = np.zeros(line.k) if start.offsets is None else start.offsets
     x = np.concatenate([np.clip(start.point, 1e-9, 1.0 - 1e-9), offsets])
@@ -309,10 +309,10 @@ def levenberg_marquardt(
 class _Steps:
     """Damped steps with a trust region; the damping follows how well the linearisation predicted the gain."""
 
-    def __init__(
-        self, line: Linearisation, field: FieldVector | None, bend: bool, precision: float, damping: float | None
-    ) -> None:
-        self.line, self.field, self.bend, self.precision = line, field, bend, precision
+    def __init__(self, line: Linearisation, bend: bool, precision: float, damping: float | None) -> None:
+        self.line, self.bend, self.precision = line, bend, precision
+        motions = [part.motion for part in line.problem.parts]
+        self.field = field_vector(line.problem.space, motions) if bend else None
         self.lower, self.upper = line.bounds
         self.damping = FIRST_DAMPING if damping is None else min(max(damping, _LEAST_AT_FIRST), FIRST_DAMPING)
         self.calmer = _FAR if damping is None else _NEAR

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from linid.arrays import Array
+from linid.identification.signals.motion import Motion
 from linid.identification.space.search_space import SearchSpace
+from linid.physics.balanced_thrust import thrust_per_constant
+
+_PROBE = 1e-3  # of a step, over which what it does to the vector is differenced
 
 
 @dataclass(frozen=True)
 class FieldVector:
-    """The search coordinates of force constant and shift, and what a unit of each turns or stretches the vector by.
+    """The search coordinates of force constant and shift, and what a unit of each stretches or turns the vector by.
 
     Thrust is K cos(phase) A(t) + K sin(phase) B(t) (theta: of its first harmonic), so that a valley of equal
-    cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase.
+    cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase. K is that of balanced currents, the
+    phase that at y: all that stretches or turns this vector counts, the distance of the phases and the pole pitch too.
+    y: position in m in the middle of the motion.
     """
 
+    space: SearchSpace
+    y: float
     constant: int
     shift: int
     stretch: float  # of log K per search coordinate
@@ -28,17 +37,27 @@ class FieldVector:
         """Search coordinates x (n,) moved by `move`, the field's vector in a straight line; also with other unknowns
         behind."""
         out = np.asarray(x + move)
-        along = 1.0 + self.stretch * float(move[self.constant])
-        across = self.turn * float(move[self.shift])
+        behind, here, ahead, there = self._polar(np.array([x - _PROBE * move, x, x + _PROBE * move, out]))
+        along, across = np.array([1.0, 0.0]) + (ahead - behind) / (2.0 * _PROBE)
         if along > 0.0:
-            out[self.constant] = x[self.constant] + math.log(math.hypot(along, across)) / self.stretch
-            out[self.shift] = x[self.shift] + math.atan2(across, along) / self.turn
+            missing = here + np.array([math.log(math.hypot(along, across)), math.atan2(across, along)]) - there
+            out[self.constant] += missing[0] / self.stretch
+            out[self.shift] += missing[1] / self.turn
         return out
 
+    def _polar(self, points: Array) -> Array:
+        """Logarithm of the vector's length and its direction in rad (C, 2) at search coordinates (C, n)."""
+        model = self.space.model
+        vectors = self.space.vectors(points[:, : len(self.space.parameters)])
+        length = vectors[:, model.slot("force_constant")] * thrust_per_constant(model, vectors)
+        turned = self.y * vectors[:, model.slot("electrical_wavenumber")] if model.phases else 0.0
+        direction = model.turns * (vectors[:, model.slot("commutation_offset")] + turned)
+        return np.column_stack([np.log(length), direction])
 
-def field_vector(space: SearchSpace) -> FieldVector | None:
-    """The field's vector among the search coordinates; None unless force constant (by its logarithm) and shift are
-    searched."""
+
+def field_vector(space: SearchSpace, motions: Sequence[Motion | None]) -> FieldVector | None:
+    """The field's vector among the search coordinates in the middle of some motions, where a wavenumber turns it by the
+    least; None unless force constant (by its logarithm) and shift are searched."""
     places = {searched.name: place for place, searched in enumerate(space.parameters)}
     if (
         "force_constant" not in places
@@ -47,7 +66,10 @@ def field_vector(space: SearchSpace) -> FieldVector | None:
     ):
         return None
     constant, shift = (space.parameters[places[name]] for name in ("force_constant", "commutation_offset"))
+    measured = [motion.y for motion in motions if motion is not None]
     return FieldVector(
+        space,
+        float(np.mean(np.concatenate(measured))) if measured else 0.0,
         places["force_constant"],
         places["commutation_offset"],
         math.log(constant.upper / constant.lower),
