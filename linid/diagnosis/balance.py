@@ -16,8 +16,8 @@ from linid.arrays import Array, Integers
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.signals.motion import retaken, with_input_noise
 from linid.parallel_tasks import in_parallel
-from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.model import Model
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 from linid.statistics import MEDIAN_ABSOLUTE
 
@@ -223,13 +223,15 @@ class Balance:
 
 
 def gain_of(model: Model, vector: Array) -> float:
-    """Acceleration per input in m/s^2 per A (or V), of three balanced ones; 0 without a motor. vector: (VECTOR_SIZE,),
-    SI.
+    """Acceleration per input in m/s^2 per A (or V), but for the shape of the field; 0 without a motor.
+    vector: (VECTOR_SIZE,), SI.
     """
-    if not model.driven_by.inputs:
+    motor = MOTORS[model.kind]
+    if not motor.inputs:
         return 0.0
-    thrust = vector[model.slot("force_constant")] * thrust_per_constant(model, vector[None, :])[0]
-    return float(thrust / vector[model.slot("mass")])
+    shape = {name: float(vector[model.slot(name)]) for name, _ in motor.shape}
+    constant = float(motor.fundamental(float(vector[model.slot("force_constant")]), shape))
+    return constant / float(vector[model.slot("mass")])
 
 
 def scale_of(noise: Array) -> Array:

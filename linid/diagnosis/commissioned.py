@@ -18,9 +18,9 @@ from linid.diagnosis.unknowns import RATIOS
 from linid.errors import UsageError
 from linid.identification.result import Estimate, FitResult
 from linid.identification.unit_mass import comparable
-from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 
 _HELD = ("mass", "stribeck_exponent")  # the size of all forces, and what fits hold as well
@@ -52,7 +52,7 @@ def commissioned_base(model: FitResult, recordings: Sequence[Recording], means: 
     places = tuple(k for k, r in enumerate(recordings) if r.split == "fit")
     one = Model(model.model, model.effects, law=model.law)
     values = {p.name: model.value(p.name) for p in one.parameters}
-    told = _told(model, one, values)
+    told = _told(model, values)
     held = {name: x for name, x in values.items() if name not in told}
     assumptions.append("the base is the given model: no fit moves it further than its own intervals")
     balance = Balance(one, recordings, means.jobs, means.seed, means.memory)
@@ -62,7 +62,7 @@ def commissioned_base(model: FitResult, recordings: Sequence[Recording], means: 
     return Base(found, judge, (), held)
 
 
-def _told(model: FitResult, one: Model, values: dict[str, float]) -> dict[str, tuple[float, float]]:
+def _told(model: FitResult, values: dict[str, float]) -> dict[str, tuple[float, float]]:
     """The intervals of what a model tells of its base parameters, of friction's shape as the ratios that are
     searched."""
     own = {p.name for p in Model(model.model, law=model.law).parameters}
@@ -75,9 +75,8 @@ def _told(model: FitResult, one: Model, values: dict[str, float]) -> dict[str, t
     for name in RATIOS:
         if name in out:
             out[name] = _as_ratio(name, values, *out[name])
-    if "force_constant" in out:  # searched as that of balanced currents
-        share = float(thrust_per_constant(one, one.vector(values)[None, :])[0])
-        low, high = (share * x for x in out["force_constant"])
+    if "force_constant" in out:  # searched as that of the field's fundamental
+        low, high = (MOTORS[model.model].fundamental(x, values) for x in out["force_constant"])
         out["force_constant"] = min(low, high), max(low, high)
     return out
 

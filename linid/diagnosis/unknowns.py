@@ -13,9 +13,9 @@ from linid.diagnosis.balance import Balance
 from linid.identification.guess.scales import effect_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
-from linid.physics.balanced_thrust import thrust_per_constant
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
+from linid.physics.motors.registry import MOTORS
 from linid.physics.parameter import Parameter, is_force
 
 ACROSS = "thrust_across"  # of the field's first phase; along it is the force constant
@@ -62,12 +62,11 @@ class Coordinates:
 
     Forces are searched on a linear scale, for the residual is linear in them: a fit that starts far off arrives in a
     step; so are the thrust along the field's first phase and across it, K cos and K sin, for with commutated currents
-    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). K is that of balanced currents,
-    which the phases' distance then leaves alone, and the phase that in the middle of the motion, where the pole pitch
-    turns it by the least. Breakaway is searched as F_S/F_C, stiffness as presliding deflection F_C/sigma_0, damping as
-    a ratio, so that friction can grow without its presliding growing too. Where the mass is searched, forces are
-    counted for the base's mass, F m_0/m: the mass alone then moves just what tells it, the recordings with other added
-    masses.
+    the valley is a circle in K and phase (Transtrum and Sethna 2012, arXiv:1201.5885). That phase is the one in the
+    middle of the motion, where the pole pitch turns the field by the least. Breakaway is searched as F_S/F_C, stiffness
+    as presliding deflection F_C/sigma_0, damping as a ratio, so that friction can grow without its presliding growing
+    too. Where the mass is searched, forces are counted for the base's mass, F m_0/m: the mass alone then moves just
+    what tells it, the recordings with other added masses.
     """
 
     def __init__(
@@ -190,7 +189,7 @@ def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str
         elif c.name == "bristle_damping":
             value = value / (2.0 * math.sqrt(values["bristle_stiffness"] * values["mass"]))
         elif c.name == "force_constant":
-            value *= float(thrust_per_constant(model, model.vector(dict(values))[None, :])[0])
+            value = MOTORS[model.kind].fundamental(value, values)
         if c.for_mass:
             value *= c.for_mass / values["mass"]
         out[k] = min(max(math.log(max(value, 1e-300)) if c.log else value, c.lower), c.upper)
@@ -235,8 +234,10 @@ def vectors_of(
         out[:, stiffness] = out[:, coulomb] / out[:, stiffness]
     if "bristle_damping" in names:
         out[:, damping] *= 2.0 * np.sqrt(out[:, stiffness] * out[:, mass])
-    if "force_constant" in names:
-        out[:, model.slot("force_constant")] /= thrust_per_constant(model, out)
+    motor = MOTORS[model.kind]
+    if motor.shape and "force_constant" in names:
+        shape = {name: out[:, model.slot(name)] for name, _ in motor.shape}
+        out[:, model.slot("force_constant")] /= motor.fundamental(np.ones(out.shape[0]), shape)
     model.tie(out)
     return out
 

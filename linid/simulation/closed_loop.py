@@ -134,8 +134,9 @@ def _commutation(model: Model, values: dict[str, float]) -> tuple[float, float, 
     constant = values.get("force_constant", 1.0)
     if not model.phases:
         return 0.0, 0.0, math.copysign(1.0, constant)
-    motor = model.driven_by
-    constant = motor.fundamental(constant, values) * float(motor.balanced(values["winding_displacement"]))
+    # Phases that are not 120 degrees apart push together by so much of three.
+    apart = model.turns * values["winding_displacement"] - 2.0 * math.pi / 3.0
+    constant = model.driven_by.fundamental(constant, values) * (1.0 + 2.0 * math.cos(apart))
     wavenumber, offset = values["electrical_wavenumber"], values["commutation_offset"]
     return model.turns * wavenumber, model.turns * offset, math.copysign(1.0, constant)
 

@@ -83,8 +83,8 @@ def test_the_fields_vector_moves_in_a_straight_line(kind: str, turns: float) -> 
 
 @pytest.mark.parametrize("kind", ["sine", "theta"])
 def test_all_that_turns_the_field_counts_in_the_middle_of_the_motion(kind: str) -> None:
-    """The thrust of balanced currents at y = 0.4 m, as pole pitch, distance of the phases and shape of the field change
-    too, has no second order: reference is its own slope."""
+    """The vector at y = 0.4 m, as pole pitch and shape of the field change too, has no second order: reference is its
+    own slope."""
     space = problem_of(kind, (*FIELD, *SHAPE[kind]), lambda row: row[:1]).space
     y = np.linspace(0.3, 0.5, 11)
     motion = Motion(y, y, y, np.zeros(11, dtype=np.bool_), np.ones(1), np.ones(1))
@@ -95,7 +95,7 @@ def test_all_that_turns_the_field_counts_in_the_middle_of_the_motion(kind: str) 
 
     def vector(point: Array) -> complex:
         values, motor = space.values(point), space.model.driven_by
-        length = motor.fundamental(values["force_constant"], values) * motor.balanced(values["winding_displacement"])
+        length = motor.fundamental(values["force_constant"], values)
         z = values["electrical_wavenumber"] * 0.4 + values["commutation_offset"]
         return complex(length * np.exp(1j * motor.turns * z))
 

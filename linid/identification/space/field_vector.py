@@ -11,7 +11,6 @@ import numpy as np
 from linid.arrays import Array
 from linid.identification.signals.motion import Motion
 from linid.identification.space.search_space import SearchSpace
-from linid.physics.balanced_thrust import thrust_per_constant
 
 _PROBE = 1e-3  # of a step, over which what it does to the vector is differenced
 
@@ -21,9 +20,8 @@ class FieldVector:
     """The search coordinates of force constant and shift, and what a unit of each stretches or turns the vector by.
 
     Thrust is K cos(phase) A(t) + K sin(phase) B(t) (theta: of its first harmonic), so that a valley of equal
-    cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase. K is that of balanced currents, the
-    phase that at y: all that stretches or turns this vector counts, the distance of the phases and the pole pitch too.
-    y: position in m in the middle of the motion.
+    cost is straight in K cos(phase) and K sin(phase), and bent in K and the phase. The phase is that at y, which the
+    wavenumber turns too. y: position in m in the middle of the motion.
     """
 
     space: SearchSpace
@@ -49,8 +47,10 @@ class FieldVector:
         """Logarithm of the vector's length and its direction in rad (C, 2) at search coordinates (C, n)."""
         model = self.space.model
         vectors = self.space.vectors(points[:, : len(self.space.parameters)])
-        length = vectors[:, model.slot("force_constant")] * thrust_per_constant(model, vectors)
-        turned = self.y * vectors[:, model.slot("electrical_wavenumber")] if model.phases else 0.0
+        motor = model.driven_by
+        shape = {name: vectors[:, model.slot(name)] for name, _ in motor.shape}
+        length = motor.fundamental(vectors[:, model.slot("force_constant")], shape)
+        turned = self.y * vectors[:, model.slot("electrical_wavenumber")]
         direction = model.turns * (vectors[:, model.slot("commutation_offset")] + turned)
         return np.column_stack([np.log(length), direction])
 

@@ -89,14 +89,6 @@ class Motor:
         """
         return constant if self.harmonic is None else self.harmonic(constant, *(values[name] for name, _ in self.shape))
 
-    def balanced(self, displacement: Any) -> Any:
-        """Share of the force constant with which three balanced currents push along the field.
-
-        displacement: of the windings in the field, rad of the motor's own angles (float or (C,)). Phases that are not
-        120 electrical degrees apart make a wave that travels with the field, of this amplitude, and one against it.
-        """
-        return (1.0 + 2.0 * np.cos(self.turns * displacement - 2.0 * math.pi / 3.0)) / 3.0
-
     def spectrum(self, values: Mapping[str, float]) -> dict[int, float]:
         """Amplitudes of the odd harmonics of a periodic field by order, per unit of the force constant (as of eq. 37).
 
