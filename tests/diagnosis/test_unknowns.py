@@ -59,7 +59,7 @@ def test_first_values_come_back_and_the_pole_pitch_leaves_thrust_and_phase_alone
 @pytest.mark.parametrize(("kind", "config"), STANDS)
 @pytest.mark.parametrize(("apart", "pitch"), [(0.25, 1.0), (0.0, 1.02), (-0.2, 0.99)])
 def test_a_quick_fit_finds_a_pitch_and_phases_that_are_off(kind: str, config: str, apart: float, pitch: float) -> None:
-    """Where the valley is curved in these, twice as many steps end a whole level higher."""
+    """Where a pitch turns the field about position zero, the same steps end up to a level higher."""
     fits, truth = fits_of(kind, config)  # type: ignore[arg-type]
     model, places = Model(kind), tuple(range(len(NAMES)))  # type: ignore[arg-type]
     truth = pushing_forwards(truth, model)
@@ -75,7 +75,7 @@ def test_a_quick_fit_finds_a_pitch_and_phases_that_are_off(kind: str, config: st
         descent.run(QUICK)
         ended.append(descent.place.level)
     assert begun[1] > begun[0] + 0.5
-    assert ended[1] < ended[0] + 0.05
+    assert ended[1] < ended[0] + 0.1
 
 
 def test_the_damping_of_a_radius_is_the_least_that_keeps_to_it() -> None:
