@@ -55,6 +55,7 @@ class Valleys:
     groups: np.ndarray = field(default_factory=lambda: np.arange(40, dtype=np.int64))
     group_recording: np.ndarray = field(default_factory=lambda: np.zeros(40, dtype=np.int64))
     signal: np.ndarray = field(default_factory=lambda: np.ones(40))
+    motion: None = None
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         x, y = params[:, 0], params[:, 1]
