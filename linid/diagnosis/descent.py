@@ -50,7 +50,10 @@ class _Place:
 
 
 def _next_radius(radius: float, length: float, gain_ratio: float) -> float:
-    """How long the next step may be after one that was taken, with its share of the promised decrease."""
+    """How long the next step may be after one of some length that kept a share of its promised decrease; radius: how
+    long that one might be, inf at first."""
+    if gain_ratio <= _LEAST_GAIN_RATIO:
+        return _SHORTER * length
     if gain_ratio < _POOR:
         return _SHORT * length
     if math.isinf(radius):
@@ -135,7 +138,7 @@ class Descent:
                 renewals += 1
                 linear = None
             else:
-                radius = _SHORTER * linear.length(damping)
+                radius = _next_radius(radius, linear.length(damping), gain_ratio)
 
     def linear(self, softness: float) -> LinearProblem:
         """The problem of the next step, with the slopes as they are."""

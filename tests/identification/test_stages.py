@@ -11,6 +11,7 @@ from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import _best_start, _rivals, least_squares_in_stages
 from linid.identification.settings import FitSettings, Hooks
+from linid.identification.signals.motion import Motion
 from linid.identification.space.search_space import SearchSpace
 from linid.physics.model import Model
 from linid.physics.parameter import Parameter
@@ -55,7 +56,7 @@ class Valleys:
     groups: np.ndarray = field(default_factory=lambda: np.arange(40, dtype=np.int64))
     group_recording: np.ndarray = field(default_factory=lambda: np.zeros(40, dtype=np.int64))
     signal: np.ndarray = field(default_factory=lambda: np.ones(40))
-    motion: None = None
+    motion: Motion = field(default_factory=lambda: Motion(*np.zeros((6, 1))))
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         x, y = params[:, 0], params[:, 1]

@@ -55,7 +55,7 @@ class FieldVector:
         return np.column_stack([np.log(length), direction])
 
 
-def field_vector(space: SearchSpace, motions: Sequence[Motion | None]) -> FieldVector | None:
+def field_vector(space: SearchSpace, motions: Sequence[Motion]) -> FieldVector | None:
     """The field's vector among the search coordinates in the middle of some motions, where a wavenumber turns it by the
     least; None unless force constant (by its logarithm) and shift are searched."""
     places = {searched.name: place for place, searched in enumerate(space.parameters)}
@@ -66,10 +66,9 @@ def field_vector(space: SearchSpace, motions: Sequence[Motion | None]) -> FieldV
     ):
         return None
     constant, shift = (space.parameters[places[name]] for name in ("force_constant", "commutation_offset"))
-    measured = [motion.y for motion in motions if motion is not None]
     return FieldVector(
         space,
-        float(np.mean(np.concatenate(measured))) if measured else 0.0,
+        float(np.mean(np.concatenate([motion.y for motion in motions]))),
         places["force_constant"],
         places["commutation_offset"],
         math.log(constant.upper / constant.lower),
