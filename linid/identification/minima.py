@@ -14,7 +14,7 @@ from linid.identification.assemble import Task, assemble
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.input_noise import currents_in_common_push, fit_under_noise
 from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
-from linid.identification.optimise.rivals import advantage, group_squares, on_the_plain, other_shape, weights_at
+from linid.identification.optimise.rivals import advantage, group_squares, on_the_plain, other_shape
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import APART, coarse_ending, final_ending
 from linid.identification.optimise.window_trust import fit_by_trust
@@ -69,15 +69,13 @@ class _Found:
     white: bool
 
     @cached_property
-    def _weighted(self) -> tuple[list[Array], Array]:
-        """The weights (N,) of each part's residuals here, and the weighted squares (G,) by group."""
-        weights = weights_at(self.problem, self.solution)
-        return weights, group_squares(self.problem, self.solution, weights)
+    def _squares(self) -> Array:
+        """The weighted squares (G,) of the residuals by group."""
+        return group_squares(self.problem, self.solution, self.solution.weights)
 
     def lead(self, problem: Problem, rival: LeastSquaresFit) -> float:
         """How much less this costs than a rival, in standard deviations; problem: that of the rival's residuals."""
-        weights, squares = self._weighted
-        return advantage(squares, group_squares(problem, rival, weights))
+        return advantage(self._squares, group_squares(problem, rival, self.solution.weights))
 
     def end_of_valley(self, rival: _Found) -> dict[str, float]:
         """SI values at the end of a rival's valley of shapes of the field that cost statistically what this one does,

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from linid.identification.guess.first_values import guess_effects
 from linid.identification.objectives.choose import make_parts
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import Linearisation
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.settings import FitSettings
 from linid.identification.space.bounds import build_space
 from linid.physics.model import Model

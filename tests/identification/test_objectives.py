@@ -9,7 +9,7 @@ from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.choose import FULL, Look, make_parts
 from linid.identification.objectives.free_run import FreeRun
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import Linearisation
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.settings import FitSettings
 from linid.identification.space.search_space import SearchParameter, SearchSpace
 from linid.physics.model import Model

@@ -14,7 +14,8 @@ from linid.identification import minima
 from linid.identification.fit import fit
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise import least_squares
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, Start, levenberg_marquardt
+from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.settings import FitSettings, SearchSettings
 from linid.identification.uncertainty.profile import _scale, profile_likelihood, valley_end
 from linid.statistics import NORMAL_97_5
@@ -33,8 +34,7 @@ def stopped_beside(problem: Problem, solution: LeastSquaresFit, by: float) -> Le
     held = Problem(problem.space.holding({NAME: problem.space.values(point)[NAME]}), problem.parts)
     rest = levenberg_marquardt(held, Cost(held), Start(np.delete(point, column), solution.offsets), final=False)
     x = np.concatenate([np.insert(rest.point, column, point[column]), rest.offsets])
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(np.concatenate([solution.point, solution.offsets]))
+    line = Linearisation(problem, Cost(problem), weights=solution.weights)
     residuals, jacobian = line.residuals(x), line.jacobian(x)
     return replace(solution, point=x[: point.size], offsets=rest.offsets, residuals=residuals, jacobian=jacobian)
 
@@ -47,8 +47,7 @@ def test_the_ends_of_a_valley_are_those_of_the_profile_wherever_a_fit_stopped(mo
     profile, column = profile_likelihood(problem, solution, uncertainty, name), problem.space.names.index(name)
     deviation = (profile.high - profile.low) / (2.0 * NORMAL_97_5)
 
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(np.concatenate([solution.point, solution.offsets]))
+    line = Linearisation(problem, Cost(problem), weights=solution.weights)
     scale = _scale(solution, uncertainty, column)
 
     def behind(point: Array, offsets: Array) -> float:

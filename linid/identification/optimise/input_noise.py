@@ -16,7 +16,8 @@ from linid.arrays import Array
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.input_noise import CurrentPush, Feigned, WhitenedAhead, feigned, whitened
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation, levenberg_marquardt
+from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.settings import Ending
 from linid.identification.space.search_space import BOX_STD
 
@@ -78,8 +79,7 @@ def _corrected(
     """The fit moved to where the residuals' gradient is what noise alone makes of it."""
     x = np.concatenate([fit.point, fit.offsets])
     p = fit.point.size
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(x)
+    line = Linearisation(problem, Cost(problem), weights=fit.weights)
     prior = np.diag(np.where(np.arange(x.size) < p, BOX_STD**-2, 1e-12))
     residuals, jacobian = fit.residuals, fit.jacobian
     for _ in range(_ROUNDS):

@@ -13,7 +13,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.identification.objectives.problem import Cost
-from linid.identification.optimise.least_squares import Linearisation
+from linid.identification.optimise.linearisation import Linearisation
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from linid.arrays import Array
-from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
+from linid.identification.objectives.problem import Problem
+from linid.identification.optimise.least_squares import LeastSquaresFit
 from linid.identification.space.search_space import SearchSpace
 from linid.statistics import TINY
 
@@ -57,13 +57,6 @@ def group_squares(problem: Problem, fit: LeastSquaresFit, weights: Sequence[Arra
             for part, row, own in zip(problem.parts, rows, weights, strict=True)
         ]
     )
-
-
-def weights_at(problem: Problem, fit: LeastSquaresFit) -> list[Array]:
-    """The weights (N,) of each part's residuals at a fit."""
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(np.concatenate([fit.point, fit.offsets]))
-    return line.weights
 
 
 def advantage(squares: Array, others: Array) -> float:

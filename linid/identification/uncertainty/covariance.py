@@ -13,7 +13,8 @@ from linid.identification.objectives.input_noise import Feigned, WhitenedAhead
 from linid.identification.objectives.noisy import Parts, answers_under_noise, driven
 from linid.identification.objectives.objective import Part, ar1_lags
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
+from linid.identification.optimise.least_squares import LeastSquaresFit
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.signals.motion import with_input_noise
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
@@ -118,9 +119,7 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, job
     that: its forces hang on the motion.
     """
     generator = np.random.default_rng(seed)
-    x = np.concatenate([fit.point, fit.offsets])
-    clean = Linearisation(problem, Cost(problem))
-    clean.reweight(x)
+    x, cost = np.concatenate([fit.point, fit.offsets]), Cost(problem)
     reached = driven(problem)
     by_motion = {q.name for q in problem.space.model.friction} - {"mass"}
     pushed = np.isin(reached.columns, [k for k, name in enumerate(problem.space.names) if name not in by_motion])
@@ -130,8 +129,9 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, job
     )
 
     def jacobian(parts: Parts) -> Array:
-        line = Linearisation(Problem(problem.space, parts), clean.cost, wanted=pushed[: fit.point.size])
-        line.weights = [clean.weights[k] for k in reached.places]
+        weights = [fit.weights[k] for k in reached.places]
+        own = Problem(problem.space, parts)
+        line = Linearisation(own, cost, weights=weights, wanted=pushed[: fit.point.size])
         return line.jacobian(x[reached.columns])
 
     base = jacobian(reached.problem.parts)
@@ -272,8 +272,7 @@ def _condition(information: Array) -> float:
 
 def _second_order(problem: Problem, fit: LeastSquaresFit, pair: tuple[int, int]) -> Array:
     """Second derivatives (N, 3) of the weighted residuals along electrical wavenumber and shift."""
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(np.concatenate([fit.point, fit.offsets]))
+    line = Linearisation(problem, Cost(problem), weights=fit.weights)
     driven = [r for part in problem.parts for r in part.recordings if r.kind != "free_wheel"]
     reach = max(float(np.ptp(r.y)) for r in driven)
     step = np.array(field_phase.steps(problem.space, fit.point, reach))

@@ -12,7 +12,8 @@ from linid.arrays import Array
 from linid.errors import UsageError
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.irls import at_frozen_weights
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
+from linid.identification.optimise.least_squares import LeastSquaresFit
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.result import Profile
 from linid.identification.space.search_space import SearchSpace
 from linid.identification.uncertainty.covariance import Uncertainty
@@ -104,8 +105,7 @@ class _Walk:
 
     def __init__(self, problem: Problem, fit: LeastSquaresFit, uncertainty: Uncertainty, name: str) -> None:
         self.problem, self.fit, self.column = problem, fit, problem.space.names.index(name)
-        self._full = Linearisation(problem, Cost(problem))
-        self._full.reweight(np.concatenate([fit.point, fit.offsets]))
+        self._cost = Cost(problem)
         self._deviation = float(np.sqrt(uncertainty.search_covariance[self.column, self.column]))
         self.centre = float(fit.point[self.column])
         self.start = np.concatenate([np.delete(fit.point, self.column), fit.offsets])
@@ -123,8 +123,7 @@ class _Walk:
         """The sum of squares with the parameter held at a search coordinate, and all others there, fitted from x
         (p - 1 + k,); tolerance: relative change that ends it."""
         held = Problem(_without(self.problem.space, self.fit.point, self.column, coordinate), self.problem.parts)
-        line = Linearisation(held, self._full.cost)
-        line.weights = self._full.weights
+        line = Linearisation(held, self._cost, weights=self.fit.weights)
         within = np.clip(x, *line.bounds)  # corrections for noise may have moved a start state a little beyond
         solution = at_frozen_weights(line, within, evaluations=_EVALUATIONS, tolerance=tolerance)
         return 2.0 * float(solution.cost), np.asarray(solution.x)

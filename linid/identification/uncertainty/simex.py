@@ -14,7 +14,8 @@ import numpy as np
 from linid.arrays import Array
 from linid.identification.objectives.noisy import Parts, answers_under_noise, driven, opposite_draws
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
+from linid.identification.optimise.least_squares import LeastSquaresFit
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.space.search_space import BOX_STD
 from linid.identification.uncertainty import field_phase
 
@@ -31,15 +32,14 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jo
         return fit
     generator = np.random.default_rng([seed, 2])
     x = np.concatenate([fit.point, fit.offsets])
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(x)
+    line = Linearisation(problem, Cost(problem), weights=fit.weights)
     plain = line.residuals(x)
     bias = np.zeros_like(plain)
     draws = opposite_draws(reached.problem.parts, _PAIRS, generator)
 
     def answer(parts: Parts) -> Array:
-        noisy = Linearisation(Problem(problem.space, parts), line.cost)
-        noisy.weights = [line.weights[k] for k in reached.places]
+        weights = [fit.weights[k] for k in reached.places]
+        noisy = Linearisation(Problem(problem.space, parts), line.cost, weights=weights)
         return noisy.residuals(x[reached.columns])
 
     for residuals in answers_under_noise(reached.problem.parts, draws, answer, jobs):

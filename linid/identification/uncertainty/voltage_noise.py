@@ -14,7 +14,8 @@ import numpy as np
 from linid.arrays import Array
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.objectives.winding_currents import CURRENT_AXES, WindingCurrents
-from linid.identification.optimise.least_squares import LeastSquaresFit, Linearisation
+from linid.identification.optimise.least_squares import LeastSquaresFit
+from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.space.search_space import BOX_STD, SearchSpace
 from linid.physics.electrical import PARAMETERS
 from linid.physics.model import Model
@@ -37,7 +38,7 @@ def without_voltage_noise(problem: Problem, fit: LeastSquaresFit) -> LeastSquare
         return fit
     place, part = found
     x = np.concatenate([fit.point, fit.offsets])
-    line = _weighted(problem, x)
+    line = Linearisation(problem, Cost(problem), weights=fit.weights)
     p = fit.point.size
     residuals, jacobian = fit.residuals, fit.jacobian
     for _ in range(_ROUNDS):
@@ -56,13 +57,6 @@ def _winding_part(problem: Problem) -> tuple[int, WindingCurrents] | None:
     return next(((k, part) for k, part in enumerate(problem.parts) if isinstance(part, WindingCurrents)), None)
 
 
-def _weighted(problem: Problem, x: Array) -> Linearisation:
-    """The linearisation with its weights taken at x, search coordinates and offsets."""
-    line = Linearisation(problem, Cost(problem))
-    line.reweight(x)
-    return line
-
-
 def noise_curvature(problem: Problem, fit: LeastSquaresFit) -> Array:
     """Second derivatives (p, p) of half the noise's weighted square: information in search coordinates that only the
     voltages' noise feigns.
@@ -75,7 +69,7 @@ def noise_curvature(problem: Problem, fit: LeastSquaresFit) -> Array:
     if found is None:
         return out
     place, part = found
-    weights = _weighted(problem, np.concatenate([point, fit.offsets])).weights[place]
+    weights = fit.weights[place]
     names = [searched.name for searched in problem.space.parameters]
     for name in (q.name for q in PARAMETERS[problem.space.model.winding] if q.name in names):
         step = np.zeros(point.size)
