@@ -45,6 +45,24 @@ def test_free_runs_do_not_count_their_samples_in_the_search() -> None:
     assert np.all(counts > 0.85 * np.array([r.y.size for r in wheels]))
 
 
+def test_free_runs_share_what_they_count_as_if_they_were_fitted() -> None:
+    """Where one recording is fitted already and another one not yet, neither counts more than the other for it."""
+    wheels = [r for r in stand(only=FREE_WHEELS).recordings if r.kind == "free_wheel"][:2]
+    part = FreeRun(Model("friction"), tuple(wheels), 1, 1)
+    one, other = (np.linspace(0.0, 1.0, r.y.size) for r in wheels)
+    noise = np.random.default_rng(1).standard_normal(one.size + other.size)
+    slow = np.concatenate([0.0 * one, other**2])  # what a parameter does
+    slopes = np.column_stack([slow, np.zeros(noise.size), np.ones(noise.size), np.concatenate([one, other])])
+    off = noise + 5.0 * slow
+    unlike, alike = part.independent(off), part.independent(off, slopes)
+    assert unlike[0] > 20.0 * unlike[1]
+    assert alike[0] == pytest.approx(alike[1], rel=0.2)
+    assert np.sum(1.0 / alike) == pytest.approx(np.sum(1.0 / unlike))
+    alone = part.independent(noise)
+    assert part.independent(noise, slopes) == pytest.approx(alone, rel=0.02)
+    assert np.array_equal(part.independent(np.full(noise.size, np.nan), slopes), np.zeros(2))
+
+
 def test_breakaway_under_noisy_current_counts_less_than_motion() -> None:
     campaign = stand(only=FREE_WHEELS + DRIVEN)
     ramp = next(r for r in campaign.recordings if r.name == "slow_ramp_1")

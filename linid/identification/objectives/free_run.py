@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from linid.arrays import Array
+from linid.arrays import Array, Integers
 from linid.identification.objectives.objective import Directions, independent_along
 from linid.identification.signals.motion import measure_motion
 from linid.physics.model import Model
@@ -80,13 +80,23 @@ class FreeRun:
         """(C, N) position errors in m. params: (C, VECTOR_SIZE); offsets: (C, nuisances), position and speed."""
         return self._projected(self.simulate(params, offsets)[0] - self.motion.measured)
 
-    def independent(self, residuals: Array) -> Array:
+    def independent(self, residuals: Array, slopes: Array | None = None) -> Array:
         """How many of residuals (N,) are independent of each other, by recording (R,); not known in the search, whose
-        candidates are too far off."""
+        candidates are too far off.
+
+        slopes: (N, p + 2) by p parameters, by start positions and by start speeds (None: not known). With them
+        recordings share what all have together as they do once nothing is left that parameters or starts explain:
+        else the one whose residuals are white counts more, is fitted better, becomes whiter still, and in the end no
+        other counts. Together they count as their residuals are, by the harmonic mean.
+        """
         if self.project:
             return np.zeros(len(self.recordings))
         edges = self.simulator.inputs.sample_offsets
-        return np.array([independent_along(residuals[a:b]) for a, b in pairwise(edges)])
+        counts = _independent(residuals, edges)
+        if slopes is None or not np.all(counts > 0.0):
+            return counts
+        shared = _independent(_unexplained(residuals, slopes, edges), edges)
+        return shared * min(np.sum(1.0 / shared) / np.sum(1.0 / counts), 1.0)
 
     @property
     def carries_slopes(self) -> bool:
@@ -115,3 +125,27 @@ class FreeRun:
                 basis = np.linalg.qr(np.column_stack([np.ones(b - a), self.motion.v[a:b]]))[0]
                 errors[:, a:b] -= (errors[:, a:b] @ basis) @ basis.T
         return errors
+
+
+def _independent(residuals: Array, edges: Integers) -> Array:
+    """How many of residuals (N,) are independent of each other, between edges (R + 1,), (R,)."""
+    return np.array([independent_along(residuals[a:b]) for a, b in pairwise(edges)])
+
+
+def _unexplained(residuals: Array, slopes: Array, edges: Integers) -> Array:
+    """Residuals (N,) without what their slopes (N, p + 2) explain: p columns all recordings together, the others each
+    recording alone; edges: (R + 1,) between recordings.
+
+    Source: Frisch and Waugh 1933, Econometrica 1, 387: the recordings' own columns go first.
+    """
+    rows = np.column_stack([residuals, slopes])
+    if not np.all(np.isfinite(rows)):  # a failed simulation
+        return residuals
+    rows = rows[:, :-2]
+    for a, b in pairwise(edges):
+        own = np.linalg.qr(slopes[a:b, -2:])[0]
+        rows[a:b] -= own @ (own.T @ rows[a:b])
+    columns = rows[:, 1:]
+    norms = np.linalg.norm(columns, axis=0)
+    columns = columns[:, norms > 0.0] / norms[norms > 0.0]
+    return np.asarray(rows[:, 0] - columns @ np.linalg.lstsq(columns, rows[:, 0], rcond=1e-9)[0])

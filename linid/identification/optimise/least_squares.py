@@ -98,8 +98,7 @@ def levenberg_marquardt(
     start = start if isinstance(start, Start) else Start(start)
     line = Linearisation(problem, cost, told=start.told)
     steps = _Steps(line, bend, ending.precision, start.damping)
-    p = line.p
-    offsets = np.zeros(line.k) if start.offsets is None else start.offsets
+    p, offsets = line.p, np.zeros(line.k) if start.offsets is None else start.offsets
     x = np.concatenate([np.clip(start.point, 1e-9, 1.0 - 1e-9), offsets])
     best = line.reweight(x)
     history = []

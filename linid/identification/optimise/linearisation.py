@@ -61,8 +61,11 @@ class Linearisation:
         return np.concatenate([np.zeros(self.p), -offsets]), np.concatenate([np.ones(self.p), offsets])
 
     def reweight(self, x: Array) -> float:
-        """Set the weights from the class RMS at x; returns the cost there."""
+        """Set the weights from the class RMS at x and from how many residuals are independent, by the slopes that were
+        last told; returns the cost there."""
         self._carried_at = None
+        if self.problem.carries_slopes and self.told is None:
+            self._tell(x)
         rows = self.rows(x)
         found = self.cost.class_rms(rows)
         for index, rms in enumerate(found):
@@ -70,7 +73,8 @@ class Linearisation:
             sizes = np.maximum(np.bincount(part.classes, minlength=rms.shape[1]), 1)
             counts = self.cost.counts[index]
             if isinstance(part, FreeRun):  # noise of the encoder alone makes every sample count
-                counts = np.maximum(counts, part.independent(rows[index][0]))
+                slopes = None if self.told is None else self.told.parts[index][1]
+                counts = np.maximum(counts, part.independent(rows[index][0], slopes))
             scale = np.sqrt(counts / sizes) / rms[0]
             self.weights[index] = scale[part.classes]
             trust = part.trust[part.groups] if isinstance(part, Ahead) and part.trust is not None else 1.0
@@ -147,13 +151,17 @@ class Linearisation:
         return self._of_parts(found, [np.ones(size) for size in sizes])
 
     def _carried(self, x: Array) -> Tangent:
-        """With exact derivatives; each counts as an evaluation."""
+        """With exact derivatives."""
+        return self._of_parts(self._tell(x).parts, self.weights)
+
+    def _tell(self, x: Array) -> Told:
+        """What the simulation tells at x, with exact derivatives; each counts as an evaluation."""
         p, k = self.p, self.k
         if self.told is None or not np.array_equal(self.told.x, x):
             shifts = np.array([np.arange(k) % 2 == kind for kind in range(2)], dtype=float)[: 2 if k else 0]
             self.cost.evaluations += 1 + p + len(shifts)
             self.told = Told(x.copy(), self.problem.slopes(x[:p], x[p:], shifts, self._wanted))
-        return self._of_parts(self.told.parts, self.weights)
+        return self.told
 
     def _of_parts(self, found: Sequence[tuple[Array, Array]], weights: Sequence[Array]) -> Tangent:
         """A tangent of each part's residuals (n,) and slopes (n, p) or, where it has offsets, (n, p + 2), by shifting
