@@ -93,9 +93,9 @@ class FreeRun:
             return np.zeros(len(self.recordings))
         edges = self.simulator.inputs.sample_offsets
         counts = _independent(residuals, edges)
-        if slopes is None or not np.all(counts > 0.0):
+        shared = counts if slopes is None else _independent(_unexplained(residuals, slopes, edges), edges)
+        if not np.all((counts > 0.0) & (shared > 0.0)):
             return counts
-        shared = _independent(_unexplained(residuals, slopes, edges), edges)
         return shared * min(np.sum(1.0 / shared) / np.sum(1.0 / counts), 1.0)
 
     @property
@@ -143,9 +143,9 @@ def _unexplained(residuals: Array, slopes: Array, edges: Integers) -> Array:
         return residuals
     rows = rows[:, :-2]
     for a, b in pairwise(edges):
-        own = np.linalg.qr(slopes[a:b, -2:])[0]
+        starts = slopes[a:b, -2:]
+        own = np.linalg.qr(starts[:, np.any(starts, axis=0)])[0]  # where an axis stood, its speed is none
         rows[a:b] -= own @ (own.T @ rows[a:b])
-    columns = rows[:, 1:]
-    norms = np.linalg.norm(columns, axis=0)
-    columns = columns[:, norms > 0.0] / norms[norms > 0.0]
+    columns = rows[:, 1:][:, np.any(rows[:, 1:], axis=0)]
+    columns = columns / np.linalg.norm(columns, axis=0)
     return np.asarray(rows[:, 0] - columns @ np.linalg.lstsq(columns, rows[:, 0], rcond=1e-9)[0])
