@@ -10,8 +10,10 @@ import pytest
 
 from linid.errors import UsageError
 from linid.identification.fit import fit
+from linid.identification.guess.first_values import first_values
 from linid.identification.result import FitResult
 from linid.identification.settings import FitSettings, SearchSettings
+from linid.physics.model import Model
 from linid.physics.theta import Theta0
 
 from .stand import FREE_WHEELS, stand
@@ -21,11 +23,14 @@ DRIVEN = ("slow_ramp_1", "sine_current_2", "sine_position_1", "moves_1")
 
 
 @cache
+def friction_fit() -> FitResult:
+    wheels = [r for r in stand(only=FREE_WHEELS + DRIVEN).recordings if r.kind == "free_wheel"]
+    return fit("friction", wheels, settings=SMALL)
+
+
+@cache
 def theta_fit() -> FitResult:
-    campaign = stand(only=FREE_WHEELS + DRIVEN)
-    wheels = [r for r in campaign.recordings if r.kind == "free_wheel"]
-    friction = fit("friction", wheels, settings=SMALL)
-    return fit("theta", campaign.recordings, settings=SMALL, start=friction)
+    return fit("theta", stand(only=FREE_WHEELS + DRIVEN).recordings, settings=SMALL, start=friction_fit())
 
 
 def test_theta_motor_and_friction_are_recovered() -> None:
@@ -40,6 +45,25 @@ def test_theta_motor_and_friction_are_recovered() -> None:
         assert found[name].low - reach < truth[name] < found[name].high + reach, found[name]
         assert found[name].low < found[name].value < found[name].high
     assert found["electrical_wavenumber"].std < 2e-3 * truth["electrical_wavenumber"]
+
+
+@pytest.mark.parametrize("untold", [("bristle_damping",), ("bristle_stiffness", "bristle_damping")])
+def test_what_free_wheels_do_not_tell_of_the_bristle_leads_no_motor_fit_astray(untold: tuple[str, ...]) -> None:
+    """A damping 200 times, and with it a stiffness 50 times too large are no start where nothing tells of them."""
+    friction, factors = friction_fit(), {"bristle_damping": 200.0, "bristle_stiffness": 50.0}
+    astray = [
+        replace(e, value=e.value * factors[e.name], status="not_identifiable") if e.name in untold else e
+        for e in friction.estimates
+    ]
+    start = replace(friction, estimates=tuple(astray))
+    recordings = stand(only=FREE_WHEELS + DRIVEN).recordings
+    first, _ = first_values(Model("theta"), recordings, {}, start)
+    assert not {*untold} & first.keys() and first["mass"] == friction.value("mass")
+    found, direct = fit("theta", recordings, settings=SMALL, start=start), theta_fit()
+    assert found.evaluations < 1.5 * direct.evaluations
+    for estimate in direct.estimates:
+        if estimate.status == "fitted":
+            assert abs(found.value(estimate.name) - estimate.value) < 0.5 * estimate.std, estimate
 
 
 def test_what_the_field_means() -> None:

@@ -22,6 +22,7 @@ from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
 from linid.recording.recording import Recording
 
+_BRISTLE = {"bristle_stiffness", "bristle_damping"}
 # Search coordinates of a friction that rises little, and over a wide range of speeds, on the way to rest. From the
 # middle of the box alone the descent ended at a needle of friction at rest: of 100 draws of noise, in 8 of the stand
 # with table 1's friction and in 49 with table 2's; from here in 1 and 1, from the better of both in as few.
@@ -41,7 +42,7 @@ def first_values(
     densities: tuple[float, ...] = ()
     mass = known.get("mass")
     if start is not None:
-        values = {e.name: e.value for e in start.estimates}
+        values = _told(start)
         mass = mass if mass is not None else values.get("mass")
     if free and start is None:
         values.update(guess.free_wheel_guess(free, mass))
@@ -57,6 +58,15 @@ def first_values(
         densities = tuple(d / model.turns for d in densities)
         values = {**motor, **values, **{k: motor[k] for k in ("force_constant", "commutation_offset")}}
     return {**values, **known}, densities
+
+
+def _told(start: FitResult) -> dict[str, float]:
+    """The values of an earlier result, SI, without those of the bristle that it says nothing of: they may lie anywhere,
+    as at a damping with which the bristle hardly moves, where the middle of the range is the better start."""
+    untold = {e.name for e in start.estimates if e.status == "not_identifiable"} & _BRISTLE
+    if "bristle_stiffness" in untold:
+        untold.add("bristle_damping")  # which is searched by what it is beside the stiffness
+    return {e.name: e.value for e in start.estimates if e.name not in untold}
 
 
 def guess_effects(
