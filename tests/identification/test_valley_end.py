@@ -13,7 +13,7 @@ from linid.arrays import Array
 from linid.identification import minima
 from linid.identification.fit import fit
 from linid.identification.objectives.problem import Cost, Problem
-from linid.identification.optimise import least_squares
+from linid.identification.optimise import linearisation
 from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
 from linid.identification.optimise.linearisation import Linearisation
 from linid.identification.settings import FitSettings, SearchSettings
@@ -64,5 +64,5 @@ def test_the_ends_of_a_valley_are_those_of_the_profile_wherever_a_fit_stopped(mo
         low, high = ends(stopped_beside(problem, solution, step))
         assert [low, high] == pytest.approx([profile.low, profile.high], abs=0.3 * deviation)
     # A start state that a correction for noise has moved beyond its bounds is no reason to fail.
-    monkeypatch.setattr(least_squares, "_OFFSET_LIMIT", 0.999 * float(np.max(np.abs(solution.offsets))))
+    monkeypatch.setattr(linearisation, "_OFFSET_LIMIT", 0.999 * float(np.max(np.abs(solution.offsets))))
     assert ends(solution) == pytest.approx([profile.low, profile.high], abs=deviation)
