@@ -156,7 +156,7 @@ class Descent:
 
     def _update_slopes(self, linear: LinearProblem, move: Array, missed: Array) -> None:
         """Broyden's update by what a step (p,) missed at the rows that count."""
-        norms = np.linalg.norm(linear.columns, axis=1)
+        norms = linear.lengths
         scaled = move * norms
         size = float(scaled @ scaled)
         if size > 0.0:

@@ -17,18 +17,19 @@ class LinearProblem:
     """The least-squares problem of a fit's steps about one place, in scaled unknowns.
 
     slopes: (p, n) of residual (n,); weights: (n,) of both; answers: (n,) by how much the criterion answers a square
-    there, where a step counts it in full; pull: (p,) half the slope of what else is to be lessened.
+    there, where a step counts it in full; pull: (p,) half the slope of what else is to be lessened. `lengths`: (p,) of
+    the weighted slopes; `norms`: the same, infinite where no row tells.
     """
 
     def __init__(self, slopes: Array, residual: Array, weights: Array, answers: Array, pull: Array) -> None:
-        self.columns = slopes * weights
-        normal = self.columns @ self.columns.T
-        norms = np.sqrt(np.diag(normal))
+        columns = slopes * weights
+        normal = columns @ columns.T
+        self.lengths = norms = np.sqrt(np.diag(normal))
         # What no row tells stays where it is.
-        norms[norms < 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)] = np.inf
-        self.norms = norms
+        told = norms >= 1e-12 * max(float(np.max(norms, initial=0.0)), 1e-300)
+        self.norms = norms = np.where(told, norms, np.inf)
         self.normal = normal / norms / norms[:, None]
-        self.half_slope = self.columns @ (weights * answers * residual) + pull
+        self.half_slope = columns @ (weights * answers * residual) + pull
 
     @cached_property
     def _spectrum(self) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -203,12 +203,10 @@ class Screening:
 
         only: names of effects (empty: all).
         """
-        here = StepRegression(self.fits, step, self.fits.rows_of(self.fitted), self.effects)
-        whole = np.ones(self.fits.balance.rows.t.size, dtype=np.bool_)
-        everywhere = StepRegression(self.fits, step, whole, self.effects_everywhere)
         tried = self._tried(step, tuple(only))
+        over = {marked: self._regression(step, marked) for marked in {e.per_recording for e in tried}}
         out = []
-        found = in_parallel(lambda effect, _: self._trial(step, here, everywhere, effect), tried, self.jobs)
+        found = in_parallel(lambda effect, _: self._trial(step, over[effect.per_recording], effect), tried, self.jobs)
         for number, (effect, trial) in enumerate(found, 1):
             if watch is not None:
                 watch(number, len(tried))
@@ -230,17 +228,22 @@ class Screening:
 
         return [e for e in (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name))) if makes_sense(e)]
 
-    def _trial(self, step: Fitted, here: StepRegression, everywhere: StepRegression, effect: Effect) -> Trial:
-        """The entry of an effect's grid that explains most; here, everywhere: regressions over the rows of the fitted
-        recordings and of all."""
+    def _regression(self, step: Fitted, everywhere: bool) -> StepRegression:
+        """A step's residual over the rows of all recordings, or of the fitted ones."""
+        recordings = range(len(self.recordings)) if everywhere else self.fitted
+        effects = self.effects_everywhere if everywhere else self.effects
+        return StepRegression(self.fits, step, self.fits.rows_of(recordings), effects)
+
+    def _trial(self, step: Fitted, regression: StepRegression, effect: Effect) -> Trial:
+        """The entry of an effect's grid that explains most."""
         if effect.acts == "one":
-            return self._best_moment(everywhere, effect, step)
+            return self._best_moment(regression, effect, step)
         if effect.acts == "some":
-            return self._best_recordings(everywhere, effect)
-        sizes = amplitude_sizes(here, effect, self.outlook)
-        trial = best_trial(here, effect, self.outlook, self.fits.held, sizes)
+            return self._best_recordings(regression, effect)
+        sizes = amplitude_sizes(regression, effect, self.outlook)
+        trial = best_trial(regression, effect, self.outlook, self.fits.held, sizes)
         if effect.delay is not None:
-            trial = max(trial, self._best_delay(here, effect, step), key=lambda one: one.explained)
+            trial = max(trial, self._best_delay(regression, effect, step), key=lambda one: one.explained)
         return trial
 
     def _best_delay(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
@@ -250,25 +253,33 @@ class Screening:
         both move together, and their product is beyond a linear step.
         """
         (amplitude,) = (p for p in effect.parameters if p.name in effect.amplitudes)
-        model = step.model.with_effects((*step.model.effects, effect.name))
-        known, rows = self.fits.slopes(step), self.fits.rows_of(self.fitted)
+        rows = self.fits.rows_of(self.fitted)
 
-        def late_by(periods: float, jobs: int) -> tuple[Trial, Mapping[str, Array]]:
+        def late_by(periods: float, jobs: int) -> Trial:
             del jobs
             delay = min(max(periods * self.outlook.period, amplitude.lower), amplitude.upper)
-            late = self.fits.at(model, {**step.values, amplitude.name: delay}, step.preset, step.recordings)
-            names = ("force_constant", ACROSS, amplitude.name)
-            slopes = {**known, **self.fits.slopes_by(late, names, step.recordings)}
+            late, slopes = self._late(step, effect, {amplitude.name: delay})
             level = WeightedStep(self.fits, late, rows, slopes).level_after()
-            return Trial({}, {amplitude.name: delay}, 1.0 - math.exp(level - regression.level)), slopes
+            explained = 1.0 - math.exp(level - regression.level)
+            return Trial({}, {amplitude.name: delay}, explained, held_first=explained > 0.0)
 
-        tried = [found for _, found in in_parallel(late_by, _DELAYS, self.jobs)]
-        best, there = max(tried, key=lambda one: one[0].explained)
-        if best.explained <= 0.0:
-            return best
-        held = {**step.preset, **best.amplitudes}
-        moved = self.fits.fit(model, step.values, held, step.recordings, QUICK, there, exact=True)
-        return replace(best, values={k: x for k, x in moved.values.items() if k not in held})
+        return max((found for _, found in in_parallel(late_by, _DELAYS, self.jobs)), key=lambda one: one.explained)
+
+    def _late(self, step: Fitted, effect: Effect, delay: Values) -> tuple[Fitted, Mapping[str, Array]]:
+        """A step's model with a delay, all else as it is, and its slopes: what inputs do has them anew."""
+        model = step.model.with_effects((*step.model.effects, effect.name))
+        late = self.fits.at(model, {**step.values, **delay}, step.preset, step.recordings)
+        names = ("force_constant", ACROSS, *delay)
+        return late, {**self.fits.slopes(step), **self.fits.slopes_by(late, names, step.recordings)}
+
+    def beside(self, step: Fitted, found: Screened) -> Values:
+        """SI values of a step's parameters beside an effect whose amplitudes are held as the regression has them."""
+        held = found.trial.amplitudes
+        late, slopes = self._late(step, find_effect(found.name), held)
+        moved = self.fits.fit(
+            late.model, step.values, {**step.preset, **held}, step.recordings, QUICK, slopes, exact=True
+        )
+        return {k: x for k, x in moved.values.items() if k not in held and k not in step.preset}
 
     def _best_recordings(self, regression: StepRegression, effect: Effect) -> Trial:
         """The set of recordings and the amplitude that explain most: those that each show half the largest one."""

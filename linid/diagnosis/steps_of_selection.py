@@ -35,6 +35,8 @@ def extended(fits: JointFit, screening: Screening, item: tuple[Fitted, Screened]
     step, found = item
     model = with_effect(step.model, found.name)
     values = {**step.values, **found.trial.values, **found.trial.amplitudes}
+    if found.trial.held_first:
+        values |= screening.beside(step, found)
     preset = preset_of(model, {**step.preset, **values})
     recordings = screening.to_fit(step, found.name, {**step.preset, **values})
     amplitudes, before = found.trial.amplitudes, fits.level(step.residual, step.floor, fits.rows_of(recordings))

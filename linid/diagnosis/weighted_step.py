@@ -27,11 +27,12 @@ class WeightedStep:
         slopes = fits.slopes(step) if slopes is None else slopes
         coordinates = fits.unknowns(step)
         self.p = len(coordinates)
-        columns = np.empty((self.weights.size + self.p, self.p))
+        columns = np.empty((self.p, self.weights.size + self.p))  # one after the other, as linear algebra takes them
         for k, c in enumerate(coordinates):
-            columns[: self.weights.size, k] = slopes[c.name][rows] * -self.weights
-        columns[self.weights.size :] = np.diag([c.stiffness for c in coordinates])
-        self.columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+            np.multiply(slopes[c.name][rows], -self.weights, out=columns[k, : self.weights.size])
+        columns[:, self.weights.size :] = np.diag([c.stiffness for c in coordinates])
+        columns /= np.maximum(np.linalg.norm(columns, axis=1), 1e-300)[:, None]
+        self.columns = columns.T
         self.residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
         power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
         self.counts = counts

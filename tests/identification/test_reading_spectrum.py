@@ -22,16 +22,33 @@ def balance(chosen: list[Recording]) -> Acceleration:
     return Acceleration(Model("theta"), tuple(chosen), 1, stride=5)
 
 
-@pytest.mark.parametrize("period", [0.73e-3, 2.33e-3, 4.9e-3, 11e-3])
-def test_a_planted_period_is_the_likeliest(period: float) -> None:
-    planted = [replace(r, y=r.y + 3e-6 * np.sin(2.0 * np.pi * r.y / period + 0.7)) for r in recordings()]
-    part = balance(planted)
+def likely(period: float, second: float) -> tuple[float, tuple[float, ...]]:
+    """The stroke, and the periods found of an error of up to 3 um whose second harmonic is `second` times as large, m."""
+
+    def error(y: np.ndarray) -> np.ndarray:
+        angle = 2.0 * np.pi * y / period
+        size = 3e-6 / max(1.0, second)
+        return np.asarray(size * (np.sin(angle + 0.7) + second * np.sin(2.0 * angle + 0.2)))
+
+    part = balance([replace(r, y=r.y + error(r.y)) for r in recordings()])
     truth = Model("theta").vector(stand().truth)[None, :]
     rest = -part.residuals(truth, np.zeros((1, 0)))[0]
     stroke = float(np.ptp(part.motion.y))
-    found = likely_periods(part, rest, np.ones(rest.size), 0.2 * stroke, 0.3e-3, 5)
-    # Periods are told apart if they differ by one wave over the stroke.
-    assert abs(stroke / found[0] - stroke / period) < 0.5
+    return stroke, likely_periods(part, rest, np.ones(rest.size), 0.2 * stroke, 0.3e-3, 5)
+
+
+@pytest.mark.parametrize("second", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("period", [0.73e-3, 2.33e-3, 4.9e-3, 11e-3])
+def test_a_planted_period_is_the_likeliest(period: float, second: float) -> None:
+    stroke, found = likely(period, second)
+    # Periods are told apart if they differ by one wave over the stroke; the second harmonic turns twice as fast.
+    assert abs(stroke / found[0] - stroke / period) < 0.13
+
+
+@pytest.mark.parametrize("period", [0.73e-3, 4.9e-3])
+def test_an_error_that_is_nearly_all_second_harmonic_is_found_by_that(period: float) -> None:
+    stroke, found = likely(period, 20.0)
+    assert abs(stroke / found[0] - 2.0 * stroke / period) < 0.13
 
 
 def test_moments_by_the_adjoint_are_those_of_the_second_differences() -> None:

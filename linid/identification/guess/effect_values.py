@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.errors import UsageError
-from linid.identification.guess.reading_periods import near_periods, peaking_periods
+from linid.identification.guess.reading_periods import peaking_periods
 from linid.identification.guess.scales import effect_range, force_scale, look_out
 from linid.identification.objectives.acceleration import Acceleration
 from linid.identification.objectives.problem import Cost, Problem
@@ -41,7 +41,8 @@ class Trial:
     explained: share of the base model's squared residual, after the base parameters had their say; of several
     recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an effect at one
     moment, the factor by which it explains more than the best such effect at any other moment; contrast: the
-    factor by which the power that it takes there per row exceeds that of the rest of its recording, 0: lasting effect.
+    factor by which the power that it takes there per row exceeds that of the rest of its recording, 0: lasting effect;
+    held_first: whether all else is to be found beside these amplitudes before they are free.
     """
 
     values: Values
@@ -49,6 +50,7 @@ class Trial:
     explained: float
     lead: float = math.inf
     contrast: float = 0.0
+    held_first: bool = False
 
 
 class EffectColumns:
@@ -335,21 +337,15 @@ def best_trial(regression: Regressed, effect: Effect, outlook: Outlook, known: V
     lower = {p.name: p.lower for p in effect.parameters}
     if effect.orders and outlook.field_wavenumber is None:
         grid = [_orders_pursued(regression, effect, grid, sizes)]
-    seeks_period = bool(effect.period) and effect.period not in known
-    if seeks_period:
+    trials = regression.trials(effect, grid, sizes)
+    if effect.period and effect.period not in known:
         rest = regression.rest()[: regression.part.rows.size]
         periods = peaking_periods(regression.part, rest, regression.weights, outlook)
-        grid += [{**grid[0], effect.period: period} for period in periods]
-
-    def best_of(entries: list[Values]) -> Trial:
-        trials = regression.trials(effect, entries, sizes)
-        inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
-        return max(inside or trials, key=lambda trial: trial.explained)
-
-    best = best_of(grid)
-    if seeks_period:
-        near = [{**best.values, effect.period: p} for p in near_periods(best.values[effect.period], outlook.stroke)]
-        best = max(best, best_of(near), key=lambda trial: trial.explained)
+        # Apart from the grid, whose columns are the same at each step of a selection.
+        peaks = [{**grid[0], effect.period: period} for period in periods]
+        trials += regression.trials(effect, peaks, sizes) if peaks else []
+    inside = [t for t in trials if all(value >= lower[name] for name, value in t.amplitudes.items())]
+    best = max(inside or trials, key=lambda trial: trial.explained)
     held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}
     explained = best.explained if any(held.values()) else 0.0  # a drag that would have to push explains nothing
     return Trial(best.values, held, explained)

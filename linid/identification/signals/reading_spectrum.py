@@ -17,6 +17,7 @@ from linid.identification.objectives.acceleration import Acceleration, bump
 
 _PER_PERIOD = 12  # bins of position per shortest period
 _MOST_BINS = 1 << 22
+_PER_PEAK = 8  # wavenumbers per width of a peak, at least: a second harmonic is off its peak by an eighth at most
 _SPEEDS = 64  # classes of speed in which the columns' lengths are summed
 _LENGTHS = 400  # wavenumbers at which they are
 
@@ -26,23 +27,27 @@ def likely_periods(
 ) -> tuple[float, ...]:
     """The `count` periods in m (rotary: rad) whose sines in the reading explain most, the likeliest first.
 
+    A second harmonic counts no more than its fundamental: twice a period has the same wave as its own second harmonic,
+    and would explain no less by chance.
     part: the rows of the balance; rest, weights: (N,) weighted residual and the weights in it; longest, shortest: of
     the periods, m.
     """
     y = part.motion.y
     low, stroke = float(np.min(y)), max(float(np.ptp(y)), 1e-12)
-    width = max(shortest / _PER_PERIOD, 4.0 * stroke / _MOST_BINS)
+    width = max(shortest / _PER_PERIOD, _PER_PEAK * stroke / _MOST_BINS)
     bins = ((y - low) / width).astype(np.int64)
-    size = 1 << int(np.ceil(np.log2(4.0 * (int(bins.max()) + 1))))  # four points per peak
+    size = 1 << int(np.ceil(np.log2(_PER_PEAK * (int(bins.max()) + 1))))
     spectrum = np.abs(np.fft.rfft(np.bincount(bins, part.stencils.sent_back(rest * weights, y.size)), size)) ** 2
     wavenumbers = 2.0 * np.pi * np.arange(spectrum.size) / (size * width)
-    wanted = (wavenumbers >= 2.0 * np.pi / longest) & (wavenumbers <= 2.0 * np.pi / shortest)
+    wanted = np.flatnonzero((wavenumbers >= 2.0 * np.pi / longest) & (wavenumbers <= 2.0 * np.pi / shortest))
     wavenumbers, spectrum = wavenumbers[wanted], spectrum[wanted]
     if wavenumbers.size < 3:
         return ()
     coarse = np.geomspace(wavenumbers[0], wavenumbers[-1], _LENGTHS)
     lengths = np.exp(np.interp(np.log(wavenumbers), np.log(coarse), np.log(_lengths(part, weights, coarse))))
     power = spectrum / lengths
+    second = 2 * wanted[: np.count_nonzero(2 * wanted <= wanted[-1])] - wanted[0]  # places of the second harmonics
+    power[: second.size] += np.minimum(power[: second.size], power[second])
     peaks = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
     best = peaks[np.argsort(-power[peaks])][:count]
     return tuple((2.0 * np.pi / wavenumbers[best]).tolist())
