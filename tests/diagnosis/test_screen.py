@@ -40,7 +40,7 @@ def test_a_delay_is_seen_from_a_base_at_the_wrong_phase(turn: float) -> None:
     screening = Screening(fits, turned, 1)
     (found,) = screening.screen(turned, only=["input_delay"])
     assert found.trial.explained > 0.75
-    assert found.trial.values["mass"] == pytest.approx(values["mass"], rel=0.03)
+    assert screening.beside(turned, found)["mass"] == pytest.approx(values["mass"], rel=0.03)
     fitted = again(fits, extended(fits, screening, (turned, found), 1), turned.recordings, THOROUGH)
     assert fitted.values["input_delay"] == pytest.approx(2e-3, abs=5e-5)
 

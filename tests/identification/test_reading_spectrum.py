@@ -23,7 +23,7 @@ def balance(chosen: list[Recording]) -> Acceleration:
 
 
 def likely(period: float, second: float) -> tuple[float, tuple[float, ...]]:
-    """The stroke, and the periods found of an error of up to 3 um whose second harmonic is `second` times as large, m."""
+    """The stroke, and periods found of an error up to 3 um whose second harmonic is `second` times as large, m."""
 
     def error(y: np.ndarray) -> np.ndarray:
         angle = 2.0 * np.pi * y / period
