@@ -85,7 +85,7 @@ class Backward:
             failing = [p for p in parts if not stands(p)]
             failing = failing or trifling(judge, self.base, full, parts) or idle(judge, full, parts)
             if failing:
-                full = self._gone(full, min(failing, key=lambda p: p.evidence.closed))
+                full = self._gone(full, min(failing, key=lambda p: p.without.level))
                 continue
             full, rivals, changed = contested(judge, screening, full, parts)
             if not changed:

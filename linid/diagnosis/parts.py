@@ -42,7 +42,7 @@ def weakest(judge: Judge, base: Fitted, full: Fitted, added: Sequence[str], jobs
     """The weakest effect of a model of those that fail the tests even by what slopes foretell, if it does fail."""
     foretold = in_parallel(lambda name, _: foretold_without(judge.fits, full, name), added, jobs)
     parts = [_part(judge, base, full, name, without) for name, without in foretold]
-    for weak in sorted((p for p in parts if not stands(p)), key=lambda p: p.evidence.closed):
+    for weak in sorted((p for p in parts if not stands(p)), key=lambda p: p.without.level):
         part = part_of(judge, base, full, weak.name, 1)
         if not stands(part):
             return part
