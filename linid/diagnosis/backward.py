@@ -13,7 +13,7 @@ from linid.diagnosis.held_out_tests import CERTAINTY, LEAST_GAIN, Part, stands
 from linid.diagnosis.joint import FAR, Fitted, JointFit
 from linid.diagnosis.judge import Judge, compare
 from linid.diagnosis.look_alikes import look_alike, simpler_than
-from linid.diagnosis.marks import elsewhere, in_all
+from linid.diagnosis.marks import elsewhere, in_all, in_place
 from linid.diagnosis.parts import judged, part_of, trifling, weakest
 from linid.diagnosis.screen import Screened, Screening
 from linid.diagnosis.steps_of_selection import annealed, extended, further, nearly_without, settled
@@ -195,13 +195,15 @@ def renewed(fits: JointFit, screening: Screening, full: Fitted, without: Mapping
     An effect that came while others were missing may sit in a wrong valley of its shape or in wrong recordings.
     without: the model fitted again without each effect, by name.
     """
-    lasting = [name for name in without if find_effect(name).acts != "one"]
+    grids = {name: screening.grid(find_effect(name)) for name in without if find_effect(name).acts != "one"}
+    shaped = [name for name, grid in grids.items() if any(grid)]  # all others have no place but their own
     items = []
-    screened = in_parallel(lambda name, _: screening.screen(without[name], only=[name]), lasting, screening.jobs)
+    screened = in_parallel(lambda name, _: screening.screen(without[name], only=[name]), shaped, screening.jobs)
     for name, own in screened:
         rest = without[name]
         gain = rest.level - full.level
-        items += [(rest, s) for s in own if s.gain >= RENEWED * gain or elsewhere(full, s)]
+        away = [s for s in own if not in_place(full, s, grids[name])]
+        items += [(rest, s) for s in away if s.gain >= RENEWED * gain or elsewhere(full, s)]
         everywhere = in_all(full, name, screening.recordings) if fits.coordinates.told else ()
         items += [(rest, s) for s in everywhere]
     found = in_parallel(partial(extended, fits, screening), items, screening.jobs, screening.workers)

@@ -1,4 +1,4 @@
-"""In which recordings an effect of some of them acts: other ones than a model has it in, and all."""
+"""Where an effect acts: in other recordings, or with another shape, than a model has it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.screen import Screened
 from linid.identification.guess.effect_values import Trial
+from linid.physics.effects.effect import Values
 from linid.physics.effects.registry import find_effect
 from linid.physics.effects.shapes import MOST_MARKED
 from linid.recording.recording import Recording
@@ -16,6 +17,21 @@ def elsewhere(full: Fitted, found: Screened) -> bool:
     """Whether an effect of some recordings is found in others than a model has it in."""
     mark = find_effect(found.name).mark
     return bool(mark) and found.trial.values.get(mark) != full.preset.get(mark)
+
+
+def in_place(full: Fitted, found: Screened, grid: Sequence[Values]) -> bool:
+    """Whether a fit of an effect that is found there would begin where a model has it: in the same recordings, and with
+    no other entry of its grid between. grid: of its shapes, SI."""
+    for parameter in find_effect(found.name).parameters:
+        there, now = (values.get(parameter.name) for values in (found.trial.values, full.values | full.preset))
+        if there is None or now is None or there == now:
+            continue
+        low, high = sorted((there, now))
+        if parameter.name in full.preset or (parameter.reach > 1.0 and high > parameter.reach * low):
+            return False
+        if any(low < entry.get(parameter.name, low) < high for entry in grid):
+            return False
+    return True
 
 
 def in_all(full: Fitted, name: str, recordings: Sequence[Recording]) -> tuple[Screened, ...]:

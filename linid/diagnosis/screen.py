@@ -22,7 +22,7 @@ from linid.identification.guess.effect_values import EffectColumns, Trial, ampli
 from linid.identification.guess.scales import amplitude_range, look_out
 from linid.identification.objectives.acceleration import Acceleration
 from linid.parallel_tasks import Workers, in_parallel
-from linid.physics.effects.effect import Effect, Values
+from linid.physics.effects.effect import Effect, Outlook, Values
 from linid.physics.effects.registry import EFFECTS, find_effect
 from linid.physics.effects.shapes import MOST_MARKED
 from linid.physics.model import Model
@@ -224,9 +224,16 @@ class Screening:
             present = effect.name in step.model.effects
             if present and not (effect.parts > 1 and effect.free_part(step.preset)):
                 return False
-            return effect.applies(step.model.kind, self.whole if effect.per_recording else self.outlook)
+            return effect.applies(step.model.kind, self._outlook_of(effect))
 
         return [e for e in (*EFFECTS, *(find_effect(name) for name in wanted if is_own(name))) if makes_sense(e)]
+
+    def _outlook_of(self, effect: Effect) -> Outlook:
+        return self.whole if effect.per_recording else self.outlook
+
+    def grid(self, effect: Effect) -> tuple[Values, ...]:
+        """The shapes of an effect that are tried here, SI values by name; of some recordings their marks are."""
+        return ({effect.mark: 0.0},) if effect.acts == "some" else tuple(effect.grid(self._outlook_of(effect)))
 
     def _regression(self, step: Fitted, everywhere: bool) -> StepRegression:
         """A step's residual over the rows of all recordings, or of the fitted ones."""

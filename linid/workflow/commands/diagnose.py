@@ -14,7 +14,7 @@ from linid.interface.stages import base_kind
 from linid.report.result_files import MODEL_AFTER
 from linid.workflow.cluster.connection import Cluster, connected
 from linid.workflow.run.checkpoint import Memory
-from linid.workflow.run.fit_run import announce, begin, compile_for
+from linid.workflow.run.fit_run import announce, begin, begin_ahead
 from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.outcome import DONE, Outcome
 from linid.workflow.run.request import Request
@@ -57,7 +57,7 @@ def diagnose(
     _refuse_with(simulator, request, model)
     foreign, loops = _is_foreign(simulator), None if controller is None else load_controller(controller)
     given = None if simulator is None or foreign else api.load(simulator)
-    compiled = compile_for(COMMAND, request)
+    compiled = begin_ahead(COMMAND, request)
     campaign = api.read(*request.files, axis_of=given, **request.settings.given())
     announce(campaign, reporter)
     kind = given.model if given is not None else model or base_kind(campaign.recordings)

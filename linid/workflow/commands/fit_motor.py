@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from linid.errors import UsageError
 from linid.interface.reading import file_record
 from linid.threads import one_thread
-from linid.workflow.run.fit_run import announce, begin, compile_for, complete, finished_before, plan_outcome, start_of
+from linid.workflow.run.fit_run import announce, begin, begin_ahead, complete, finished_before, plan_outcome, start_of
 from linid.workflow.run.inputs import decisive, fingerprint
 from linid.workflow.run.model_path import model_path
 from linid.workflow.run.run_folder import identity_of, recorded
@@ -42,7 +42,7 @@ def fit_motor(
     settings = request.settings
     friction = None if friction is None else model_path(friction, "--friction")
     start = None if friction is None else api.load(friction)
-    compiled = compile_for(COMMAND, request)
+    compiled = begin_ahead(COMMAND, request)
     campaign = api.read(*request.files, axis_of=start, **settings.given())
     announce(campaign, reporter)
     first = None if start is None else start_of(start, campaign, f"--friction {friction}")

@@ -41,10 +41,13 @@ def announce(campaign: Campaign, reporter: Reporter) -> None:
         reporter.say(f"{found.recording.name}: {found.coast_down.evidence}")
 
 
-def compile_for(command: str, request: Request) -> Callable[[Reporter], None]:
-    """Begin to compile what this machine lacks for a command, where several jobs may run; returns what waits for it."""
+def begin_ahead(command: str, request: Request) -> Callable[[Reporter], None]:
+    """Begin to load what figures need, and to compile what this machine lacks for a command, while its files are read,
+    where several jobs may run; returns what waits for the compilation."""
     if request.dry_run or request.jobs < 2:
         return lambda reporter: None
+    if request.settings.figures != "none":
+        drawing_process.begin()
     from linid.simulation.compile_ahead import PLANS, Compilation
 
     compilation = Compilation(PLANS[command])
@@ -58,8 +61,6 @@ def begin(request: Request, command: str, campaign: Campaign, identity: str, mor
     folder.begin(
         identity=identity, config=config, inputs=[*campaign.files, *more], seed=request.settings.seed, jobs=request.jobs
     )
-    if request.settings.figures != "none" and request.jobs > 1 and not folder.finished_before:
-        drawing_process.begin()
     return folder
 
 
