@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 CURVE = ("coulomb_force", "static_force", "stribeck_velocity", "stribeck_exponent", "viscous_friction")
 _SAMPLES = 2000
+_POINTS = 160  # of either range
 _FASTEST = 99.5  # per cent of the measured speeds: noise does not count as speed
 _STRIBECK_RANGE = 6.0  # times v_s: there its exponential has died out
 _BEYOND = 1.3  # how far past the covered speeds the curve is drawn
@@ -70,8 +71,8 @@ def friction_band(result: FitResult, v: Array, samples: int = _SAMPLES, seed: in
     """Steady friction at v and the ends of its pointwise 95 % band, three (n,) arrays; the band holds the curve."""
     curve = steady_friction(v, {name: result.value(name) for name in CURVE})
     draws = sample_parameters(result, samples, seed)
-    curves = steady_friction(v[None, :], {name: column[:, None] for name, column in draws.items()})  # type: ignore[misc]
-    low, high = np.percentile(curves, [2.5, 97.5], axis=0)
+    curves = steady_friction(v[:, None], {name: column[None, :] for name, column in draws.items()})  # type: ignore[misc]
+    low, high = np.percentile(curves, [2.5, 97.5], axis=1)
     return curve, np.minimum(low, curve), np.maximum(high, curve)
 
 
@@ -101,7 +102,7 @@ def friction_curve_figure(result: FitResult, covered: float, seed: int = 0) -> F
         panels: Any = grid(figure, 1, 2, margins=margins, gaps=(16.0, 0.0), widths=[1.5, 1.0]).subplots()
         whole, near = panels
         # the Stribeck range needs its own dense stretch of the grid
-        v = np.unique(np.concatenate([np.linspace(0.0, top, 400), np.linspace(0.0, zoom, 400)]))
+        v = np.unique(np.concatenate([np.linspace(0.0, top, _POINTS), np.linspace(0.0, zoom, _POINTS)]))
         for axes, limit, title in ((whole, top, "whole range"), (near, zoom, "low speed")):
             _panel(axes, result, v[v <= limit], covered, seed)
             axes.set_title(title)
