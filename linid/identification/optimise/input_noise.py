@@ -93,4 +93,4 @@ def _corrected(
         x = x + move
         x[:p] = np.clip(x[:p], 0.0, 1.0)
         residuals, jacobian = line.residuals(x), line.jacobian(x)
-    return replace(fit, point=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian), added
+    return replace(fit, point=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian, moved_from=None), added

@@ -54,7 +54,7 @@ class LeastSquaresFit:
 
     residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; damping: of the next step, if there were
     one; weights: (N,) of each part's residuals; told: what the simulation last told of residuals and slopes without
-    their weights, if it is kept.
+    their weights, if it is kept; moved_from: (p + k,) where the Jacobian is, None: where the fit is.
     """
 
     point: Array
@@ -69,6 +69,12 @@ class LeastSquaresFit:
     damping: float = FIRST_DAMPING
     weights: tuple[Array, ...] = field(default=(), repr=False)
     told: Told | None = field(default=None, repr=False)
+    moved_from: Array | None = field(default=None, repr=False)
+
+    @property
+    def linearised_at(self) -> Array:
+        """Search coordinates and offsets (p + k,) where the Jacobian is."""
+        return np.concatenate([self.point, self.offsets]) if self.moved_from is None else self.moved_from
 
     @property
     def start(self) -> Start:

@@ -119,7 +119,7 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, job
     that: its forces hang on the motion.
     """
     generator = np.random.default_rng(seed)
-    x, cost = np.concatenate([fit.point, fit.offsets]), Cost(problem)
+    x, cost = fit.linearised_at, Cost(problem)
     reached = driven(problem)
     by_motion = {q.name for q in problem.space.model.friction} - {"mass"}
     pushed = np.isin(reached.columns, [k for k, name in enumerate(problem.space.names) if name not in by_motion])
@@ -134,7 +134,10 @@ def _spurious_information(problem: Problem, fit: LeastSquaresFit, seed: int, job
         line = Linearisation(own, cost, weights=weights, wanted=pushed[: fit.point.size])
         return line.jacobian(x[reached.columns])
 
-    base = jacobian(reached.problem.parts)
+    if problem.carries_slopes:
+        base = fit.jacobian[np.ix_(reached.rows, reached.columns)]
+    else:  # by differences to one side, as those with noise are
+        base = jacobian(reached.problem.parts)
 
     def information(parts: Parts) -> Array:
         change = (jacobian(parts) - base) * pushed

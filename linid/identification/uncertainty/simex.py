@@ -54,4 +54,5 @@ def simex_corrected(problem: Problem, fit: LeastSquaresFit, *, seed: int = 1, jo
     shift[moved] = np.linalg.solve(information, jacobian.T @ bias)
     point = np.clip(fit.point + shift[:p], 0.0, 1.0)
     residuals = fit.residuals + fit.jacobian @ shift
-    return replace(fit, point=point, offsets=fit.offsets + shift[p:], residuals=residuals)
+    moved_from = fit.linearised_at
+    return replace(fit, point=point, offsets=fit.offsets + shift[p:], residuals=residuals, moved_from=moved_from)

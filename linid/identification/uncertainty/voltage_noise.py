@@ -49,7 +49,7 @@ def without_voltage_noise(problem: Problem, fit: LeastSquaresFit) -> LeastSquare
         x = x + np.linalg.solve(information, excess - jacobian.T @ residuals)
         x[:p] = np.clip(x[:p], 0.0, 1.0)
         residuals, jacobian = line.residuals(x), line.jacobian(x)
-    return replace(fit, point=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian)
+    return replace(fit, point=x[:p], offsets=x[p:], residuals=residuals, jacobian=jacobian, moved_from=None)
 
 
 def _winding_part(problem: Problem) -> tuple[int, WindingCurrents] | None:
