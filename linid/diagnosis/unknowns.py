@@ -13,6 +13,7 @@ from linid.diagnosis.balance import Balance
 from linid.identification.guess.scales import effect_range, force_scale, look_out, typical_acceleration
 from linid.identification.signals.motion import measure_motion
 from linid.identification.space.bounds import travel_between_reversals
+from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
 from linid.physics.motors.registry import MOTORS
@@ -104,6 +105,7 @@ class Coordinates:
         coefficients that stand for a whole term."""
         effects = [find_effect(effect) for effect in model.effects]
         amplitudes = {name: effect for effect in effects for name in effect.amplitudes_of(model.kind)}
+        owners = {parameter.name: effect for effect in effects for parameter in effect.parameters}
         out = []
         for parameter in model.parameters:
             if parameter.name in held or parameter.name == "stribeck_exponent":
@@ -115,6 +117,8 @@ class Coordinates:
                 effect = amplitudes[parameter.name]
                 low, high = effect_range(effect, parameter, self.outlook, self.force_scale, self.mass)
                 out.append(Coordinate(parameter.name, False, low, high, high, True))
+            elif parameter.name in owners and parameter.name not in {**self.told, **self.limits}:
+                out.append(_of_effect(owners[parameter.name], parameter, {**values, **held}))
             else:
                 out.append(self._coordinate(parameter, values, held))
         if "mass" in held or "force_constant" in held:  # a known thrust is what tells the mass
@@ -154,15 +158,9 @@ class Coordinates:
                     return Coordinate(name, False, values[name] - math.pi, values[name] + math.pi, 1.0)
                 top = 1e3 * abs(self.reference["force_constant"])
                 return Coordinate(ACROSS, False, -top, top, 1e-3 * top, True)
-        first = values.get(name, parameter.default)
-        if parameter.log:
-            low, high = math.log(parameter.lower), math.log(parameter.upper)
-            if parameter.reach > 0.0:
-                low, high = math.log(first / parameter.reach), math.log(first * parameter.reach)
-            return Coordinate(name, True, low, high, min(1.0, high - low))
         low, high = parameter.lower, parameter.upper
-        if parameter.reach > 0.0:
-            low, high = first - parameter.reach, first + parameter.reach
+        if parameter.log:
+            return Coordinate(name, True, math.log(low), math.log(high), min(1.0, math.log(high / low)))
         return Coordinate(name, False, low, high, high - low)
 
     def _told(self, name: str) -> Coordinate:
@@ -172,6 +170,15 @@ class Coordinates:
         if log:
             low, high = math.log(low), math.log(high)
         return Coordinate(name, log, low, high, high - low, deviation=(high - low) / _INTERVAL)
+
+
+def _of_effect(effect: Effect, parameter: Parameter, values: dict[str, float]) -> Coordinate:
+    """A parameter of an effect that is no amplitude, about its value; values: SI, with those that are held."""
+    low, high = effect.range_about(parameter, values.get(parameter.name, parameter.default), values)
+    if parameter.log:
+        low, high = math.log(low), math.log(high)
+        return Coordinate(parameter.name, True, low, high, min(1.0, high - low))
+    return Coordinate(parameter.name, False, low, high, high - low)
 
 
 def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:

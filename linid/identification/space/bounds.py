@@ -127,11 +127,8 @@ def _effect_box(
         for parameter in effect.parameters_of(model.kind):
             if parameter.name in effect.amplitudes:
                 box[parameter.name] = effect_range(effect, parameter, outlook, force, values["mass"])
-            elif parameter.reach > 0.0 and parameter.name in first:
-                centre, reach = first[parameter.name], parameter.reach
-                box[parameter.name] = (
-                    (centre / reach, centre * reach) if parameter.log else (centre - reach, centre + reach)
-                )
+            elif parameter.name in first and parameter.name not in effect.preset:
+                box[parameter.name] = effect.range_about(parameter, first[parameter.name], values)
     return box
 
 

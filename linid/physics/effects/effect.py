@@ -107,6 +107,11 @@ def no_grid(outlook: Outlook) -> tuple[Values, ...]:
     return ({},)
 
 
+def no_most(values: Values) -> Values:
+    """The upper bounds of an effect whose parameters hang on nothing."""
+    return {}
+
+
 @dataclass(frozen=True)
 class Effect:
     """One physical effect. Terms that are None do nothing; those given are compiled (`@term`).
@@ -127,7 +132,7 @@ class Effect:
     currents; the grid then holds the candidates for the first. period: the parameter that is a period in position of
     a reading error, sought in the residual besides the grid. kinds: motors that the effect makes sense with.
     grid(outlook) -> starting values of all parameters but the amplitudes, the likeliest first; an empty grid: nothing
-    to be seen in such recordings.
+    to be seen in such recordings. most(values) -> upper bounds of parameters that hang on preset ones, SI.
     acts: in all recordings, in one or in some; mark: the preset parameter that says in which: of one its number, of
     some the sum of 2^(number - 1). parts: how often the effect can occur, each time with parameters of its own, whose
     names end in _1, _2 ...; `mark` is that of part 1, and so are all values of the grid.
@@ -161,6 +166,7 @@ class Effect:
     parts: int = 1
     kinds: tuple[str, ...] = ALL_KINDS
     grid: Callable[[Outlook], tuple[Values, ...]] = no_grid
+    most: Callable[[Values], Values] = no_most
     delay: Any = None
     drive: Any = None
     field: Any = None
@@ -239,6 +245,16 @@ class Effect:
     def of_given_models(self) -> bool:
         """Whether it is sought beside a given model only."""
         return bool(self.changes) and not self.per_recording
+
+    def range_about(self, parameter: Parameter, first: float, values: Values) -> tuple[float, float]:
+        """Search range of a parameter that is no amplitude, about its first value; values: SI, with the preset ones."""
+        low, high, reach = parameter.lower, parameter.upper, parameter.reach
+        if reach > 0.0:
+            low, high = (first / reach, first * reach) if parameter.log else (first - reach, first + reach)
+        most = self.most(values).get(parameter.name, high)
+        if high <= most:
+            return low, high
+        return (min(low, most / max(reach, 2.0)) if parameter.log else low), most
 
     def acts_in(self, values: Values, number: int) -> bool:
         """Whether it acts in recording `number` (from 1) with these values; amplitudes that are not given count."""

@@ -12,7 +12,8 @@ from linid.physics.effects.shapes import bounded
 from linid.physics.parameter import Parameter
 
 _FURTHEST = 500.0  # lengths, where the exponential is held
-_REACH = 1.5  # of the lengths' first values: what reaches the middle is no longer an end
+_REACH = 1.5  # of the lengths' first values
+_MOST_REACH = 0.4  # of the stroke: what is between has the whole thrust, or nothing tells that from the force constant
 
 
 @term
@@ -31,6 +32,12 @@ def grid(outlook: Outlook) -> tuple[Values, ...]:
     return tuple(
         {"end_reach_low": r * stroke, "end_reach_high": r * stroke, "end_length": w * stroke, **ends} for r, w in shares
     )
+
+
+def most(values: Values) -> Values:
+    """What reaches the middle is no longer an end: two that meet take from the thrust everywhere."""
+    reach = _MOST_REACH * (values["end_high"] - values["end_low"])
+    return {"end_reach_low": reach, "end_reach_high": reach}
 
 
 EFFECT = Effect(
@@ -56,6 +63,7 @@ EFFECT = Effect(
     preset=("end_low", "end_high"),
     kinds=MOTORS,
     grid=grid,
+    most=most,
     thrust=thrust,
     depends_on=(("position", "motor_force"),),
     exposed_by="accelerations near both ends of the stroke and in its middle",
