@@ -238,3 +238,27 @@ def test_saturation_takes_the_space_vector() -> None:
         turned = [1.7 * math.cos(angle - k * 2.0 * math.pi / 3.0) for k in range(3)]
         assert squared_amplitude(*turned) == pytest.approx(1.7**2, rel=1e-12)
     assert squared_amplitude(-1.7, 0.0, 0.0) == 1.7 * 1.7
+
+
+@every_effect
+def test_a_search_range_holds_the_starting_values(effect: Effect) -> None:
+    amplitudes = {*effect.amplitudes, *effect.preset}
+    for entry in grid_of(effect):
+        for parameter in (p for p in effect.parameters if p.name in entry and p.name not in amplitudes):
+            low, high = effect.range_about(parameter, entry[parameter.name], entry)
+            assert low <= entry[parameter.name] <= high, parameter.name
+
+
+@given(st.floats(1e-3, 10.0), st.floats(0.0, 1.0), st.integers(1, 12))
+def test_however_often_it_is_fitted_an_end_leaves_the_middle_its_thrust(stroke: float, share: float, fits: int) -> None:
+    """Ends that meet take from all thrust: the force constant makes up for it, and input noise counts for more."""
+    effect = find_effect("end_effect")
+    values = {"end_low": -0.3 * stroke, "end_high": 0.7 * stroke}
+    reaches = [p for p in effect.parameters if p.name.startswith("end_reach")]
+    values |= {p.name: max(share, 1e-3) * stroke for p in reaches}
+    for _ in range(fits):
+        ranges = {p.name: effect.range_about(p, values[p.name], values) for p in reaches}
+        assert all(low < high for low, high in ranges.values())
+        values |= {name: high for name, (_, high) in ranges.items()}  # as far as that fit lets it
+    free = values["end_high"] - values["end_reach_high"] - (values["end_low"] + values["end_reach_low"])
+    assert free > 0.19 * stroke
