@@ -108,7 +108,8 @@ def _term_in_words(term: ProposedTerm | None, word: str) -> str:
     if term is None:
         return ""
     labels = [ARGUMENTS[name].replace("force", word) for name in term.arguments]
-    return f"a term of {_list(labels)} closes {_percent(term.closed)}"
+    said = f"a term of {_list(labels)}" if labels else f"a constant {word}"
+    return f"{said} closes {_percent(term.closed)}"
 
 
 def _in_words(entry: Entry) -> str:

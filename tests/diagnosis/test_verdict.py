@@ -132,3 +132,5 @@ def test_a_proposed_term_stands_in_the_verdict_in_place_of_single_coordinates() 
     assert unknown.next_experiment == term.next_experiment
     partly = decide(budget((entry(share=0.6),), 20.0, 2.0), WHERE, (), 0.99, (), "rotary", term).sentence
     assert "40 % stay unexplained, of which a term of velocity and motor torque closes 83 %." in partly
+    constant = decide(budget((entry(share=0.6),), 20.0, 2.0), WHERE, (), 0.99, (), "rotary", proposed(None, ()))
+    assert "40 % stay unexplained, of which a constant torque closes 83 %." in constant.sentence
