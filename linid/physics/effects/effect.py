@@ -247,7 +247,10 @@ class Effect:
         return bool(self.changes) and not self.per_recording
 
     def range_about(self, parameter: Parameter, first: float, values: Values) -> tuple[float, float]:
-        """Search range of a parameter that is no amplitude, about its first value; values: SI, with the preset ones."""
+        """Search range, low and high in SI, of a parameter that is no amplitude.
+
+        first: its first value, SI; values: SI by name, with the preset ones. Source: linid's own, `reach` and `most`.
+        """
         low, high, reach = parameter.lower, parameter.upper, parameter.reach
         if reach > 0.0:
             low, high = (first / reach, first * reach) if parameter.log else (first - reach, first + reach)
