@@ -22,8 +22,9 @@ def elsewhere(full: Fitted, found: Screened) -> bool:
 def in_place(full: Fitted, found: Screened, grid: Sequence[Values]) -> bool:
     """Whether a fit of an effect that is found there would begin where a model has it: in the same recordings, and with
     no other entry of its grid between. grid: of its shapes, SI."""
+    places = found.trial.values, full.values | full.preset
     for parameter in find_effect(found.name).parameters:
-        there, now = (values.get(parameter.name) for values in (found.trial.values, full.values | full.preset))
+        there, now = (values.get(parameter.name) for values in places)
         if there is None or now is None or there == now:
             continue
         low, high = sorted((there, now))

@@ -232,8 +232,8 @@ class Screening:
         return self.whole if effect.per_recording else self.outlook
 
     def grid(self, effect: Effect) -> tuple[Values, ...]:
-        """The shapes of an effect that are tried here, SI values by name; of some recordings their marks are."""
-        return ({effect.mark: 0.0},) if effect.acts == "some" else tuple(effect.grid(self._outlook_of(effect)))
+        """The shapes of an effect that are tried here, SI values by name."""
+        return effect.grid(self._outlook_of(effect))
 
     def _regression(self, step: Fitted, everywhere: bool) -> StepRegression:
         """A step's residual over the rows of all recordings, or of the fitted ones."""

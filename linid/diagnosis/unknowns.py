@@ -117,16 +117,17 @@ class Coordinates:
                 effect = amplitudes[parameter.name]
                 low, high = effect_range(effect, parameter, self.outlook, self.force_scale, self.mass)
                 out.append(Coordinate(parameter.name, False, low, high, high, True))
-            elif parameter.name in owners and parameter.name not in {**self.told, **self.limits}:
-                out.append(_of_effect(owners[parameter.name], parameter, {**values, **held}))
             else:
-                out.append(self._coordinate(parameter, values, held))
+                out.append(self._coordinate(parameter, values, held, owners.get(parameter.name)))
         if "mass" in held or "force_constant" in held:  # a known thrust is what tells the mass
             return tuple(out)
         units = {p.name: p.unit for p in model.parameters} | {ACROSS: "N/A"} | dict.fromkeys(sizes, "N")
         return tuple(replace(c, for_mass=self.mass) if not c.log and is_force(units[c.name]) else c for c in out)
 
-    def _coordinate(self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float]) -> Coordinate:
+    def _coordinate(
+        self, parameter: Parameter, values: Mapping[str, float], held: Mapping[str, float], owner: Effect | None
+    ) -> Coordinate:
+        """A parameter that is no amplitude; owner: the effect that has it, if one does."""
         name = parameter.name
         size = abs(self.reference.get(name, values.get(name, parameter.default)))
         if name in self.told:
@@ -159,8 +160,11 @@ class Coordinates:
                 top = 1e3 * abs(self.reference["force_constant"])
                 return Coordinate(ACROSS, False, -top, top, 1e-3 * top, True)
         low, high = parameter.lower, parameter.upper
+        if owner is not None:
+            low, high = owner.range_about(parameter, values.get(name, parameter.default), {**values, **held})
         if parameter.log:
-            return Coordinate(name, True, math.log(low), math.log(high), min(1.0, math.log(high / low)))
+            low, high = math.log(low), math.log(high)
+            return Coordinate(name, True, low, high, min(1.0, high - low))
         return Coordinate(name, False, low, high, high - low)
 
     def _told(self, name: str) -> Coordinate:
@@ -170,15 +174,6 @@ class Coordinates:
         if log:
             low, high = math.log(low), math.log(high)
         return Coordinate(name, log, low, high, high - low, deviation=(high - low) / _INTERVAL)
-
-
-def _of_effect(effect: Effect, parameter: Parameter, values: dict[str, float]) -> Coordinate:
-    """A parameter of an effect that is no amplitude, about its value; values: SI, with those that are held."""
-    low, high = effect.range_about(parameter, values.get(parameter.name, parameter.default), values)
-    if parameter.log:
-        low, high = math.log(low), math.log(high)
-        return Coordinate(parameter.name, True, low, high, min(1.0, high - low))
-    return Coordinate(parameter.name, False, low, high, high - low)
 
 
 def encoded(coordinates: Sequence[Coordinate], model: Model, values: Mapping[str, float]) -> Array:
