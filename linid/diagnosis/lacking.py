@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from linid.arrays import Array
+from linid.diagnosis.balance import Memory
 from linid.diagnosis.base import Base
 from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.forecast import together, with_forecasts
@@ -27,7 +28,7 @@ from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import AS_GOOD, LEAST_CLOSED, WORTH, Proposal, judged_families, propose, tested
 from linid.diagnosis.proposed.regression import Regression, closed_share, held_squares
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
-from linid.diagnosis.refined_models import measured_alone, refined_further, refined_model
+from linid.diagnosis.refined_models import Attempt, measured_alone
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import judged_rows
@@ -43,6 +44,8 @@ from linid.recording.recording import Recording
 # Of what a term takes from the error 0.1 s ahead of all held-out recordings together: what that of one may rise by, as
 # where the friction that is identified anew beside it moves by some per cent.
 SMALL_RISE = 0.05
+
+Measured = dict[int, tuple[RecordingChange, Trace]]  # by the recording's place
 
 
 @dataclass(frozen=True)
@@ -279,25 +282,42 @@ def lacking_term(
         means.watch("term", 3, 3)
         return term, models
     term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
-    fitted = [r for r in recordings if r.split == "fit"]
-
-    after = refined_model(joined.fitted, fitted, means, judge.balance.memory)
+    attempt, measured = _tried(joined, models, recordings, means, judge.balance.memory)
     means.watch("term", 2, 3)
-    held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
-    measured = _measures(after, recordings, held_out, means)
-    worse = worse_somewhere([_beside(models.changes[k], change) for k, (change, _) in measured.items()])
-    if worse and not after.converged:  # one that has come to its end gets no better
-        after = refined_further(joined.fitted, after, fitted, means, judge.balance.memory)
-        measured = {}
-    left = [k for k in range(len(recordings)) if k not in measured]
-    measured |= _measures(after, recordings, left, means)
-    changes, traces = zip(*(measured[k] for k in range(len(recordings))), strict=True)
-    more = _changed(models, Models(after, joined.fitted, changes, traces))
-    beside = tuple(map(_beside, models.changes, more.changes))
-    term = replace(term, measures=together(beside, more.traces, means.seed))
-    means.watch("term", 3, 3)
+    beside = [_beside(models.changes[k], change) for k, (change, _) in measured.items()]
+    term = replace(term, measures=together(beside, [trace for _, trace in measured.values()], means.seed))
     there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
-    return (term, models) if worse_somewhere(beside) or there.closed < LEAST_CLOSED else (there, more)
+    kept = not worse_somewhere(beside) and there.closed >= LEAST_CLOSED
+    more = _with_the_rest(attempt, measured, joined.fitted, models, recordings, means) if kept else models
+    means.watch("term", 3, 3)
+    return (there if kept else term), more
+
+
+def _tried(
+    joined: Joined, models: Models, recordings: Sequence[Recording], means: Means, memory: Memory
+) -> tuple[Attempt, Measured]:
+    """A model with a term refined, and what it makes of the held-out recordings."""
+    fitted = [r for r in recordings if r.split == "fit"]
+    held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
+    attempt = Attempt(joined.fitted, fitted, means, memory)
+    measured = _measures(attempt.result, recordings, held_out, means)
+    worse = worse_somewhere([_beside(models.changes[k], change) for k, (change, _) in measured.items()])
+    if worse and not attempt.ended:
+        attempt.go_on()
+        measured = _measures(attempt.result, recordings, held_out, means)
+    return attempt, measured
+
+
+def _with_the_rest(
+    attempt: Attempt, measured: Measured, fitted: Fitted, models: Models, recordings: Sequence[Recording], means: Means
+) -> Models:
+    """The models with a term that is kept, and what they make of all recordings. measured: of those held out."""
+    after = attempt.kept()
+    values = ({e.name: e.value for e in one.estimates} for one in (after, attempt.result))
+    known = measured if next(values) == next(values) else {}  # a rival with another shape of the field may cost less
+    known = known | _measures(after, recordings, [k for k in range(len(recordings)) if k not in known], means)
+    changes, traces = zip(*(known[k] for k in range(len(recordings))), strict=True)
+    return _changed(models, Models(after, fitted, changes, traces))
 
 
 def _beside_which(found: Selection, start: Fitted) -> tuple[str, ...]:
@@ -351,9 +371,7 @@ def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]
     return out
 
 
-def _measures(
-    after: FitResult, recordings: Sequence[Recording], chosen: Sequence[int], means: Means
-) -> dict[int, tuple[RecordingChange, Trace]]:
+def _measures(after: FitResult, recordings: Sequence[Recording], chosen: Sequence[int], means: Means) -> Measured:
     """The measures of the chosen recordings under a model, and the traces behind them."""
     measured = partial(measured_alone, tuple(recordings), after, means.seed)
     return dict(in_parallel(measured, chosen, means.jobs, means.workers))

@@ -17,11 +17,12 @@ from linid.diagnosis.means import Means
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.report_data import Change, RecordingChange
 from linid.diagnosis.select import Selection
-from linid.identification.fit import refine
+from linid.identification.fit import Refined, refine, refined_values
 from linid.identification.model_file import model_from_text, model_to_text
 from linid.identification.result import FitResult
 from linid.identification.settings import Ending, FitSettings, SearchSettings
 from linid.identification.signals.motion import input_jumps
+from linid.identification.space.search_space import SearchSpace
 from linid.parallel_tasks import in_parallel
 from linid.recording.recording import Recording
 
@@ -97,17 +98,41 @@ def refined_model(one: Fitted, fitted: Sequence[Recording], means: Means, memory
     return model_from_text(memory[key], "checkpoint")
 
 
-def refined_further(
-    one: Fitted, result: FitResult, fitted: Sequence[Recording], means: Means, memory: Memory
-) -> FitResult:
-    """A refined model taken on from where it stopped, to a finer end."""
-    key = f"{_key(one)} further"
-    if key not in memory:
-        space, _ = one.space(fitted)
-        point = space.encode({p.name: result.value(p.name) for p in one.model.parameters})
-        settings = _settings(means.seed, means.jobs, _FINER)
-        memory[key] = model_to_text(refine(space, point, fitted, settings=settings))
-    return model_from_text(memory[key], "checkpoint")
+class Attempt:
+    """A model that is kept only if it predicts: refined as `fit-motor` does it, its intervals found once it is kept.
+
+    one: from where the force balance has brought it; fitted: the recordings to fit; result: as far as the values;
+    ended: whether more steps would change nothing.
+    """
+
+    def __init__(self, one: Fitted, fitted: Sequence[Recording], means: Means, memory: Memory) -> None:
+        self._one, self._fitted, self._means, self._memory = one, tuple(fitted), means, memory
+        self._begin(_key(one), one.values, _USUAL)
+
+    def go_on(self) -> None:
+        """Take it on from where it stopped, to a finer end."""
+        self._begin(f"{_key(self._one)} further", {e.name: e.value for e in self.result.estimates}, _FINER)
+
+    def kept(self) -> FitResult:
+        """The model with its intervals."""
+        if self._key not in self._memory:
+            self._memory[self._key] = model_to_text((self._refined or self._refine()).with_intervals())
+        return model_from_text(self._memory[self._key], "checkpoint")
+
+    def _begin(self, key: str, start: dict[str, float], end: Ending) -> None:
+        self._key, self._start, self._end = key, start, end
+        self._refined: Refined | None = None
+        values = f"{key} values"
+        if values not in self._memory:
+            self._refined = self._refine()
+            self._memory[values] = [model_to_text(self._refined.bare), self._refined.ended]
+        text, self.ended = self._memory[values]
+        self.result = model_from_text(text, "checkpoint")
+
+    def _refine(self) -> Refined:
+        space, _ = self._one.space(self._fitted)
+        settings = _settings(space, self._means.seed, self._means.jobs, self._end)
+        return refined_values(space, space.encode(self._start), self._fitted, settings=settings)
 
 
 def measured_alone(
@@ -123,20 +148,20 @@ def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[s
     """A model as `fit-motor` finds it, as text, by `least` threads or more. At the top of the module, since it also
     runs on workers."""
     space, point = item[1].space(fitted)
-    settings = _settings(seed, max(jobs, least), _USUAL)
-    if not {p.name for p in item[1].model.with_effects(()).parameters} & set(space.names):
-        # A free run adds up all that a held base is off by, and whatever is not held would have to answer for it.
-        settings = replace(settings, objective="ahead")
-    return model_to_text(refine(space, point, fitted, settings=settings))
+    return model_to_text(refine(space, point, fitted, settings=_settings(space, seed, max(jobs, least), _USUAL)))
 
 
-def _settings(seed: int, jobs: int, end: Ending) -> FitSettings:
-    return FitSettings(
+def _settings(space: SearchSpace, seed: int, jobs: int, end: Ending) -> FitSettings:
+    settings = FitSettings(
         search=SearchSettings(seed=seed),
         jobs=jobs,
         least_squares_steps=end.steps,
         least_squares_precision=end.precision,
     )
+    if not {p.name for p in space.model.with_effects(()).parameters} & set(space.names):
+        # A free run adds up all that a held base is off by, and whatever is not held would have to answer for it.
+        settings = replace(settings, objective="ahead")
+    return settings
 
 
 def changes_of(

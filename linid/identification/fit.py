@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from linid.arrays import Array
 from linid.errors import UsageError
-from linid.identification.assemble import Task
+from linid.identification.assemble import Task, assemble
 from linid.identification.guess.first_values import first_values, guess_effects, mass_known, seed_candidates
-from linid.identification.minima import best_minimum
+from linid.identification.minima import Freed, best_minimum, freed_of_noise
 from linid.identification.objectives.choose import FULL, Look, check_recordings, coarse_parts, make_parts, thinning
 from linid.identification.objectives.problem import Problem
+from linid.identification.optimise.least_squares import LeastSquaresFit
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import least_squares_in_stages, predicts, search_at_random, search_from
 from linid.identification.optimise.time_step import choose_substeps
@@ -23,6 +24,7 @@ from linid.identification.space.bounds import build_space
 from linid.identification.space.proportions import Proportions, proportions_of
 from linid.identification.space.scratch import scratch_space
 from linid.identification.space.search_space import SearchSpace
+from linid.identification.uncertainty.covariance import box_alone
 from linid.identification.uncertainty.profile import check_profile
 from linid.identification.unit_mass import ADDED, on_unit_mass
 from linid.identification.verify import verified
@@ -162,17 +164,76 @@ def refine(
 
     Of many windows every fourth is looked at, so intervals are somewhat wider than those of `fit`.
     """
-    settings = settings or FitSettings()
+    task, state, look = _without_search(space, point, recordings, settings or FitSettings())
+    return _refine(task, space, state, [look], hooks or Hooks())
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A refined model before its intervals are known, which take as long as a fifth of the rest.
+
+    task: what it was fitted to, and how; problem: of plain least squares, with their solution; state: where they began;
+    freed: the solution freed of what noise does to it.
+    """
+
+    task: Task
+    problem: Problem
+    state: SearchState
+    solution: LeastSquaresFit
+    freed: Freed
+
+    @property
+    def ended(self) -> bool:
+        """Whether more steps would change nothing."""
+        return self.freed.solution.ended
+
+    @property
+    def bare(self) -> FitResult:
+        """The model as if nothing but the search box told the parameters: to predict with."""
+        nothing = box_alone(len(self.problem.space.names))
+        return assemble(self.task, self.problem, self.state, self.freed.solution, nothing)
+
+    def with_intervals(self, hooks: Hooks | None = None) -> FitResult:
+        """The model as a fit gives it."""
+        return best_minimum(self.task, self.problem, self.state, self.solution, hooks or Hooks(), self.freed)
+
+
+def refined_values(
+    space: SearchSpace,
+    point: Array,
+    recordings: Sequence[Recording],
+    *,
+    settings: FitSettings | None = None,
+    hooks: Hooks | None = None,
+) -> Refined:
+    """`refine` as far as the values. point: (p,) coordinates in the search space."""
+    task, state, look = _without_search(space, point, recordings, settings or FitSettings())
+    problem, solution = _solved(task, space, state, [look], hooks or Hooks())
+    return Refined(task, problem, state, solution, freed_of_noise(task, problem, solution))
+
+
+def _without_search(
+    space: SearchSpace, point: Array, recordings: Sequence[Recording], settings: FitSettings
+) -> tuple[Task, SearchState, tuple[int, Look]]:
+    """What is asked of a fit that begins at given coordinates (p,), and what its least squares look at."""
     substeps = settings.substeps or choose_substeps(space.model, recordings, space.values(point))
     state = SearchState("none", 0, [], [], [float(g) for g in point], float("nan"), 0, 0, None)
     task = Task(recordings, settings, substeps, "no search: started from given values")
-    return _refine(task, space, state, [(substeps, Look(thinning(recordings)))], hooks or Hooks())
+    return task, state, (substeps, Look(thinning(recordings)))
 
 
 def _refine(
     task: Task, space: SearchSpace, state: SearchState, looks: Sequence[tuple[int, Look]], hooks: Hooks
 ) -> FitResult:
-    """Least squares from the best candidate, its uncertainty, and the result put together.
+    """Least squares from the best candidate, its uncertainty, and the result put together. looks: as of `_solved`."""
+    problem, solution = _solved(task, space, state, looks, hooks)
+    return best_minimum(task, problem, state, solution, hooks)
+
+
+def _solved(
+    task: Task, space: SearchSpace, state: SearchState, looks: Sequence[tuple[int, Look]], hooks: Hooks
+) -> tuple[Problem, LeastSquaresFit]:
+    """Least squares from the best candidate, on all data.
 
     looks: the stages of the least squares, each with its internal steps per sample; the last one gives the intervals.
     """
@@ -180,7 +241,4 @@ def _refine(
     stages = [
         Problem(space, make_parts(space.model, task.recordings, settings, steps, look=look)) for steps, look in looks
     ]
-    problem = stages[-1]
-    solution = least_squares_in_stages(stages, state, settings, hooks)
-    del stages
-    return best_minimum(task, problem, state, solution, hooks)
+    return stages[-1], least_squares_in_stages(stages, state, settings, hooks)

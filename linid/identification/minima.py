@@ -11,6 +11,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.identification.assemble import Task, assemble
+from linid.identification.objectives.input_noise import Feigned
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.input_noise import currents_in_common_push, fit_under_noise
 from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
@@ -33,18 +34,34 @@ _CHANGED = 0.5
 _SHAPE = "nome"  # of the field
 
 
+@dataclass(frozen=True)
+class Freed:
+    """A minimum freed of what noise of the inputs does to it. problem: of which it is one; added: what the noise feigns
+    of whitened residuals, None of others."""
+
+    problem: Problem
+    solution: LeastSquaresFit
+    added: Feigned | None
+
+
 def best_minimum(
-    task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks
+    task: Task,
+    problem: Problem,
+    state: SearchState,
+    solution: LeastSquaresFit,
+    hooks: Hooks,
+    freed: Freed | None = None,
 ) -> FitResult:
     """The result of a fit from its solution by plain least squares, on all data.
 
-    state: the last one of the search; intervals hold the rivals that cost statistically the same.
+    state: the last one of the search; intervals hold the rivals that cost statistically the same; freed: the minimum
+    near the solution, where that is known.
     """
     with ThreadPoolExecutor(1, "rival") as pool:
         # What noise does to the best one moves its rival little, unless residuals are whitened: both at once.
         white = task.settings.least_squares_steps > 0 and currents_in_common_push(problem, solution.point)
         beside = None if white or task.settings.jobs < 2 else pool.submit(_plain_rival, task, problem, solution)
-        best = _found(task, problem, state, solution, hooks)
+        best = _found(task, problem, state, freed or freed_of_noise(task, problem, solution), hooks)
         if _is_plain(task, best):
             best = replace(best, result=with_plain(best.result, problem.space))
         told = any(e.name == _SHAPE and e.status == "fitted" for e in best.result.estimates)
@@ -89,7 +106,7 @@ class _Found:
         return rival.problem.space.values(end)
 
 
-def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSquaresFit, hooks: Hooks) -> _Found:
+def freed_of_noise(task: Task, problem: Problem, solution: LeastSquaresFit) -> Freed:
     """The minimum near a solution of plain least squares, freed of what noise of the inputs does to it."""
     settings, seed = task.settings, task.settings.search.seed
     own, added = problem, None
@@ -100,6 +117,13 @@ def _found(task: Task, problem: Problem, state: SearchState, solution: LeastSqua
         own, solution = fit_by_trust(problem, solution, final_ending(settings), seed=seed, jobs=settings.jobs)
     if settings.least_squares_steps > 0:
         solution = without_voltage_noise(own, simex_corrected(own, solution, seed=seed, jobs=settings.jobs))
+    return Freed(own, solution, added)
+
+
+def _found(task: Task, problem: Problem, state: SearchState, freed: Freed, hooks: Hooks) -> _Found:
+    """A minimum with its intervals. problem: of plain least squares."""
+    settings, seed = task.settings, task.settings.search.seed
+    own, solution, added = freed.problem, freed.solution, freed.added
     uncertainty = estimate_uncertainty(own, solution, seed=seed, known=added, jobs=settings.jobs)
     profiles = _profiles(own, solution, uncertainty, settings, hooks)
     result = assemble(task, problem, state, solution, uncertainty)
@@ -128,7 +152,8 @@ def _beside_rival(
     solution: of the rival, before it is freed of what noise of the inputs does to it."""
     if not best.white and best.lead(problem, solution) > NORMAL_97_5 + _CHANGED:
         return best.result
-    rival = _found(task, problem, state, replace(solution, history=best.solution.history), hooks)
+    freed = freed_of_noise(task, problem, replace(solution, history=best.solution.history))
+    rival = _found(task, problem, state, freed, hooks)
     if float(np.max(np.abs(rival.solution.point - best.solution.point))) < APART:
         return best.result
     lead = best.lead(rival.problem, rival.solution)

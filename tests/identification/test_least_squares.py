@@ -224,3 +224,6 @@ def test_where_slopes_hold_nowhere_it_ends() -> None:
     result = levenberg_marquardt(problem, Cost(problem), start, bend=False, final=False)
     assert len(result.history) < 10, result.reason
     assert "next to nothing" in result.reason and not result.converged
+    assert result.ended  # no minimum, but more steps would find no better
+    cut = levenberg_marquardt(problem, Cost(problem), start, ending=Ending(2), bend=False, final=False)
+    assert not cut.ended and not cut.converged and len(cut.history) == 2

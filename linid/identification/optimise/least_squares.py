@@ -54,7 +54,8 @@ class LeastSquaresFit:
 
     residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; damping: of the next step, if there were
     one; weights: (N,) of each part's residuals; told: what the simulation last told of residuals and slopes without
-    their weights, if it is kept; moved_from: (p + k,) where the Jacobian is, None: where the fit is.
+    their weights, if it is kept; moved_from: (p + k,) where the Jacobian is, None: where the fit is; ended:
+    no step was left to take, be it that it converged or that the linearisation held nowhere.
     """
 
     point: Array
@@ -70,6 +71,7 @@ class LeastSquaresFit:
     weights: tuple[Array, ...] = field(default=(), repr=False)
     told: Told | None = field(default=None, repr=False)
     moved_from: Array | None = field(default=None, repr=False)
+    ended: bool = True
 
     @property
     def linearised_at(self) -> Array:
@@ -141,6 +143,7 @@ def levenberg_marquardt(
         steps.damping,
         tuple(line.weights),
         line.told if keep else None,
+        ended=bool(reason),
     )
 
 

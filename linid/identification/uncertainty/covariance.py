@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,6 +45,11 @@ class Uncertainty:
     conditional_std: Array
     intervals: dict[int, tuple[float, float]] = field(default_factory=dict)
     aligned: bool = False
+
+
+def box_alone(size: int) -> Uncertainty:
+    """What is known of so many parameters before any data: that they lie in the search box."""
+    return Uncertainty(BOX_STD**2 * np.eye(size), math.inf, np.full(size, BOX_STD))
 
 
 def _blocks(problem: Problem, residuals: Array, jacobian: Array) -> list[tuple[Part, Array, Array, NDArray[np.int64]]]:
