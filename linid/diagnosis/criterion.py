@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linid.arrays import Array, Flags
+from linid.arrays import Array, Flags, Integers
 from linid.diagnosis.balance import Balance, Noise, Places, gain_of
 from linid.diagnosis.binned import squares_by_bin
 from linid.diagnosis.unknowns import ACROSS, Coordinate, FieldPhase, vectors_of
@@ -56,6 +56,8 @@ class Criterion:
         self.bins = int(rows.bin.max(initial=-1)) + 1
         self.squared = np.zeros(self.bins)
         self.squared[rows.bin] = self.inverse**2
+        self._block = np.zeros(self.bins, dtype=np.int64)
+        self._block[rows.bin] = rows.block
         self.reference = np.maximum(noise.power(noise.gain) * self.squared, _LEAST_NOISE)
 
     def rows_of(self, recordings: Iterable[int]) -> Flags:
@@ -113,6 +115,10 @@ class Criterion:
         power, noise, counts = self.bin_powers(residual, floor, rows, softness)
         known = counts > 0
         return float(counts[known] @ np.log((power + noise)[known] / (2.0 * noise[known]))) / float(counts.sum())
+
+    def blocks_of(self, known: Flags) -> Integers:
+        """The blocks (k,) of those of the bins (B,) that are known, numbered from 0 without gaps."""
+        return np.unique(self._block[known], return_inverse=True)[1]
 
     def weights(self, residual: Array, floor: Array, rows: Flags, softness: float = 1.0) -> Array:
         """Square roots of the weights (n,) in s^2/m of a step of the fit; zero outside the chosen rows.
@@ -191,6 +197,14 @@ class Straight(Criterion):
         """`residuals` (n,) of one set of unknowns x (p,); vector: (VECTOR_SIZE,), SI."""
         del vector
         return np.asarray(self.residuals(posed, x[None, :], places)[0])
+
+
+def certainty_of(gains: Array, blocks: Integers) -> float:
+    """What all bins gain over its deviation from block to block. gains: (k,) of bins; blocks: (k,) to which they
+    belong."""
+    by_block = np.bincount(blocks, gains)
+    deviation = math.sqrt(by_block.size) * float(np.std(by_block))
+    return float(gains.sum()) / max(deviation, 1e-300)
 
 
 def _of_the_gain(posed: Posed, vector: Array, gain: float) -> Array:

@@ -96,7 +96,7 @@ def _best_of(
         evidence = gained(fits, before, one)
         # A moment has no other blocks that could vouch for it: its lead over other moments did.
         moment = find_effect(item.name).acts == "one"
-        if evidence.gain >= _least(item, PROPOSED_GAIN) and (moment or worth_proposing(evidence)):
+        if evidence.gain >= _least(item, PROPOSED_GAIN) and (moment or sure(evidence.gain, evidence.certainty)):
             able.append((evidence, one))
         watch(f"fit effect {number + 1}", number_fitted, len(items))
     if not able:
@@ -112,15 +112,17 @@ def price(fits: JointFit, one: Fitted) -> float:
     return len(fits.unknowns(one)) * math.log(count) / count
 
 
-def worth_proposing(evidence: Evidence) -> bool:
-    """Whether a gain on fitted rows is sure enough, or so large that few blocks of unlike size are no doubt."""
-    clear = evidence.gain >= CLEAR_GAIN and evidence.certainty >= LEAST_CERTAINTY
-    return clear or evidence.certainty >= PROPOSED_CERTAINTY
+def sure(gain: float, certainty: float) -> bool:
+    """Whether a gain in log power per row on fitted rows is sure enough, or so large that few blocks of unlike size are
+    no doubt; certainty: in deviations from block to block."""
+    return certainty >= (LEAST_CERTAINTY if gain >= CLEAR_GAIN else PROPOSED_CERTAINTY)
 
 
 def contenders(found: Sequence[Screened], share: float, most: int = CONTENDERS) -> list[Screened]:
-    """The screened effects that are worth a fit: at most so many, which explain that share of the best one at least."""
+    """The screened effects that are worth a fit: at most so many, which explain that share of the best one at least,
+    and of which the regression is as sure as a fit must be."""
     able = [s for s in found if s.trial.explained > _promised(s) and s.trial.lead >= LEAST_LEAD]
+    able = [s for s in able if sure(s.gain, s.trial.certainty)]
     if not able:
         return []
     return [s for s in able if s.gain >= share * able[0].gain][:most]

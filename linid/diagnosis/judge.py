@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.diagnosis.balance import Balance, Noise, scale_of
+from linid.diagnosis.criterion import certainty_of
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import Model
@@ -90,11 +90,6 @@ def compare(fits: JointFit, before: Fitted, after: Fitted, chosen: Chosen) -> Ev
     levels = counts * np.log((second + floor) / (2.0 * floor))
     gains = counts * np.log((first + noise) / (2.0 * noise)) - levels
     total = float(counts.sum())
-    rows = fits.balance.rows
-    block_of = np.zeros(known.size, dtype=np.int64)
-    block_of[rows.bin] = rows.block
-    by_block = np.bincount(np.unique(block_of[known], return_inverse=True)[1], gains)
-    deviation = math.sqrt(by_block.size) * float(np.std(by_block))
     gain = float(gains.sum()) / total
     left = max(float(levels.sum()) / total, 0.0)
     power = float((first - second).sum()) / float(floor.sum())
@@ -102,7 +97,7 @@ def compare(fits: JointFit, before: Fitted, after: Fitted, chosen: Chosen) -> Ev
     positive, went = max(gain, 0.0), max(power, 0.0)
     return Evidence(
         gain=gain,
-        certainty=float(gains.sum()) / max(deviation, 1e-300),
+        certainty=certainty_of(gains, fits.blocks_of(known)),
         closed=positive / (positive + max(left, FLOOR_DOUBT)),
         power=power,
         power_closed=went / (went + max(excess, FLOOR_DOUBT)),

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.diagnosis.criterion import certainty_of
 from linid.diagnosis.descent import QUICK
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.unknowns import ACROSS
@@ -76,7 +77,7 @@ class StepRegression(WeightedStep):
         left, sizes, _ = np.linalg.svd(self.columns, full_matrices=False)
         self._span = left[:, sizes > 1e-9 * np.max(sizes, initial=0.0)]
         self._rest = self.residual - self._span @ (self._span.T @ self.residual)
-        self._before = self.log_power(self._rest)
+        self._before, self._blocks = self.logs(self._rest), fits.blocks_of(self.known)
         self.level = self.level_of(self._rest)
 
     def span(self) -> Array:
@@ -102,18 +103,20 @@ class StepRegression(WeightedStep):
         columns = self.effect_columns(effect, grid, sizes)
         columns -= self._span @ (self._span.T @ columns)
         for k, entry in enumerate(grid):
-            solution, explained = self.explained(columns[:, k * len(names) : (k + 1) * len(names)])
-            out.append(Trial(dict(entry), dict(zip(names, solution.tolist(), strict=True)), explained))
+            solution, explained, certainty = self.explained(columns[:, k * len(names) : (k + 1) * len(names)])
+            amplitudes = dict(zip(names, solution.tolist(), strict=True))
+            out.append(Trial(dict(entry), amplitudes, explained, certainty=certainty))
         return out
 
-    def explained(self, columns: Array) -> tuple[Array, float]:
-        """Amplitudes (a,) of projected columns (N + p, a), and the share of the geometric mean power they take away."""
+    def explained(self, columns: Array) -> tuple[Array, float, float]:
+        """Amplitudes (a,) of projected columns (N + p, a), the share of the geometric mean power that they take away,
+        and how sure that is."""
         norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         scaled = columns / norms
         solution = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ self._rest, rcond=1e-9)[0]
-        left = self._rest - scaled @ solution
-        share = 1.0 - math.exp(self.log_power(left) - self._before)
-        return solution / norms, share if math.isfinite(share) else -1.0
+        taken = self._before - self.logs(self._rest - scaled @ solution)
+        share = 1.0 - math.exp(-float(np.sum(taken)) / float(self.counts.sum()))
+        return solution / norms, share if math.isfinite(share) else -1.0, certainty_of(taken, self._blocks)
 
     def gains(self, rows: NDArray[np.int64], parts: Array) -> Array:
         """What the criterion loses (k,) when each of parts (m, k) is taken from the weighted residual of rows (m,)."""
@@ -321,11 +324,11 @@ class Screening:
                     continue
                 column = np.where(np.isin(owner, group), whole, 0.0)
                 column -= span @ (span.T @ column)
-                (value,), explained = regression.explained(column[:, None])
+                (value,), explained, certainty = regression.explained(column[:, None])
                 if explained > best.explained:
                     held = float(np.clip(value, max(lower, -size), size))
                     mark = float(sum(bits[k] for k in group))
-                    best = Trial({effect.mark: mark}, {amplitude: held}, explained)
+                    best = Trial({effect.mark: mark}, {amplitude: held}, explained, certainty=certainty)
         return best
 
     def _best_moment(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
@@ -362,7 +365,7 @@ class Screening:
         column = np.zeros(rest.size)
         column[np.flatnonzero(classes == where)] = columns[:, best]
         column -= span @ (span.T @ column)
-        (value,), explained = regression.explained(column[:, None])
+        (value,), explained, _ = regression.explained(column[:, None])  # of one moment, no other vouches for it
         part = effect.free_part(step.preset) if effect.name in step.model.effects else 1
         held = {amplitude: float(np.clip(value, -size, size))}
         lead = float(gains[best]) / max(rival, 1e-300)

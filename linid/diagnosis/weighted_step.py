@@ -35,16 +35,18 @@ class WeightedStep:
         self.columns = columns.T
         self.residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
         power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
-        self.counts = counts
+        self.counts, self.known = counts, counts > 0
         self.floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
         self._level = fits.level(step.residual, step.floor, rows)
 
     def log_power(self, rest: Array) -> float:
         """Mean log of what is left, per bin, beside the floor. rest: (N + p,)."""
-        power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self.counts.size)
-        known = self.counts > 0
-        ratio = power[known] / self.counts[known] + self.floor[known]
-        return float(self.counts[known] @ np.log(ratio)) / float(self.counts.sum())
+        return float(np.sum(self.logs(rest))) / float(self.counts.sum())
+
+    def logs(self, rest: Array) -> Array:
+        """Log of what is left of each bin that has some, times its rows, (k,). rest: (N + p,)."""
+        power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self.counts.size)[self.known]
+        return np.asarray(self.counts[self.known] * np.log(power / self.counts[self.known] + self.floor[self.known]))
 
     def level_of(self, rest: Array) -> float:
         """The criterion with what is left of the residual. rest: (N + p,)."""

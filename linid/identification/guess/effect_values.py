@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -42,7 +42,8 @@ class Trial:
     recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an effect at one
     moment, the factor by which it explains more than the best such effect at any other moment; contrast: the
     factor by which the power that it takes there per row exceeds that of the rest of its recording, 0: lasting effect;
-    held_first: whether all else is to be found beside these amplitudes before they are free.
+    held_first: whether all else is to be found beside these amplitudes before they are free; certainty: how sure it is
+    that they explain anything, in deviations from block to block (inf: not told).
     """
 
     values: Values
@@ -51,6 +52,7 @@ class Trial:
     lead: float = math.inf
     contrast: float = 0.0
     held_first: bool = False
+    certainty: float = math.inf
 
 
 class EffectColumns:
@@ -348,7 +350,7 @@ def best_trial(regression: Regressed, effect: Effect, outlook: Outlook, known: V
     best = max(inside or trials, key=lambda trial: trial.explained)
     held = {name: min(max(x, lower[name], -sizes[name]), sizes[name]) for name, x in best.amplitudes.items()}
     explained = best.explained if any(held.values()) else 0.0  # a drag that would have to push explains nothing
-    return Trial(best.values, held, explained)
+    return replace(best, amplitudes=held, explained=explained)
 
 
 def _orders_pursued(regression: Regressed, effect: Effect, grid: Sequence[Values], sizes: Values) -> Values:
