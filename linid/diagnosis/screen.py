@@ -37,7 +37,7 @@ _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
 # Of how strongly an effect shows in the typical recording: a mass in a creeping axis could be anything that resists it.
 _FAINT = 0.1
 _CLEAR = 1e-3  # of a column's power: what the base must leave of it
-_DELAYS = (-1.0, 1.0, 3.0, 8.0)  # sampling periods
+_DELAYS, _LATER = (-1.0, 1.0), (3.0, 8.0)  # sampling periods
 _PAUSE = 0.05  # s, between a push and another one
 # A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
 _OTHER_RECORDINGS, _OTHER_MOMENTS = 0.75, 0.9
@@ -273,7 +273,10 @@ class Screening:
             explained = 1.0 - math.exp(level - regression.level)
             return Trial({}, {amplitude.name: delay}, explained, held_first=explained > 0.0)
 
-        return max((found for _, found in in_parallel(late_by, _DELAYS, self.jobs)), key=lambda one: one.explained)
+        near = [found for _, found in in_parallel(late_by, _DELAYS, self.jobs)]
+        if near[-1].explained > 0.0:  # whatever comes later still betters that already
+            near += [found for _, found in in_parallel(late_by, _LATER, self.jobs)]
+        return max(near, key=lambda one: one.explained)
 
     def _late(self, step: Fitted, effect: Effect, delay: Values) -> tuple[Fitted, Mapping[str, Array]]:
         """A step's model with a delay, all else as it is, and its slopes: what inputs do has them anew."""
