@@ -12,7 +12,7 @@ from scipy.signal import lsim
 from linid.diagnosis.balance import Balance
 from linid.diagnosis.base import fit_base_model, numbered
 from linid.diagnosis.descent import THOROUGH
-from linid.diagnosis.forward import CONTENDING, MOMENTS_GAIN, contenders
+from linid.diagnosis.forward import CONTENDING, MOMENTS_GAIN, PROPOSED_CERTAINTY, contenders, gained
 from linid.diagnosis.judge import judge_of
 from linid.diagnosis.means import Means
 from linid.diagnosis.screen import LEAST_CONTRAST, Screening
@@ -50,6 +50,27 @@ def test_no_promise_hangs_on_how_many_effects_are_tried_at_once() -> None:
     alone, beside = (Screening(base.judge.fits, base.fitted, jobs).screen(base.fitted) for jobs in (1, 3))
     assert len(alone) > 10
     assert alone == beside
+
+
+def test_a_regression_is_as_sure_of_a_force_as_the_judge_of_its_fit() -> None:
+    """A force of place that the model lacks, weak beside the noise: the promise is kept, by as many deviations."""
+    runs = []
+    for k in range(6):
+        one = machine.recording(
+            f"run_{k}", noise=machine.Noise(encoder=1e-6), seed=k, split="held_out" if k > 3 else "fit"
+        )
+        error = lsim(([1.0], [machine.MASS, machine.VISCOUS, 0.0]), 0.1 * np.sin(60.0 * one.y), one.t)[1]
+        runs.append(replace(one, y=one.y + error))
+    model = Model("force")
+    judge = judge_of(Balance(model, numbered(runs), 1, 1), model, TRUE, {"mass": machine.MASS}, {}, 1)
+    base = judge.fits.fit(model, TRUE, {}, (0, 1, 2, 3), THOROUGH)
+    screening = Screening(judge.fits, base, 1)
+    found = {one.name: one for one in screening.screen(base)}
+    cogging = found["cogging"]
+    evidence = gained(judge.fits, base, extended(judge.fits, screening, (base, cogging), 1))
+    assert cogging.trial.certainty == pytest.approx(evidence.certainty, rel=0.2) and evidence.certainty > 5.0
+    assert cogging.gain == pytest.approx(evidence.gain, rel=0.2)
+    assert found["thermal_derating"].trial.certainty < PROPOSED_CERTAINTY
 
 
 def pushed(one: Recording, size: float, start: float, duration: float) -> Recording:

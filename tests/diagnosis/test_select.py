@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -85,6 +86,16 @@ def test_contenders_explain_nearly_as_much_as_the_best() -> None:
     )
     assert [s.name for s in chosen] == ["cogging", "cable_force"]
     assert contenders([found("cogging", 0.0005)], CONTENDING[-1]) == []
+
+
+def test_contenders_are_promised_as_surely_as_a_fit_must_find_them() -> None:
+    def found(name: str, explained: float, certainty: float) -> Screened:
+        return Screened(name, Trial({}, {}, explained, certainty=certainty))
+
+    unsure, sure, clear = found("cogging", 0.06, 2.4), found("cable_force", 0.05, 2.6), found("gravity", 0.2, 1.1)
+    assert contenders([unsure, sure], CONTENDING[-1]) == [sure]  # what is not tried bars nobody
+    assert contenders([clear], CONTENDING[0]) == [clear]  # so large that few blocks of unlike size are no doubt
+    assert contenders([replace(clear, trial=replace(clear.trial, certainty=math.nan))], CONTENDING[0]) == []
 
 
 def test_look_alikes_say_so_on_either_side() -> None:
