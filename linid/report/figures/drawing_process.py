@@ -43,27 +43,39 @@ class Order(NamedTuple):
 
 
 class Ordered:
-    """An order on its way: `files` waits until it is done, or does it here where no process has begun or it is lost."""
+    """Orders on their way: `files` waits until they are done, or does them here where no process has begun or it is
+    lost."""
 
     def __init__(self, order: Order) -> None:
-        self._order = order
+        self._orders: list[Order] = []
         self._helper = _waiting.pop() if _waiting and order.how_many != "none" else None
+        self.then(order)
+
+    def then(self, order: Order) -> None:
+        """Order more, to be drawn next."""
+        self._orders.append(order)
         if self._helper is not None and not _asked(self._helper, order):
             self._helper = None
 
     def files(self, progress: Progress | None = None) -> list[Path]:
         """The written files. Raises what drawing raises; Ctrl-C ends the process that draws."""
         if self._helper is None:
-            return self._order.write(progress)
+            return self._drawn_here(progress)
+        answers: list[tuple[str, Any]] = []
         try:
-            kind, found = _answer(self._helper, progress)
+            while len(answers) < len(self._orders) and "error" not in dict(answers):
+                answers.append(_answer(self._helper, progress))
         except (EOFError, OSError, pickle.UnpicklingError):
-            kind, found = "lost", None
+            return self._drawn_here(progress)
         finally:
             _end(self._helper)
-        if kind == "error":
-            raise found
-        return list(found) if kind == "files" else self._order.write(progress)
+        for kind, found in answers:
+            if kind == "error":
+                raise found
+        return [path for _, found in answers for path in found]
+
+    def _drawn_here(self, progress: Progress | None) -> list[Path]:
+        return [path for order in self._orders for path in order.write(progress)]
 
 
 def begin() -> None:
@@ -77,10 +89,10 @@ def begin() -> None:
 
 
 def serve() -> None:
-    """Load what figures need, wait for an `Order` on standard input, write it, and answer on standard output.
+    """Load what figures need, wait for `Order`s on standard input, write them, and answer on standard output.
 
-    Answers are pickled pairs: ("progress", (done, total, stem)), at the end ("files", paths) or ("error", what was
-    raised). Without an order, as where who would ask has ended, nothing is done.
+    Answers are pickled pairs: ("progress", (done, total, stem)), after each order ("files", paths) or ("error", what
+    was raised). It ends with who asks.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches who asks, and that ends this process
     answers = os.fdopen(os.dup(1), "wb")
@@ -93,14 +105,15 @@ def serve() -> None:
         pickle.dump((kind, found), answers)
         answers.flush()
 
-    try:
-        order: Order = pickle.load(sys.stdin.buffer)
-    except Exception:  # no order, or one of functions that are not known here: who asks draws them
-        return
-    try:
-        answer("files", order.write(lambda *done: answer("progress", done)))
-    except Exception as error:
-        answer("error", error)
+    while True:
+        try:
+            order: Order = pickle.load(sys.stdin.buffer)
+        except Exception:  # no more, or one of functions that are not known here: who asks draws them
+            return
+        try:
+            answer("files", order.write(lambda *done: answer("progress", done)))
+        except Exception as error:
+            answer("error", error)
 
 
 def _load() -> None:
@@ -115,8 +128,8 @@ def _asked(helper: subprocess.Popen[bytes], order: Order) -> bool:
     """Send an order; whether it has gone."""
     assert helper.stdin is not None
     try:
-        with helper.stdin as channel:
-            channel.write(pickle.dumps(order, pickle.HIGHEST_PROTOCOL))
+        helper.stdin.write(pickle.dumps(order, pickle.HIGHEST_PROTOCOL))
+        helper.stdin.flush()
     except (OSError, pickle.PicklingError, AttributeError, TypeError):  # lost, or nothing that travels
         _end(helper)
         return False
