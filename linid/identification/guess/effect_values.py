@@ -42,8 +42,8 @@ class Trial:
     recordings the geometric mean of what is left counts, since each has a noise of its own. lead: for an effect at one
     moment, the factor by which it explains more than the best such effect at any other moment; contrast: the
     factor by which the power that it takes there per row exceeds that of the rest of its recording, 0: lasting effect;
-    held_first: whether all else is to be found beside these amplitudes before they are free; certainty: how sure it is
-    that they explain anything, in deviations from block to block (inf: not told).
+    held_first: whether all else is to be found beside these amplitudes before they are free; certainty: ratio of
+    what they explain to its deviation from block to block (inf: not told).
     """
 
     values: Values

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -125,9 +125,8 @@ def levenberg_marquardt(
             reason = f"a cost of {ending.cost:.4g} was all that was asked for"
             break
         gains.append(gain)
-        gained = sum(gains[-_VALLEY_STEPS:])
-        if len(gains) >= _VALLEY_STEPS and gained < ending.valley_gain:
-            reason = f"{_VALLEY_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
+        reason = _along_a_valley(gains, ending.valley_gain)
+        if reason:
             break
     central = final and bool(np.all((x[:p] > 1e-4) & (x[:p] < 1.0 - 1e-4)))
     return LeastSquaresFit(
@@ -145,6 +144,14 @@ def levenberg_marquardt(
         line.told if keep else None,
         ended=bool(reason),
     )
+
+
+def _along_a_valley(gains: Sequence[float], least: float) -> str:
+    """Why steps end that have gained less than the least in the sum of squares of late; empty where they have not."""
+    gained = sum(gains[-_VALLEY_STEPS:])
+    if len(gains) < _VALLEY_STEPS or gained >= least:
+        return ""
+    return f"{_VALLEY_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
 
 
 class _Steps:
