@@ -34,7 +34,7 @@ from linid.threads import one_thread
 
 if TYPE_CHECKING:
     from linid.arrays import Array
-    from linid.diagnosis.gap import RecordingGap, Trace
+    from linid.diagnosis.gap import Trace
     from linid.diagnosis.means import Means
     from linid.identification.refit_unit import UnitFit
     from linid.identification.result import FitResult, ModelKind
@@ -151,20 +151,18 @@ def validate(
     seed: int = 1,
     progress: Progress | None = None,
     unmeasured: Callable[[LinidError], None] | None = None,
-    measured: Callable[[RecordingGap, Trace], None] | None = None,
 ) -> Gaps:
     """The gap between a model and recordings, each measure beside its noise floor.
 
     recordings: of which those are taken that the model can be asked for; among: where their repeats are looked for,
     which raise the floor (None: among all that are given); jobs: threads; seed: of the noise draws; progress(stage,
-    done, total); unmeasured: told why a recording that cannot be measured is left out (None: that is raised); measured:
-    given the gap and the trace of each recording as soon as it is, in order. Returns Gaps. Raises DataError where none
-    can be measured, DataError or UsageError for the first that cannot.
+    done, total); unmeasured: told why a recording that cannot be measured is left out (None: that is raised).
+    Returns Gaps. Raises DataError where none can be measured, DataError or UsageError for the first that cannot.
     """
     given = tuple(recordings)
     chosen = able_recordings(given, fit.result)
     lent = given if among is None else tuple(among)
-    watch = Watch(progress, unmeasured, measured)
+    watch = Watch(progress, unmeasured)
     with one_thread():
         gaps, traces = measure(fit.result, chosen, jobs=jobs, seed=seed, among=lent, watch=watch)
     return Gaps(gaps, traces, fit.result.axis)

@@ -46,11 +46,10 @@ def able_recordings(recordings: Sequence[Recording], result: FitResult) -> tuple
 @dataclass(frozen=True)
 class Watch:
     """Who looks on while gaps are measured. progress(stage, done, total); unmeasured: told why a recording that cannot
-    be measured is left out (None: that is raised); measured: given the gap and the trace of each, in order."""
+    be measured is left out (None: that is raised)."""
 
     progress: Progress | None = None
     unmeasured: Callable[[LinidError], None] | None = None
-    measured: Callable[[RecordingGap, Trace], None] | None = None
 
 
 def measure(
@@ -90,8 +89,6 @@ def measure(
         traces += found[1]
         if watch.progress is not None:
             watch.progress("gaps", done, len(recordings))
-        if watch.measured is not None:
-            watch.measured(gaps[-1], traces[-1])
     return tuple(gaps), tuple(traces)
 
 

@@ -48,20 +48,6 @@ def test_another_process_draws_the_same(tmp_path: Path) -> None:
     assert helper.poll() is not None  # gone
 
 
-@pytest.mark.parametrize("lost", [False, True])
-def test_what_is_ordered_later_is_drawn_next(lost: bool, tmp_path: Path) -> None:
-    drawing_process.begin()
-    asked = Ordered(order(tmp_path / "first"))
-    assert asked._helper is not None
-    if lost:
-        asked._helper.kill()
-        asked._helper.wait()
-    asked.then(order(tmp_path / "next"))
-    paths = asked.files()
-    assert [path.parent.name for path in paths] == ["first"] * 3 + ["next"] * 3
-    assert all(path.stat().st_size > 1000 for path in paths)
-
-
 def test_what_fails_there_is_raised_here(tmp_path: Path) -> None:
     taken = tmp_path / "taken"
     taken.write_bytes(b"")

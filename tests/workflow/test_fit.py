@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -94,43 +92,6 @@ def test_tables_are_shown_before_figures_are_drawn(
     assert json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))["status"] == "failed"
     as_json = linid("fit-friction", path, "--config", settings, "--out", tmp_path / "j", "--json")
     assert json.loads(as_json.stdout)["exit_code"] == 1  # one document, not the summary and then the error
-
-
-def test_fitted_recordings_are_drawn_while_those_held_out_are_measured(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The worst wheel is held out, so that no fitted one is compared; of driven runs none is."""
-    from linid.interface.results import Fit, Gaps
-    from linid.report.figures import drawing_process
-    from linid.workflow.run.results import FitPictures
-    from tests.report.samples import coast, fit_result, gap, move
-
-    orders: list[list[str]] = []
-
-    class Kept:
-        def __init__(self, order: drawing_process.Order) -> None:
-            self.then(order)
-
-        def then(self, order: drawing_process.Order) -> None:
-            orders.append([drawing.stem for drawing in order.make() if drawing.few])
-
-        def files(self, progress: Any) -> None:
-            pass
-
-    monkeypatch.setattr(drawing_process, "Ordered", Kept)
-    wheels = {"kind": "free_wheel"}
-    gaps = (gap("moves_3", split="fit"), gap("w_1", split="fit", **wheels), gap("w_2", split="held_out", **wheels))
-    traces = (move("moves_3", split="fit"), coast("w_1"), replace(coast("w_2"), split="held_out"))
-    request = SimpleNamespace(settings=SimpleNamespace(figures="few", figure_formats=("png",)), jobs=1)
-    campaign = SimpleNamespace(coast_downs=())
-    pictures = FitPictures(Fit(fit_result()), campaign, gaps, tmp_path, request)  # type: ignore[arg-type]
-    for one, trace in zip(gaps[:2], traces[:2], strict=True):
-        pictures.add(one, trace)
-    assert not orders
-    pictures.add(gaps[2], traces[2])
-    assert orders == [["free_wheel_displacement", "friction_curve", "overview", "comparison_moves_3"]]
-    pictures.finish(Gaps(gaps, traces, "linear"), SimpleNamespace())  # type: ignore[arg-type]
-    assert orders[1] == ["held_out/gaps", "held_out/overview", "held_out/comparison_w_2"]
 
 
 def test_the_run_record(friction: tuple[Path, dict[str, Any]]) -> None:

@@ -43,39 +43,27 @@ class Order(NamedTuple):
 
 
 class Ordered:
-    """Orders on their way: `files` waits until they are done, or does them here where no process has begun or it is
-    lost."""
+    """An order on its way: `files` waits until it is done, or does it here where no process has begun or it is lost."""
 
     def __init__(self, order: Order) -> None:
-        self._orders: list[Order] = []
+        self._order = order
         self._helper = _waiting.pop() if _waiting and order.how_many != "none" else None
-        self.then(order)
-
-    def then(self, order: Order) -> None:
-        """Order more, to be drawn next."""
-        self._orders.append(order)
         if self._helper is not None and not _asked(self._helper, order):
             self._helper = None
 
     def files(self, progress: Progress | None = None) -> list[Path]:
         """The written files. Raises what drawing raises; Ctrl-C ends the process that draws."""
         if self._helper is None:
-            return self._drawn_here(progress)
-        answers: list[tuple[str, Any]] = []
+            return self._order.write(progress)
         try:
-            while len(answers) < len(self._orders) and "error" not in dict(answers):
-                answers.append(_answer(self._helper, progress))
+            kind, found = _answer(self._helper, progress)
         except (EOFError, OSError, pickle.UnpicklingError):
-            return self._drawn_here(progress)
+            kind, found = "lost", None
         finally:
             _end(self._helper)
-        for kind, found in answers:
-            if kind == "error":
-                raise found
-        return [path for _, found in answers for path in found]
-
-    def _drawn_here(self, progress: Progress | None) -> list[Path]:
-        return [path for order in self._orders for path in order.write(progress)]
+        if kind == "error":
+            raise found
+        return list(found) if kind == "files" else self._order.write(progress)
 
 
 def begin() -> None:
@@ -89,10 +77,10 @@ def begin() -> None:
 
 
 def serve() -> None:
-    """Load what figures need, wait for `Order`s on standard input, write them, and answer on standard output.
+    """Load what figures need, wait for an `Order` on standard input, write it, and answer on standard output.
 
-    Answers are pickled pairs: ("progress", (done, total, stem)), after each order ("files", paths) or ("error", what
-    was raised). It ends with who asks.
+    Answers are pickled pairs: ("progress", (done, total, stem)), at the end ("files", paths) or ("error", what was
+    raised). Without an order, as where who would ask has ended, nothing is done.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches who asks, and that ends this process
     answers = os.fdopen(os.dup(1), "wb")
@@ -105,15 +93,14 @@ def serve() -> None:
         pickle.dump((kind, found), answers)
         answers.flush()
 
-    while True:
-        try:
-            order: Order = pickle.load(sys.stdin.buffer)
-        except Exception:  # no more, or one of functions that are not known here: who asks draws them
-            return
-        try:
-            answer("files", order.write(lambda *done: answer("progress", done)))
-        except Exception as error:
-            answer("error", error)
+    try:
+        order: Order = pickle.load(sys.stdin.buffer)
+    except Exception:  # no order, or one of functions that are not known here: who asks draws them
+        return
+    try:
+        answer("files", order.write(lambda *done: answer("progress", done)))
+    except Exception as error:
+        answer("error", error)
 
 
 def _load() -> None:
@@ -128,8 +115,8 @@ def _asked(helper: subprocess.Popen[bytes], order: Order) -> bool:
     """Send an order; whether it has gone."""
     assert helper.stdin is not None
     try:
-        helper.stdin.write(pickle.dumps(order, pickle.HIGHEST_PROTOCOL))
-        helper.stdin.flush()
+        with helper.stdin as channel:
+            channel.write(pickle.dumps(order, pickle.HIGHEST_PROTOCOL))
     except (OSError, pickle.PicklingError, AttributeError, TypeError):  # lost, or nothing that travels
         _end(helper)
         return False

@@ -84,20 +84,17 @@ def complete(folder: RunFolder, found: Fit, campaign: Campaign, request: Request
     from linid.interface.measuring import residual_recordings
 
     result = found.result
-    recordings = sorted(residual_recordings(campaign.recordings, result), key=lambda r: r.split)
-    pictures = results.FitPictures(found, campaign, recordings, folder.path, request)
     measured = api.validate(
         found,
-        recordings,
+        sorted(residual_recordings(campaign.recordings, result), key=lambda r: r.split),
         jobs=request.jobs,
         seed=request.settings.seed,
         progress=reporter.step,
         unmeasured=lambda error: reporter.warn(str(error)),
-        measured=pictures.add,
     )
     results.write_gaps(measured.gaps, folder.path, result.axis)
     outcome = reporter.show(fit_outcome(folder, result, measured.gaps))
-    pictures.finish(measured, reporter)
+    results.draw(partial(results.fit_pictures, found, measured, campaign), folder.path, request, reporter)
     folder.end(outcome.status, outcome.exit_code, key_figure=outcome.key_figure)
     reporter.close()
     return outcome

@@ -6,8 +6,7 @@ import json
 import logging
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +15,10 @@ from linid.report.result_files import result_files
 from linid.workflow.run.run_folder import write_text
 
 if TYPE_CHECKING:
-    from linid.diagnosis.gap import RecordingGap, Trace
+    from linid.diagnosis.gap import RecordingGap
     from linid.identification.result import FitResult
     from linid.interface.campaign import Campaign, FoundCoastDown
     from linid.interface.results import Fit, Gaps
-    from linid.recording import Recording
-    from linid.report.figures.drawing_process import Order, Ordered
     from linid.report.figures.write import Drawing
     from linid.workflow.run.reporter import Reporter
     from linid.workflow.run.request import Request
@@ -72,65 +69,18 @@ def parameter_rows(result: FitResult) -> list[dict[str, Any]]:
     return [finite(asdict(estimate)) for estimate in (*result.estimates, *result.derived)]
 
 
-class FitPictures:
-    """What shows a fit, drawn as soon as it is known: the fitted recordings while those held out are still measured.
+def fit_pictures(found: Fit, measured: Gaps, campaign: Campaign) -> list[Drawing]:
+    """What shows a fit: the fitted recordings, and in a folder `held_out` those that were not fitted."""
+    from linid.report.figures.write import fit_drawings, inside, validation_drawings, worst_recordings
 
-    recordings: all that are measured, the fitted ones first.
-    """
-
-    def __init__(
-        self, found: Fit, campaign: Campaign, recordings: Sequence[Recording], folder: Path, request: Request
-    ) -> None:
-        self._result, self._campaign, self._order = found.result, campaign, partial(order_of, folder, request)
-        self._held_out = frozenset(r.kind == "free_wheel" for r in recordings if r.split == "held_out")
-        self._fitted: list[tuple[RecordingGap, Trace]] = []
-        self._drawn: Ordered | None = None
-
-    def add(self, gap: RecordingGap, trace: Trace) -> None:
-        """One more that has been measured."""
-        if gap.split == "fit":
-            self._fitted.append((gap, trace))
-        else:
-            self._begun()
-
-    def finish(self, measured: Gaps, reporter: Reporter) -> None:
-        """Draw the rest, and wait for all. measured: all recordings."""
-        drawn = self._begun()
-        held_out = replace(
-            measured,
-            gaps=tuple(g for g in measured.gaps if g.split == "held_out"),
-            traces=tuple(t for t in measured.traces if t.split == "held_out"),
-        )
-        drawn.then(self._order(partial(_held_out_pictures, held_out, self._campaign, measured.gaps)))
-        drawn.files(lambda done, total, stem: reporter.step("figures", done, total))
-
-    def _begun(self) -> Ordered:
-        from linid.report.figures.drawing_process import Ordered
-
-        if self._drawn is None:
-            gaps, traces = zip(*self._fitted, strict=True) if self._fitted else ((), ())
-            # The worst of a kind that is held out is among those.
-            own = tuple(g for g in gaps if (g.kind == "free_wheel") not in self._held_out)
-            self._drawn = Ordered(self._order(partial(_fitted_pictures, self._result, traces, own)))
-        return self._drawn
-
-
-def _fitted_pictures(result: FitResult, traces: Sequence[Trace], among: Sequence[RecordingGap]) -> list[Drawing]:
-    """What shows a fit's own recordings; among: of which the worst is shown."""
-    from linid.report.figures.write import fit_drawings, worst_recordings
-
-    splines = {trace.recording: trace.inputs for trace in traces if trace.inputs is not None}
-    return fit_drawings(result, traces, splines, worst_recordings(among))
-
-
-def _held_out_pictures(held_out: Gaps, campaign: Campaign, gaps: Sequence[RecordingGap]) -> list[Drawing]:
-    """Where free wheels were cut, and in a folder `held_out` the recordings that were not fitted. gaps: of all."""
-    from linid.report.figures.write import inside, validation_drawings, worst_recordings
-
-    worst = worst_recordings(gaps)
-    drawings = _coast_downs(campaign, worst)
-    if held_out.traces:
-        drawings += inside("held_out", validation_drawings(held_out.gaps, held_out.traces, worst))
+    worst = worst_recordings(measured)
+    fitted = [t for t in measured.traces if t.split == "fit"]
+    held_out = [t for t in measured.traces if t.split == "held_out"]
+    splines = {trace.recording: trace.inputs for trace in fitted if trace.inputs is not None}
+    drawings = _coast_downs(campaign, worst) + fit_drawings(found.result, fitted, splines, worst)
+    if held_out:
+        gaps = [g for g in measured if g.split == "held_out"]
+        drawings += inside("held_out", validation_drawings(gaps, held_out, worst))
     return drawings
 
 
@@ -144,18 +94,11 @@ def validation_pictures(measured: Gaps, campaign: Campaign) -> list[Drawing]:
 
 def draw(pictures: Callable[[], list[Drawing]], folder: Path, request: Request, reporter: Reporter) -> None:
     """figures/: as many of the drawings as the settings ask for, with progress; pictures: gives all of them."""
-    from linid.report.figures.drawing_process import Ordered
-
-    drawn = Ordered(order_of(folder, request, pictures))
-    drawn.files(lambda done, total, stem: reporter.step("figures", done, total))
-
-
-def order_of(folder: Path, request: Request, pictures: Callable[[], list[Drawing]]) -> Order:
-    """The order of figures/ as the settings ask for it. pictures: gives all of them."""
-    from linid.report.figures.drawing_process import Order
+    from linid.report.figures.drawing_process import Order, Ordered
 
     settings = request.settings
-    return Order(pictures, settings.figures, folder / "figures", settings.figure_formats, request.jobs)
+    order = Order(pictures, settings.figures, folder / "figures", settings.figure_formats, request.jobs)
+    Ordered(order).files(lambda done, total, stem: reporter.step("figures", done, total))
 
 
 def _coast_downs(campaign: Campaign, worst: Collection[str]) -> list[Drawing]:
