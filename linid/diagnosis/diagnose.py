@@ -81,7 +81,7 @@ def diagnose(
         found, shares, lead, compared = _borne_out(base, found, recordings, means, without, refining)
     seen = Seen(base.judge, found, kind, recordings, means.seed)
     means.watch("where", 1, 1)
-    lines = entries_of(found, shares, compared.after, recordings, compared.measures, means.seed)
+    lines = entries_of(found, shares, compared.after, recordings, compared.measures, means)
     lines, other_values = of_one_curve(lines, parameter_changes(since, compared.after, recordings))
     budget = seen.budget(shares, lines)
     known_mass = _mass_is_known(base, known, since)
@@ -349,6 +349,7 @@ def _next_experiment(
         [balance.recordings[k] for k in fitted],
         judge.scale[fitted],
         experiments(base.fitted.model.with_effects(()), base.fitted.vector, span, driven[0]),
+        balance.jobs,
     )
     noise = float(np.median(judge.noise.deviation(rows)))
     return advice(budget, ranking[0], noise, balance.recordings[0].axis)

@@ -10,12 +10,14 @@ import numpy as np
 
 from linid.diagnosis.combinations import effect_combinations
 from linid.diagnosis.joint import Fitted
+from linid.diagnosis.means import Means
 from linid.diagnosis.measures import measure_gaps
 from linid.diagnosis.report_data import MEASURES, Change, Entry, Tried
 from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import Shares
 from linid.identification.result import FitResult
 from linid.identification.uncertainty.estimates import plain_estimates
+from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 
@@ -26,21 +28,22 @@ def entries_of(
     after: FitResult,
     recordings: Sequence[Recording],
     changes: Mapping[str, Change],
-    seed: int,
+    means: Means,
 ) -> tuple[Entry, ...]:
     """The budget's lines, the largest share first; changes: of the measures by all effects together."""
     held = [r for r in recordings if r.split == "held_out"]
-    best = measured(after, found.best, held, seed, recordings) if len(found.parts) > 1 else {}
+    models = [found.best, *(part.without for part in found.parts)] if len(found.parts) > 1 else []
+    told = in_parallel(lambda one, _: measured(after, one, held, means.seed, recordings), models, means.jobs)
+    best, *others = [measures for _, measures in told] or [{}]
     out = []
-    for part in found.parts:
+    for place, part in enumerate(found.parts):
         portion = shares.portions[part.name]
         own = {p.name for p in find_effect(part.name).parameters}
         parameters = tuple(e for e in after.estimates if e.name in own)
         if len(found.parts) == 1:  # what it does is what all do
             measures = dict(changes)
         else:
-            without = measured(after, part.without, held, seed, recordings)
-            measures = {name: Change(without[name], best[name], changes[name].floor) for name in MEASURES}
+            measures = {name: Change(others[place][name], best[name], changes[name].floor) for name in MEASURES}
         out.append(
             Entry(
                 effect=part.name,

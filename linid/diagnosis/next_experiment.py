@@ -11,6 +11,7 @@ from linid.arrays import Array
 from linid.diagnosis.experiments import Experiment
 from linid.diagnosis.joint import Fitted
 from linid.identification.objectives.acceleration import Acceleration
+from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 from linid.recording.recording import Recording
 
@@ -46,26 +47,33 @@ class _Rows:
 
 
 def prospects(
-    best: Fitted, rival: Fitted | None, at_hand: Sequence[Recording], scales: Array, feasible: Sequence[Experiment]
+    best: Fitted,
+    rival: Fitted | None,
+    at_hand: Sequence[Recording],
+    scales: Array,
+    feasible: Sequence[Experiment],
+    jobs: int = 1,
 ) -> tuple[Prospect, ...]:
     """What each feasible recording would add, the best per second first.
 
     best: the fitted model; rival: a model that explains as much (None: how well the amplitudes of the last effect of
-    `best` are told); at_hand: recordings fitted so far with their noise scales (R,) m/s^2.
+    `best` are told); at_hand: recordings fitted so far with their noise scales (R,) m/s^2; jobs: threads.
     """
     noise = float(np.median(scales))
     existing = _Rows(at_hand, scales)
     before, columns = _difference(best, rival, existing)
-    out = []
-    for experiment in feasible:
+    alone = _left(before, columns)
+
+    def prospect(experiment: Experiment, _: int) -> Prospect:
         new = _Rows((experiment.recording,), np.array([noise]))
         change, more = _difference(best, rival, new)
-        alone = _left(before, columns)
         gain = _left(np.concatenate([before, change]), np.vstack([columns, more])) - alone
         seconds = max(experiment.recording.duration, 1e-9)
         rms = noise * float(np.sqrt(np.mean(change**2)))
-        out.append(Prospect(experiment.words, rms, gain / seconds, gain / max(alone, 1e-300)))
-    return tuple(sorted(out, key=lambda p: -p.evidence))
+        return Prospect(experiment.words, rms, gain / seconds, gain / max(alone, 1e-300))
+
+    found = [one for _, one in in_parallel(prospect, feasible, jobs)]
+    return tuple(sorted(found, key=lambda p: -p.evidence))
 
 
 def _difference(best: Fitted, rival: Fitted | None, rows: _Rows) -> tuple[Array, Array]:
