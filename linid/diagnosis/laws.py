@@ -24,8 +24,6 @@ _STIFFNESS = {"lugre": (0.4, 2.0), "dahl": (1.0, 0.5), "elasto_plastic": (1.0, 0
 _RACE, _MORE = Effort(8, 1e-3, 1), SETTLING  # from each start, and from the best of them
 # Starts, and the log power by which a law is worse after a race from these, that say that more of it will not help.
 _RACED, _FAR_BEHIND = 2, 0.2
-# The same of elements before their shares are free, which has bettered none of eight by more than 0.27.
-_HOPELESS = 0.4
 # Slopes that hang on the law; by all other unknowns they are those of the model that is there.
 _LAWS_OWN = {p.name for p in friction.PARAMETERS} - {"mass", "viscous_friction"}
 _USUAL_BREAKAWAY, _USUAL_STRIBECK = 1.5, 0.01  # of the Coulomb force, of the top speed
@@ -96,10 +94,7 @@ def _raced(fits: JointFit, one: Fitted, law: str, most: int | None = None) -> Fi
             )
             for start in starts
         ]
-        settled.sort(key=lambda found: found.level)
-        if settled[0].level > one.level + _HOPELESS:
-            return settled[0]
-        starts = [found.values for found in settled]
+        starts = [found.values for found in sorted(settled, key=lambda found: found.level)]
     for start in starts:
         if len(tried) >= _RACED and min(fitted.level for fitted in tried) > one.level + _FAR_BEHIND:
             break
