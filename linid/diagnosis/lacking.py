@@ -313,8 +313,8 @@ def _with_the_rest(
 ) -> Models:
     """The models with a term that is kept, and what they make of all recordings. measured: of those held out."""
     after = attempt.kept()
-    values = ({e.name: e.value for e in one.estimates} for one in (after, attempt.result))
-    known = measured if next(values) == next(values) else {}  # a rival with another shape of the field may cost less
+    tried, kept = ([e.value for e in one.estimates] for one in (attempt.result, after))
+    known = measured if kept == tried else {}  # a rival with another shape of the field may cost less
     known = known | _measures(after, recordings, [k for k in range(len(recordings)) if k not in known], means)
     changes, traces = zip(*(known[k] for k in range(len(recordings))), strict=True)
     return _changed(models, Models(after, fitted, changes, traces))
