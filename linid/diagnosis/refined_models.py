@@ -107,6 +107,7 @@ class Attempt:
 
     def __init__(self, one: Fitted, fitted: Sequence[Recording], means: Means, memory: Memory) -> None:
         self._one, self._fitted, self._means, self._memory = one, tuple(fitted), means, memory
+        self._refined: Refined | None = None
         self._begin(_key(one), one.values, _USUAL)
 
     def go_on(self) -> None:
@@ -117,11 +118,12 @@ class Attempt:
         """The model with its intervals."""
         if self._key not in self._memory:
             self._memory[self._key] = model_to_text((self._refined or self._refine()).with_intervals())
+            self._refined = None  # of long recordings, its problem holds hundreds of MB
         return model_from_text(self._memory[self._key], "checkpoint")
 
     def _begin(self, key: str, start: dict[str, float], end: Ending) -> None:
         self._key, self._start, self._end = key, start, end
-        self._refined: Refined | None = None
+        self._refined = None
         values = f"{key} values"
         if values not in self._memory:
             self._refined = self._refine()
@@ -132,7 +134,7 @@ class Attempt:
     def _refine(self) -> Refined:
         space, _ = self._one.space(self._fitted)
         settings = _settings(space, self._means.seed, self._means.jobs, self._end)
-        return refined_values(space, space.encode(self._start), self._fitted, settings=settings)
+        return refined_values(space, space.encode(self._start), self._fitted, settings)
 
 
 def measured_alone(

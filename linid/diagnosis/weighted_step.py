@@ -36,21 +36,17 @@ class WeightedStep:
         self.residual = np.concatenate([step.residual[rows] * self.weights, np.zeros(self.p)])
         power, floor, counts = fits.bin_powers(step.residual, step.floor, rows)
         self.counts, self.known = counts, counts > 0
-        self.floor = np.where(counts > 0, floor / np.maximum(power + floor, 1e-300), 1.0)
+        self.floor = np.where(self.known, floor / np.maximum(power + floor, 1e-300), 1.0)
         self._level = fits.level(step.residual, step.floor, rows)
 
-    def log_power(self, rest: Array) -> float:
-        """Mean log of what is left, per bin, beside the floor. rest: (N + p,)."""
-        return float(np.sum(self.logs(rest))) / float(self.counts.sum())
-
     def logs(self, rest: Array) -> Array:
-        """Log of what is left of each bin that has some, times its rows, (k,). rest: (N + p,)."""
+        """Log of what is left of each bin that has some, beside its floor, times its rows, (k,). rest: (N + p,)."""
         power = np.bincount(self.bin, rest[: self.bin.size] ** 2, minlength=self.counts.size)[self.known]
         return np.asarray(self.counts[self.known] * np.log(power / self.counts[self.known] + self.floor[self.known]))
 
     def level_of(self, rest: Array) -> float:
         """The criterion with what is left of the residual. rest: (N + p,)."""
-        return self._level + self.log_power(rest)
+        return self._level + float(np.sum(self.logs(rest))) / float(self.counts.sum())
 
     def level_after(self) -> float:
         """The criterion after the linear step."""

@@ -193,22 +193,15 @@ class Refined:
         nothing = box_alone(len(self.problem.space.names))
         return assemble(self.task, self.problem, self.state, self.freed.solution, nothing)
 
-    def with_intervals(self, hooks: Hooks | None = None) -> FitResult:
+    def with_intervals(self) -> FitResult:
         """The model as a fit gives it."""
-        return best_minimum(self.task, self.problem, self.state, self.solution, hooks or Hooks(), self.freed)
+        return best_minimum(self.task, self.problem, self.state, self.solution, Hooks(), self.freed)
 
 
-def refined_values(
-    space: SearchSpace,
-    point: Array,
-    recordings: Sequence[Recording],
-    *,
-    settings: FitSettings | None = None,
-    hooks: Hooks | None = None,
-) -> Refined:
+def refined_values(space: SearchSpace, point: Array, recordings: Sequence[Recording], settings: FitSettings) -> Refined:
     """`refine` as far as the values. point: (p,) coordinates in the search space."""
-    task, state, look = _without_search(space, point, recordings, settings or FitSettings())
-    problem, solution = _solved(task, space, state, [look], hooks or Hooks())
+    task, state, look = _without_search(space, point, recordings, settings)
+    problem, solution = _solved(task, space, state, [look], Hooks())
     return Refined(task, problem, state, solution, freed_of_noise(task, problem, solution))
 
 
