@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
 _FAINT = 0.1
 _CLEAR = 1e-3  # of a column's power: what the base must leave of it
 _DELAYS, _LATER = (-1.0, 1.0), (3.0, 8.0)  # sampling periods
+_OF_PLAYS = (0.25, 0.5, 0.75)  # quantiles of what turns tell of play, each by itself
 _PAUSE = 0.05  # s, between a push and another one
 # A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
 _OTHER_RECORDINGS, _OTHER_MOMENTS = 0.75, 0.9
@@ -253,33 +255,44 @@ class Screening:
         sizes = amplitude_sizes(regression, effect, self.outlook)
         trial = best_trial(regression, effect, self.outlook, self.fits.held, sizes)
         if effect.delay is not None:
-            trial = max(trial, self._best_delay(regression, effect, step), key=lambda one: one.explained)
+            near = self._sized(regression, effect, step, [k * self.outlook.period for k in _DELAYS])
+            if near[-1].explained > 0.0:  # whatever comes later still betters that already
+                near += self._sized(regression, effect, step, [k * self.outlook.period for k in _LATER])
+            trial = max(trial, *near, key=lambda one: one.explained)
+        if effect.play:
+            ways = self._plays
+            trial = max(trial, *self._sized(regression, effect, step, ways), key=lambda one: one.explained)
         return trial
 
-    def _best_delay(self, regression: StepRegression, effect: Effect, step: Fitted) -> Trial:
-        """The delay that explains most, of some at which the thrust's size and phase are found anew.
+    @cached_property
+    def _plays(self) -> list[float]:
+        """Plays in m that the waits of the fitted recordings tell: quantiles of what each tells by itself."""
+        found = [play for k in self.fitted for play in self.recordings[k].motion.plays]
+        return [float(np.quantile(found, part)) for part in _OF_PLAYS] if found else []
+
+    def _sized(
+        self, regression: StepRegression, effect: Effect, step: Fitted, sizes: Sequence[float]
+    ) -> list[Trial]:
+        """An effect of some sizes, at which the thrust's size and phase are found anew.
 
         Commutated inputs that come late look like a wrong phase, and a base at a wrong phase sees nothing of a delay:
-        both move together, and their product is beyond a linear step.
+        both move together, and their product is beyond a linear step. So is what play does to turns.
         """
         (amplitude,) = (p for p in effect.parameters if p.name in effect.amplitudes)
         rows = self.fits.rows_of(self.fitted)
 
-        def late_by(periods: float, jobs: int) -> Trial:
+        def at(size: float, jobs: int) -> Trial:
             del jobs
-            delay = min(max(periods * self.outlook.period, amplitude.lower), amplitude.upper)
-            late, slopes = self._late(step, effect, {amplitude.name: delay})
+            held = min(max(size, amplitude.lower), amplitude.upper)
+            late, slopes = self._late(step, effect, {amplitude.name: held})
             level = WeightedStep(self.fits, late, rows, slopes).level_after()
             explained = 1.0 - math.exp(level - regression.level)
-            return Trial({}, {amplitude.name: delay}, explained, held_first=explained > 0.0)
+            return Trial({}, {amplitude.name: held}, explained, held_first=explained > 0.0)
 
-        near = [found for _, found in in_parallel(late_by, _DELAYS, self.jobs)]
-        if near[-1].explained > 0.0:  # whatever comes later still betters that already
-            near += [found for _, found in in_parallel(late_by, _LATER, self.jobs)]
-        return max(near, key=lambda one: one.explained)
+        return [found for _, found in in_parallel(at, sizes, self.jobs)]
 
     def _late(self, step: Fitted, effect: Effect, delay: Values) -> tuple[Fitted, Mapping[str, Array]]:
-        """A step's model with a delay, all else as it is, and its slopes: what inputs do has them anew."""
+        """A step's model with a delay or with play, all else as it is, and its slopes: what inputs do has them anew."""
         model = step.model.with_effects((*step.model.effects, effect.name))
         late = self.fits.at(model, {**step.values, **delay}, step.preset, step.recordings)
         names = ("force_constant", ACROSS, *delay)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from linid.arrays import Array
 from linid.recording.local_polynomial import local_derivative, local_weights
 from linid.recording.noise import noise_level, noise_profile, quantum, smallest_step
+from linid.recording.waits import Wait, waits_in
 
 _HALF_WIDTHS = (3, 5, 8, 12, 18, 27, 40)
 SMOOTHING_REACH = _HALF_WIDTHS[-1]  # samples to either side that the smoothed motion may hang on
@@ -48,6 +49,16 @@ class MeasuredMotion:
         if self.position_noise < _LEAST_STEPPED * step:  # samples of a fast motion may lie on a lattice by chance
             step = 0.0
         return step, np.sqrt(np.maximum(level**2 - step**2 / 12.0, 0.0))
+
+    @cached_property
+    def waits(self) -> tuple[Wait, ...]:
+        """Its turns, where play would hide the motor's motion."""
+        return waits_in(self.measured, self.dt, self.position_noise, quantum(self.measured), self.standstill)
+
+    @property
+    def plays(self) -> list[float]:
+        """What each turn tells of play by itself, m: the way of a motor that crosses it at even acceleration."""
+        return [0.5 * w.speed * (w.end - w.start) * self.dt for w in self.waits if w.part == 1.0]
 
 
 def motion_behind(y: Array, dt: float, *, sets_off: bool = False) -> MeasuredMotion:

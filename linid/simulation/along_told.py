@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from linid.arrays import Array, Integers
+from linid.simulation.inputs import Inputs
 
 
 @dataclass(frozen=True)
@@ -22,11 +23,11 @@ class AlongMotion:
     states: Array
     reading_error: Array | None
 
-    def starts(self, samples: Integers, y: Array, v: Array, dts: Array) -> Array:
+    def starts(self, samples: Integers, y: Array, v: Array, inputs: Inputs) -> Array:
         """Start states (C, S, 3 + states) of predictions from measured samples (S,), for `Simulator.run`.
 
-        y, v: (samples,) measured motion of all recordings in m and m/s; dts: (S,) sampling period in s. The starts are
-        freed of the reading error.
+        y, v: (samples,) measured motion of all recordings in m and m/s; inputs: these, packed. The starts are freed of
+        the reading error.
         """
         out = np.empty((self.bristle.shape[0], samples.size, 3 + self.states.shape[2]))
         out[:, :, 0], out[:, :, 1] = y[samples], v[samples]
@@ -35,6 +36,8 @@ class AlongMotion:
         if self.reading_error is not None:
             error = self.reading_error
             out[:, :, 0] -= error[:, samples]
-            before, after = np.maximum(samples - 1, 0), np.minimum(samples + 1, error.shape[1] - 1)
-            out[:, :, 1] -= (error[:, after] - error[:, before]) / ((after - before) * dts)
+            owner = np.searchsorted(inputs.sample_offsets, samples, side="right") - 1
+            first, last = inputs.sample_offsets[owner], inputs.sample_offsets[owner + 1] - 1
+            before, after = np.maximum(samples - 1, first), np.minimum(samples + 1, last)
+            out[:, :, 1] -= (error[:, after] - error[:, before]) / ((after - before) * inputs.dts[owner])
         return out

@@ -24,6 +24,8 @@ from linid.challenge.kernel.outside import outside_friction
 from linid.challenge.kernel.rates import Moment, rates
 from linid.simulation.binding import inlined
 
+CONTACT = 8  # power of the part of the play that is taken up: it gives way over its last tenth
+
 
 class Lead(NamedTuple):
     """The part of a path along which a loop period leads: rows `now` and `ahead` of path, see `Orders`."""
@@ -141,11 +143,13 @@ def moved(s: PlantState, slope: PlantState, h: float) -> PlantState:
 
 @inlined
 def take_up_play(travel: float, hidden: Array, p: Plant) -> None:
-    """Move the encoder's play, one of the hidden (HIDDEN,) states, by `travel` m: taken up by travel alone,
-    exponentially.
+    """Move the encoder's play, one of the hidden (HIDDEN,) states, by `travel` m: what is read stands still at first and
+    follows more and more as the play is taken up; it never moves against the motor.
     """
     side = math.copysign(1.0, travel)
-    hidden[SLACK] = side + (hidden[SLACK] - side) * math.exp(-2.0 * abs(travel) / p.number[PLAY, 0])
+    taken_up = 0.5 * (1.0 + side * hidden[SLACK])
+    slack = hidden[SLACK] + 2.0 * travel / p.number[PLAY, 0] * (1.0 - taken_up**CONTACT)
+    hidden[SLACK] = min(max(slack, -1.0), 1.0)
 
 
 @inlined

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array, Flags, Integers
+from linid.identification.objectives.behind_play import BehindPlay, along_measured, play_of
 from linid.identification.objectives.stencils import Stencils
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import Model
@@ -154,10 +155,7 @@ class Acceleration:
         """Smoothed acceleration that the model would have one measure at the rows, (C, N) m/s^2.
         params: (C, VECTOR_SIZE).
         """
-        motion = self.motion
-        start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        y, v, still = motion.y, motion.v, motion.standstill
-        along = self.simulator.along(params, y, v, still, start_w, without="states", among=self.among)
+        along = along_measured(self.simulator, params, self.motion, without="states", among=self.among)
         a = self.stencils.smooth(along.acceleration)
         if along.reading_error is not None:
             a += self.stencils.second(along.reading_error)
@@ -170,7 +168,11 @@ class Acceleration:
         params: (VECTOR_SIZE,); tangents: (K, VECTOR_SIZE).
         """
         motion = self.motion
-        a, reading = self.simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill, self.among)
+        if play_of(self.model):
+            a, reading = BehindPlay(self.simulator, motion).slopes(params, tangents, self.among)
+        else:
+            measured = motion.y, motion.v, motion.standstill
+            a, reading = self.simulator.slopes_along(params, tangents, *measured, self.among)
         a = self.stencils.smooth(a)
         if reading is not None:
             moved = np.any(reading != 0.0, axis=1)

@@ -9,6 +9,7 @@ import numpy as np
 
 from linid.arrays import Array, Integers
 from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
+from linid.identification.objectives.behind_play import along_measured
 from linid.identification.objectives.start_states import START_STEP, predicted_from_before, slopes_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion
@@ -102,12 +103,8 @@ class Ahead:
     def _starts(self, params: Array) -> Array:
         """Start states (C, S, 3 or more) of all windows: bristle and hidden states as they are along the motion."""
         motion = self.motion
-        start_w = np.full((params.shape[0], len(self.recordings)), np.nan)
-        along = self.simulator.along(
-            params, motion.y, motion.v, motion.standstill, start_w, without="acceleration", wanted=self.begins
-        )
-        dts = self.simulator.inputs.dts[self.segments.recording]
-        return along.starts(self.flat_first, motion.y, motion.v, dts)
+        along = along_measured(self.simulator, params, motion, without="acceleration", wanted=self.begins)
+        return along.starts(self.flat_first, motion.y, motion.v, self.simulator.inputs)
 
     @property
     def carries_slopes(self) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array, Integers
+from linid.identification.objectives.behind_play import along_measured
 from linid.identification.signals.motion import Motion
 from linid.recording.motion import SMOOTHING_REACH
 from linid.simulation.along_told import AlongMotion
@@ -223,12 +224,8 @@ def _along(simulator: Simulator, params: Array, motion: Motion, before: _Stretch
     """The model along the measured motion, and start states (C, S, 3 + states) of the stretches as it has them."""
     wanted = np.zeros(motion.y.size, dtype=np.bool_)
     wanted[before.flat] = True
-    inputs = simulator.inputs
-    start_w = np.full((params.shape[0], inputs.counts.size), np.nan)
-    along = simulator.along(
-        params, motion.y, motion.v, motion.standstill, start_w, without="acceleration", wanted=wanted
-    )
-    return along, along.starts(before.flat, motion.y, motion.v, inputs.dts[before.part.recording])
+    along = along_measured(simulator, params, motion, without="acceleration", wanted=wanted)
+    return along, along.starts(before.flat, motion.y, motion.v, simulator.inputs)
 
 
 def _rows(first: Integers, count: Integers) -> Integers:

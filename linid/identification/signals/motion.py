@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array
+from linid.recording.motion import MeasuredMotion
 from linid.recording.noise import noise_level, white_level
 from linid.recording.recording import Recording, frozen
 from linid.statistics import MEDIAN_ABSOLUTE
@@ -32,7 +33,7 @@ class Motion:
     """Smoothed motion of several recordings in one flat row each.
 
     y, v, standstill: (samples,) in m, m/s, true or false; measured: (samples,) raw positions in m; position_noise,
-    speed_noise: (R,) standard deviations in m and m/s.
+    speed_noise: (R,) standard deviations in m and m/s; of_recordings: the same of each (R).
     """
 
     measured: Array
@@ -41,11 +42,12 @@ class Motion:
     standstill: NDArray[np.bool_]
     position_noise: Array
     speed_noise: Array
+    of_recordings: tuple[MeasuredMotion, ...]
 
 
 def measure_motion(recordings: Sequence[Recording]) -> Motion:
     """The motions of recordings in flat rows; each recording carries its own."""
-    motions = [recording.motion for recording in recordings]
+    motions = tuple(recording.motion for recording in recordings)
     return Motion(
         measured=np.concatenate([motion.measured for motion in motions]),
         y=np.concatenate([motion.y for motion in motions]),
@@ -53,6 +55,7 @@ def measure_motion(recordings: Sequence[Recording]) -> Motion:
         standstill=np.concatenate([motion.standstill for motion in motions]),
         position_noise=np.array([motion.position_noise for motion in motions]),
         speed_noise=np.array([motion.speed_noise for motion in motions]),
+        of_recordings=motions,
     )
 
 

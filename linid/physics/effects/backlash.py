@@ -44,4 +44,6 @@ EFFECT = Effect(
     depends_on=(("travel", "direction"), ("travel",), ("acceleration",)),
     exposed_by="quick reversals with the drive on",
     confused_with=("flexible_load", "input_delay"),
+    play="backlash_gap",
+    told=True,
 )

@@ -1,0 +1,139 @@
+"""A model along a measured motion, behind play too: where the reading waits, the motor crosses the play unseen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from linid.arrays import Array, Flags
+from linid.identification.signals.motion import Motion
+from linid.physics.effects.registry import find_effect
+from linid.physics.model import STATE_PLACES, Model
+from linid.recording.waits import ahead_of_reading
+from linid.simulation.along_told import AlongMotion
+from linid.simulation.run import Simulator
+
+Without = Literal["", "acceleration", "states"]
+
+_VISIBLE = 6.0  # deviations of the noise: within less play a resting reading is a resting motor
+_STEP = 1e-3  # of the play, and of what can be seen of it, for its slope
+
+
+def play_of(model: Model) -> str:
+    """The effect of a model that is play between motor and reading; empty without such."""
+    return next((name for name in model.effects if find_effect(name).play), "")
+
+
+def along_measured(
+    simulator: Simulator,
+    params: Array,
+    motion: Motion,
+    *,
+    without: Without = "",
+    wanted: Flags | None = None,
+    among: Flags | None = None,
+) -> AlongMotion:
+    """The model along a measured motion as `Simulator.along` tells it, behind play with the motor's own motion.
+
+    params: (C, VECTOR_SIZE) SI; motion: of all recordings of the simulator; without, wanted, among: as there.
+    """
+    if play_of(simulator.model):
+        return BehindPlay(simulator, motion).along(params, without=without, wanted=wanted, among=among)
+    start_w = np.full((params.shape[0], simulator.inputs.counts.size), np.nan)
+    measured = motion.y, motion.v, motion.standstill
+    return simulator.along(params, *measured, start_w, without=without, wanted=wanted, among=among)
+
+
+@dataclass(frozen=True)
+class BehindPlay:
+    """A model with play between motor and reading along a measured motion.
+
+    The waits of the readings tell how the motor moves behind the play (`recording.waits`), so that no force is asked
+    where it is, and the balance of forces judges how it got there.
+    """
+
+    simulator: Simulator
+    motion: Motion
+
+    @cached_property
+    def _motor(self) -> Simulator:
+        """The model of the motor alone."""
+        model = self.simulator.model
+        others = tuple(name for name in model.effects if name != play_of(model))
+        return replace(self.simulator, model=model.with_effects(others))
+
+    @cached_property
+    def _slot(self) -> int:
+        model = self.simulator.model
+        return model.slot(find_effect(play_of(model)).play)
+
+    def along(
+        self, params: Array, *, without: Without = "", wanted: Flags | None = None, among: Flags | None = None
+    ) -> AlongMotion:
+        """What `along_measured` tells; its acceleration is the part of the motor's that the reading shows."""
+        model, motor = self.simulator.model, self._motor
+        plays = params[:, self._slot]
+        shape = params.shape[0], self.motion.y.size
+        a, w, reading = np.empty(shape if without != "acceleration" else (1, 0)), np.empty(shape), np.empty(shape)
+        kept = [] if without == "states" else list(model.states)
+        states = np.full((*shape, len(kept)) if kept else (1, 0, 0), np.nan)
+        for play in np.unique(plays):
+            these = np.flatnonzero(plays == play)
+            behind = self._behind(float(play))
+            start_w = np.full((these.size, self.simulator.inputs.counts.size), np.nan)
+            found = motor.along(
+                params[these], *behind.motion, start_w, without=without, wanted=wanted, among=among
+            )
+            w[these] = found.bristle
+            reading[these] = -behind.ahead if found.reading_error is None else found.reading_error - behind.ahead
+            if without != "acceleration":
+                a[these] = found.acceleration * behind.seen
+            for place, state in enumerate(kept):
+                if state == STATE_PLACES[play_of(model)]:
+                    states[these, :, place] = 2.0 * behind.ahead / play if play > 0.0 else 0.0
+                else:
+                    states[these, :, place] = found.states[:, :, motor.model.states.index(state)]
+        return AlongMotion(a, w, states, reading)
+
+    def slopes(self, params: Array, tangents: Array, among: Flags | None) -> tuple[Array, Array]:
+        """How acceleration and reading error of `along` answer K directions, (K, samples) each. params: (VECTOR_SIZE,);
+        tangents: (K, VECTOR_SIZE)."""
+        play = float(params[self._slot])
+        behind = self._behind(play)
+        a, reading = self._motor.slopes_along(params, tangents, *behind.motion, among)
+        a *= behind.seen
+        reading = np.zeros_like(a) if reading is None else reading
+        by_play = tangents[:, self._slot]
+        if np.any(by_play != 0.0):
+            step = _STEP * max(play, _VISIBLE * float(np.max(self.motion.position_noise)))
+            moved = np.vstack([params, params])
+            moved[1, self._slot] += step
+            ends = self.along(moved, without="states", among=among)
+            assert ends.reading_error is not None
+            a += by_play[:, None] * np.diff(ends.acceleration, axis=0) / step
+            reading += by_play[:, None] * np.diff(ends.reading_error, axis=0) / step
+        return a, reading
+
+    def _behind(self, play: float) -> _Behind:
+        motion, offsets = self.motion, self.simulator.inputs.sample_offsets
+        ahead, faster, seen = np.zeros(motion.y.size), np.zeros(motion.y.size), np.ones(motion.y.size)
+        for k, measured in enumerate(motion.of_recordings):
+            mine = slice(int(offsets[k]), int(offsets[k + 1]))
+            found = ahead_of_reading(measured.waits, measured.measured, measured.dt, play)
+            ahead[mine], faster[mine] = found.y, found.v
+            if play > _VISIBLE * measured.position_noise:
+                seen[mine] = found.seen
+        return _Behind((motion.y + ahead, motion.v + faster, motion.standstill), ahead, seen)
+
+
+@dataclass(frozen=True)
+class _Behind:
+    """A motor behind some play. motion: its position in m, its speed in m/s and where it rests, (samples,) each; ahead:
+    (samples,) how far it is ahead of the reading, m; seen: (samples,) what of its acceleration the reading shows."""
+
+    motion: tuple[Array, Array, Flags]
+    ahead: Array
+    seen: Array
