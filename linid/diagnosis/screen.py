@@ -6,9 +6,8 @@ Rows, weights and criterion are those of the joint fit, so that what is screened
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,8 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.diagnosis.criterion import certainty_of
-from linid.diagnosis.descent import QUICK
+from linid.diagnosis.held_sizes import beside_held, held_trials
 from linid.diagnosis.joint import Fitted, JointFit
-from linid.diagnosis.unknowns import ACROSS
 from linid.diagnosis.weighted_step import WeightedStep
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
 from linid.identification.guess.scales import amplitude_range, look_out
@@ -38,8 +36,6 @@ _LEADERS = 3  # recordings that are tried as the one with the largest amplitude
 # Of how strongly an effect shows in the typical recording: a mass in a creeping axis could be anything that resists it.
 _FAINT = 0.1
 _CLEAR = 1e-3  # of a column's power: what the base must leave of it
-_DELAYS, _LATER = (-1.0, 1.0), (3.0, 8.0)  # sampling periods
-_OF_PLAYS = (0.25, 0.5, 0.75)  # quantiles of what turns tell of play, each by itself
 _PAUSE = 0.05  # s, between a push and another one
 # A push is weighed against what pushes at other moments could explain: these quantiles leave room for further ones.
 _OTHER_RECORDINGS, _OTHER_MOMENTS = 0.75, 0.9
@@ -254,58 +250,11 @@ class Screening:
             return self._best_recordings(regression, effect)
         sizes = amplitude_sizes(regression, effect, self.outlook)
         trial = best_trial(regression, effect, self.outlook, self.fits.held, sizes)
-        if effect.delay is not None:
-            near = self._sized(regression, effect, step, [k * self.outlook.period for k in _DELAYS])
-            if near[-1].explained > 0.0:  # whatever comes later still betters that already
-                near += self._sized(regression, effect, step, [k * self.outlook.period for k in _LATER])
-            trial = max(trial, *near, key=lambda one: one.explained)
-        if effect.play:
-            ways = self._plays
-            trial = max(trial, *self._sized(regression, effect, step, ways), key=lambda one: one.explained)
-        return trial
-
-    @cached_property
-    def _plays(self) -> list[float]:
-        """Plays in m that the waits of the fitted recordings tell: quantiles of what each tells by itself."""
-        found = [play for k in self.fitted for play in self.recordings[k].motion.plays]
-        return [float(np.quantile(found, part)) for part in _OF_PLAYS] if found else []
-
-    def _sized(
-        self, regression: StepRegression, effect: Effect, step: Fitted, sizes: Sequence[float]
-    ) -> list[Trial]:
-        """An effect of some sizes, at which the thrust's size and phase are found anew.
-
-        Commutated inputs that come late look like a wrong phase, and a base at a wrong phase sees nothing of a delay:
-        both move together, and their product is beyond a linear step. So is what play does to turns.
-        """
-        (amplitude,) = (p for p in effect.parameters if p.name in effect.amplitudes)
-        rows = self.fits.rows_of(self.fitted)
-
-        def at(size: float, jobs: int) -> Trial:
-            del jobs
-            held = min(max(size, amplitude.lower), amplitude.upper)
-            late, slopes = self._late(step, effect, {amplitude.name: held})
-            level = WeightedStep(self.fits, late, rows, slopes).level_after()
-            explained = 1.0 - math.exp(level - regression.level)
-            return Trial({}, {amplitude.name: held}, explained, held_first=explained > 0.0)
-
-        return [found for _, found in in_parallel(at, sizes, self.jobs)]
-
-    def _late(self, step: Fitted, effect: Effect, delay: Values) -> tuple[Fitted, Mapping[str, Array]]:
-        """A step's model with a delay or with play, all else as it is, and its slopes: what inputs do has them anew."""
-        model = step.model.with_effects((*step.model.effects, effect.name))
-        late = self.fits.at(model, {**step.values, **delay}, step.preset, step.recordings)
-        names = ("force_constant", ACROSS, *delay)
-        return late, {**self.fits.slopes(step), **self.fits.slopes_by(late, names, step.recordings)}
+        return max((trial, *held_trials(self, regression, effect, step)), key=lambda one: one.explained)
 
     def beside(self, step: Fitted, found: Screened) -> Values:
         """SI values of a step's parameters beside an effect whose amplitudes are held as the regression has them."""
-        held = found.trial.amplitudes
-        late, slopes = self._late(step, find_effect(found.name), held)
-        moved = self.fits.fit(
-            late.model, step.values, {**step.preset, **held}, step.recordings, QUICK, slopes, exact=True
-        )
-        return {k: x for k, x in moved.values.items() if k not in held and k not in step.preset}
+        return beside_held(self.fits, step, find_effect(found.name), found.trial.amplitudes)
 
     def _best_recordings(self, regression: StepRegression, effect: Effect) -> Trial:
         """The set of recordings and the amplitude that explain most: those that each show half the largest one."""

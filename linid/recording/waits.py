@@ -106,7 +106,9 @@ def _left(way: Array, first: int, noise: float) -> tuple[float, float, float] | 
     """When a way (n,) in m from the level on, of which the samples from `first` on are off it, leaves 0, at which speed
     (m per sample), and where its parabola has its foot, in samples; None at the end of a recording."""
     count = _FIT
-    while count < _MOST_FITTED and abs(way[min(first + count, way.size) - 1] - way[first]) < _CLEAR * noise:
+    while first + count < way.size and count < _MOST_FITTED:
+        if abs(way[first + count - 1] - way[first]) >= _CLEAR * noise:
+            break
         count += 1
     if first + count > way.size:
         return None

@@ -113,7 +113,7 @@ def ahead(model: FitResult, recording: Recording, text: str = "") -> np.ndarray:
     step = round(AHEAD / recording.period)
     firsts = np.arange(step // 2, recording.t.size - step - 1, step // 2)
     if not text:
-        starts = along.starts(firsts, motion.y, motion.v, np.full(firsts.size, recording.period))
+        starts = along.starts(firsts, motion.y, motion.v, simulator.inputs)
         windows = Segments(np.zeros_like(firsts), firsts, np.full_like(firsts, step + 1))
         ends = simulator.run(vector, windows, starts)[0][0, step :: step + 1]
     else:

@@ -67,8 +67,7 @@ def from_the_smoothed_motion(ahead: Ahead) -> np.ndarray:
     """Predictions from measured position and speed and the states that follow from the smoothed motion alone."""
     motion = ahead.motion
     along = ahead.simulator.along(VECTOR, motion.y, motion.v, motion.standstill, np.full((1, 1), np.nan))
-    dts = ahead.simulator.inputs.dts[ahead.segments.recording]
-    starts = along.starts(ahead.flat_first, motion.y, motion.v, dts)
+    starts = along.starts(ahead.flat_first, motion.y, motion.v, ahead.simulator.inputs)
     return ahead.simulator.run(VECTOR, ahead.segments, starts)[0]
 
 
@@ -99,7 +98,7 @@ def test_without_hidden_states_predictions_start_from_the_measured_motion() -> N
     vector = model.vector(PLANT)[None, :]
     motion = ahead.motion
     along = ahead.simulator.along(vector, motion.y, motion.v, motion.standstill, np.full((1, 1), np.nan))
-    starts = along.starts(ahead.flat_first, motion.y, motion.v, ahead.simulator.inputs.dts[ahead.segments.recording])
+    starts = along.starts(ahead.flat_first, motion.y, motion.v, ahead.simulator.inputs)
     np.testing.assert_array_equal(ahead.simulate(vector), ahead.simulator.run(vector, ahead.segments, starts)[0])
 
 

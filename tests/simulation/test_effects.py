@@ -164,8 +164,7 @@ def test_prediction_windows_start_from_the_hidden_states_along_the_motion() -> N
     later = np.repeat(part.segments.first * RUN.period > 0.1, part.segments.count)
     warm = rms((part.simulate(params) - part.measured)[0, later])
     along = part.simulator.along(params, part.motion.y, part.motion.v, part.motion.standstill, np.full((1, 1), np.nan))
-    dts = part.simulator.inputs.dts[part.segments.recording]
-    starts = along.starts(part.flat_first, part.motion.y, part.motion.v, dts)[:, :, :3]
+    starts = along.starts(part.flat_first, part.motion.y, part.motion.v, part.simulator.inputs)[:, :, :3]
     cold = rms((part.simulator.run(params, part.segments, starts)[0] - part.measured)[0, later])
     assert warm < 0.1 * cold, (warm, cold)
 

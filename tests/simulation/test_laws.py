@@ -104,7 +104,7 @@ def test_predictions_start_with_bent_elements() -> None:
     still = np.zeros(T.size, dtype=np.bool_)
     along = simulator.along(vector, run.y, run.v, still, np.zeros((1, 1)))
     first = np.array([200])
-    starts = along.starts(first, run.y, run.v, np.array([1e-3]))
+    starts = along.starts(first, run.y, run.v, simulator.inputs)
     assert starts.shape == (1, 1, 7)
     segments = whole_recordings(simulator.inputs)._replace(first=first, count=np.array([60]))
     ahead, *_ = simulator.run(vector, segments, starts)

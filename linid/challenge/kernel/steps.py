@@ -143,8 +143,8 @@ def moved(s: PlantState, slope: PlantState, h: float) -> PlantState:
 
 @inlined
 def take_up_play(travel: float, hidden: Array, p: Plant) -> None:
-    """Move the encoder's play, one of the hidden (HIDDEN,) states, by `travel` m: what is read stands still at first and
-    follows more and more as the play is taken up; it never moves against the motor.
+    """Move the encoder's play, one of the hidden (HIDDEN,) states, by `travel` m: what is read stands still at first,
+    and follows more and more as the play is taken up; it never moves against the motor.
     """
     side = math.copysign(1.0, travel)
     taken_up = 0.5 * (1.0 + side * hidden[SLACK])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linid.arrays import Array, Flags, Integers
-from linid.identification.objectives.behind_play import BehindPlay, along_measured, play_of
+from linid.identification.objectives.behind_play import along_measured, slopes_measured
 from linid.identification.objectives.stencils import Stencils
 from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import Model
@@ -167,12 +167,7 @@ class Acceleration:
 
         params: (VECTOR_SIZE,); tangents: (K, VECTOR_SIZE).
         """
-        motion = self.motion
-        if play_of(self.model):
-            a, reading = BehindPlay(self.simulator, motion).slopes(params, tangents, self.among)
-        else:
-            measured = motion.y, motion.v, motion.standstill
-            a, reading = self.simulator.slopes_along(params, tangents, *measured, self.among)
+        a, reading = slopes_measured(self.simulator, params, tangents, self.motion, self.among)
         a = self.stencils.smooth(a)
         if reading is not None:
             moved = np.any(reading != 0.0, axis=1)

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from linid.arrays import Array, Integers
-from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
 from linid.identification.objectives.behind_play import along_measured
+from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
 from linid.identification.objectives.start_states import START_STEP, predicted_from_before, slopes_from_before
 from linid.identification.settings import HORIZON
 from linid.identification.signals.motion import input_jumps, measure_motion

@@ -41,14 +41,27 @@ def along_measured(
     params: (C, VECTOR_SIZE) SI; motion: of all recordings of the simulator; without, wanted, among: as there.
     """
     if play_of(simulator.model):
-        return BehindPlay(simulator, motion).along(params, without=without, wanted=wanted, among=among)
+        return _BehindPlay(simulator, motion).along(params, without=without, wanted=wanted, among=among)
     start_w = np.full((params.shape[0], simulator.inputs.counts.size), np.nan)
     measured = motion.y, motion.v, motion.standstill
     return simulator.along(params, *measured, start_w, without=without, wanted=wanted, among=among)
 
 
+def slopes_measured(
+    simulator: Simulator, params: Array, tangents: Array, motion: Motion, among: Flags | None
+) -> tuple[Array, Array | None]:
+    """How acceleration (K, samples) and reading error (K, samples; None without) of `along_measured` answer K
+    directions, where `Simulator.has_slopes_along`.
+
+    params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; motion, among: as there.
+    """
+    if play_of(simulator.model):
+        return _BehindPlay(simulator, motion).slopes(params, tangents, among)
+    return simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill, among)
+
+
 @dataclass(frozen=True)
-class BehindPlay:
+class _BehindPlay:
     """A model with play between motor and reading along a measured motion.
 
     The waits of the readings tell how the motor moves behind the play (`recording.waits`), so that no force is asked
@@ -84,9 +97,7 @@ class BehindPlay:
             these = np.flatnonzero(plays == play)
             behind = self._behind(float(play))
             start_w = np.full((these.size, self.simulator.inputs.counts.size), np.nan)
-            found = motor.along(
-                params[these], *behind.motion, start_w, without=without, wanted=wanted, among=among
-            )
+            found = motor.along(params[these], *behind.motion, start_w, without=without, wanted=wanted, among=among)
             w[these] = found.bristle
             reading[these] = -behind.ahead if found.reading_error is None else found.reading_error - behind.ahead
             if without != "acceleration":

@@ -42,7 +42,7 @@ class Motion:
     standstill: NDArray[np.bool_]
     position_noise: Array
     speed_noise: Array
-    of_recordings: tuple[MeasuredMotion, ...]
+    of_recordings: tuple[MeasuredMotion, ...] = ()
 
 
 def measure_motion(recordings: Sequence[Recording]) -> Motion:

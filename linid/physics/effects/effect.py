@@ -142,9 +142,9 @@ class Effect:
     else (`acts` all) are sought beside a given model only, since a base that is identified has them itself.
     physics: one line; exposed_by: the recording that shows it; confused_with: effects that look alike;
     includes: effects that this one is with some parameters at zero; play: the parameter, one of the amplitudes, that is
-    play between the motor and what is read, behind which the motor's motion shows where the reading waits; told: the measured motion and the inputs tell its
-    hidden states, noisy as they are: predictions start from these; own: the term of a formula (own_terms/own_term.py),
-    which takes the place of compiled ones.
+    play between motor and reading, so that waits of the reading tell how the motor moves; told: the measured motion and
+    the inputs tell its hidden states, noisy as they are: predictions start from these; own: the term of a formula
+    (own_terms/own_term.py), which takes the place of compiled ones.
     """
 
     name: str
