@@ -13,10 +13,10 @@ from linid.arrays import Array, Flags
 _STILL = 5.0  # deviations of the noise, or so many steps of the encoder, within which a reading stands still
 _STILL_STEPS = 1.5
 _TURN = 3.0  # of that: what a reading goes back by is a turn
-_FIT = 5  # samples whose parabola tells how a motion comes to a turn or leaves it, more where noise hides it
-_MOST_FITTED = 12
+_FIT = 5  # samples that tell how a motion comes to a turn or leaves it, more where noise hides it
+_MOST_FITTED = 20
 _SKIPPED = 2  # samples after a contact, which gives way before it carries the reading along
-_CLEAR = 20.0  # deviations of the noise by which these must differ
+_CLEAR = 200.0  # deviations of the noise by which these must differ
 # Of travel over speed times time: a crossing at even acceleration takes half; one that lasts longer began with a rest.
 _STEEPEST, _FLATTEST, _EVEN = 1.0, 3.0, 2.0
 
@@ -64,11 +64,10 @@ def _stop(y: Array, still: float, noise: float, first: int, last: int) -> Wait |
         return None
     off = int(before[-1])
     direction = float(np.sign(level - y[off]))
-    came = _left(-direction * (y[::-1] - level), y.size - 1 - off, noise)
+    came = _foot(-direction * (y[::-1] - level), y.size - 1 - off, noise)
     if came is None:
         return None
-    start = max(y.size - 1.0 - came[2], float(off))
-    return Wait(start, float(last + after[0]) if after.size else float(y.size), direction, 0.0, 0.0)
+    return Wait(y.size - 1.0 - came, float(last + after[0]) if after.size else float(y.size), direction, 0.0, 0.0)
 
 
 def _set_off(y: Array, dt: float, still: float, noise: float) -> Wait | None:
@@ -94,31 +93,46 @@ def _turn(y: Array, dt: float, still: float, noise: float, peak: int, direction:
         first, last = int(before[-1]), int(peak + after[0])  # that lie off the level on either side
         level, reach = float(np.median(y[first + 1 : last])), still
     way = direction * (y - level)
-    came, left = _left(way[::-1], y.size - 1 - first, noise), _left(way, last + _SKIPPED, noise)
+    came, left = _foot(way[::-1], y.size - 1 - first, noise), _left(way, last + _SKIPPED, noise)
     if came is None or left is None:
         return None
-    # The motor comes to its turn without a jump: where its speed is 0, not where it reaches the level.
-    start = min(max(y.size - 1 - came[2], first), last - 1.0)
+    start = min(y.size - 1.0 - came, last - 1.0)
     return Wait(start, max(left[0], start + 1.0), direction, left[1] / dt, 1.0)
 
 
-def _left(way: Array, first: int, noise: float) -> tuple[float, float, float] | None:
-    """When a way (n,) in m from the level on, of which the samples from `first` on are off it, leaves 0, at which speed
-    (m per sample), and where its parabola has its foot, in samples; None at the end of a recording."""
-    count = _FIT
-    while first + count < way.size and count < _MOST_FITTED:
-        if abs(way[first + count - 1] - way[first]) >= _CLEAR * noise:
-            break
-        count += 1
-    if first + count > way.size:
+def _left(way: Array, first: int, noise: float) -> tuple[float, float] | None:
+    """When a way (n,) in m from the level on, of which the samples from `first` on are off it, leaves 0, in samples,
+    and at which speed (m per sample), by a parabola; None at the end of a recording."""
+    count = _enough(way, first, noise)
+    if count == 0:
         return None
     bend, rate, rest = (float(c) for c in _parabola(count) @ way[first : first + count])
-    foot = -rate / (2.0 * bend) if bend > 0.0 else -1.0
     square = rate * rate - 4.0 * bend * rest
     if square <= 0.0 or rate + square**0.5 <= 0.0:
-        return first + min(foot, 0.0), 0.0, first + min(foot, 0.0)
-    root = -2.0 * rest / (rate + square**0.5)
-    return first + min(root, 0.0), square**0.5, first + min(foot, 0.0)
+        return first + min(-rate / (2.0 * bend), 0.0) if bend > 0.0 else float(first), 0.0
+    return first + min(-2.0 * rest / (rate + square**0.5), 0.0), square**0.5
+
+
+def _foot(way: Array, first: int, noise: float) -> float | None:
+    """Where a way (n,) in m that is off the level from sample `first` on begins at rest, in samples: the foot of a
+    parabola that stands on the level, whose root is a straight line."""
+    count = _enough(way, first, noise)
+    if count == 0:
+        return None
+    k, far = np.arange(float(count)), np.maximum(way[first : first + count], 0.0)
+    root, middle = np.sqrt(far), float(np.average(k, weights=far))  # noise moves a root by less the farther it is
+    level = float(np.average(root, weights=far))
+    slope = float(np.sum(far * (k - middle) * root) / np.sum(far * (k - middle) ** 2))
+    return first + min(middle - level / slope, 0.0) if slope > 0.0 else float(first)
+
+
+def _enough(way: Array, first: int, noise: float) -> int:
+    """How many samples from `first` on tell how a way (n,) goes on from the level; 0 at the end of a recording."""
+    if first + _FIT > way.size:
+        return 0
+    most = min(_MOST_FITTED, way.size - first)
+    clear = np.flatnonzero(np.abs(way[first + _FIT - 1 : first + most] - way[first]) >= _CLEAR * noise)
+    return _FIT + int(clear[0]) if clear.size else most
 
 
 @cache
