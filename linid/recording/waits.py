@@ -48,9 +48,13 @@ def waits_in(y: Array, dt: float, noise: float, step: float, rests: Flags) -> tu
             waits.append(wait)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], rests.astype(int), [0]]))).reshape(-1, 2)
     for first, last in edges:
-        if first > 0 and not any(wait.start < last and wait.end > first - 1 for wait in waits):
-            stop = _stop(y, still, noise, int(first), int(last) - 1)
-            waits += [] if stop is None else [stop]
+        if first == 0 or any(wait.start < last and wait.end > first - 1 for wait in waits):
+            continue
+        stop = _stop(y, still, noise, int(first), int(last) - 1)
+        if stop is not None and waits and waits[-1].part == 0.0 and stop.start < waits[-1].end:
+            waits[-1] = waits[-1]._replace(end=stop.end)  # one rest, which noise has broken
+        elif stop is not None:
+            waits.append(stop)
     return tuple(sorted(waits))
 
 
@@ -67,7 +71,13 @@ def _stop(y: Array, still: float, noise: float, first: int, last: int) -> Wait |
     came = _foot(-direction * (y[::-1] - level), y.size - 1 - off, noise)
     if came is None:
         return None
-    return Wait(y.size - 1.0 - came, float(last + after[0]) if after.size else float(y.size), direction, 0.0, 0.0)
+    return Wait(
+        min(y.size - 1.0 - came, float(first)),
+        float(last + after[0]) if after.size else float(y.size),
+        direction,
+        0.0,
+        0.0,
+    )
 
 
 def _set_off(y: Array, dt: float, still: float, noise: float) -> Wait | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from linid.recording.recording import Recording
@@ -36,7 +36,9 @@ def swing(amplitude: float = 2e-3, period: float = 0.8, count: int = 4000) -> np
     st.floats(2e-5, 4e-4), st.floats(1e-3, 2e-2), st.floats(0.3, 1.2), st.sampled_from([0.0, 1e-7, 5e-7]), st.integers()
 )
 def test_turns_tell_the_play(play: float, amplitude: float, period: float, noise: float, seed: int) -> None:
-    """Of a sine about its turning points: start, end and speed in closed form, whatever the play, size and noise."""
+    """Of a sine about its turning points: start and end of each in closed form, and speed and play in the median, whatever
+    the play, size and noise, where the motor takes five samples to cross."""
+    assume(np.arccos(1.0 - play / amplitude) * period / (2.0 * np.pi) > 5.0 * DT)
     motor = swing(amplitude, period)
     one = recorded(read(motor, play, 1.0), noise, seed % 2**32)
     turns = [wait for wait in one.motion.waits if wait.part == 1.0]
@@ -48,8 +50,8 @@ def test_turns_tell_the_play(play: float, amplitude: float, period: float, noise
         turned = (0.25 + 0.5 * number) * period / DT
         assert wait.direction == (-1.0 if number % 2 == 0 else 1.0)
         assert wait.start == pytest.approx(turned, abs=1.5)
-        assert wait.end == pytest.approx(turned + crossing / DT, abs=0.5)
-        assert wait.speed == pytest.approx(speed, rel=0.1, abs=10.0 * noise / DT)
+        assert wait.end == pytest.approx(turned + crossing / DT, abs=1.0 + 3.0 * noise / (speed * DT))
+    assert np.median([wait.speed for wait in turns]) == pytest.approx(speed, rel=0.15, abs=5.0 * noise / DT)
     assert np.median(one.motion.plays) == pytest.approx(play, rel=0.25)
 
 
@@ -101,7 +103,7 @@ def test_an_axis_that_rests_sets_off_from_the_middle() -> None:
 def test_a_rest_before_a_turn_is_left_before_the_motor_crosses() -> None:
     """It crosses as long as its speed takes at even acceleration, not as long as the reading rests."""
     t = np.arange(2000) * DT
-    motor = np.where(t < 0.4, -(t - 0.4) ** 2, 0.0) - np.where(t > 1.2, 1.5 * (t - 1.2) ** 2, 0.0)
+    motor = np.where(t < 0.4, -((t - 0.4) ** 2), 0.0) - np.where(t > 1.2, 1.5 * (t - 1.2) ** 2, 0.0)
     one = recorded(read(motor, PLAY, 1.0))
     (turn,) = one.motion.waits
     assert turn.part == 1.0 and turn.end - turn.start > 700.0

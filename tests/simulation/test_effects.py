@@ -182,12 +182,9 @@ def test_an_axis_that_has_just_set_off_starts_from_the_states_of_rest(name: str,
     assert along.states[0, 0, 0] == (0.0 if abs(speed) < 0.1 else math.copysign(1.0, speed))
 
 
-@pytest.mark.parametrize("name", [n for n in NAMES if n != "backlash"])
+@every_effect
 def test_force_balance_along_the_motion_reaches_the_floor(name: str) -> None:
-    """At true parameters the weak form leaves little; without the effect it leaves much more.
-
-    Backlash is left out: while the play is taken up the reading hides the motion that the balance is about.
-    """
+    """At true parameters the weak form leaves little; without the effect it leaves much more."""
     recordings = tuple(campaign_with((name,))[i] for i in (0, 1, 2, 4))
     model, base = Model("sine", (name,)), Model("sine")
     values = AXIS | SAMPLES[name]

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from linid.arrays import Array, Integers
-from linid.identification.objectives.behind_play import along_measured
+from linid.identification.objectives.behind_play import along_measured, guides_of, moves_guides
 from linid.identification.objectives.objective import TRAVEL_CLASSES, Directions, travel_class
 from linid.identification.objectives.start_states import START_STEP, predicted_from_before, slopes_from_before
 from linid.identification.settings import HORIZON
@@ -90,15 +90,27 @@ class Ahead:
 
     def simulate(self, params: Array) -> Array:
         """Predicted positions of all windows, (C, N) m."""
-        motion = self.motion
-        if self.model.untold_states:
-            return predicted_from_before(self.simulator, params, motion, self.segments, guided=self.guided)
-        return self.simulate_along(params)
+        if not self.model.untold_states:
+            return self.simulate_along(params)
+        out = np.empty((params.shape[0], self.flat.size))
+        for these, simulator in self._guides(params):
+            one = params[these]
+            out[these] = predicted_from_before(simulator, one, self.motion, self.segments, guided=self.guided)
+        return out
 
     def simulate_along(self, params: Array) -> Array:
         """Predicted positions of all windows from the states along the motion, also of models whose hidden states a
         prediction would have to tell from the samples before, (C, N) m."""
-        return np.asarray(self.simulator.run(params, self.segments, self._starts(params), guided=self.guided)[0])
+        out, starts = np.empty((params.shape[0], self.flat.size)), self._starts(params)
+        for these, simulator in self._guides(params):
+            out[these] = simulator.run(params[these], self.segments, starts[these], guided=self.guided)[0]
+        return out
+
+    def _guides(self, params: Array) -> list[tuple[Integers, Simulator]]:
+        """Who simulates which candidates (C, VECTOR_SIZE)."""
+        if self.guided:
+            return guides_of(self.simulator, self.motion, params)
+        return [(np.arange(len(params)), self.simulator)]
 
     def _starts(self, params: Array) -> Array:
         """Start states (C, S, 3 or more) of all windows: bristle and hidden states as they are along the motion."""
@@ -126,8 +138,17 @@ class Ahead:
 
     def _predicted(self, params: Array, tangents: Array) -> tuple[Array, Array]:
         """Predicted positions (N,) in m of one candidate, and their derivatives (N, K)."""
+        ((_, simulator),) = self._guides(params[None])
+        y, slopes = self._predicted_by(simulator, params, tangents)
+        for k in np.flatnonzero(moves_guides(self.model, tangents)):
+            moved = self.simulate((params + START_STEP * tangents[k])[None])[0]
+            slopes[:, k] = (moved - y) / START_STEP
+        return y, slopes
+
+    def _predicted_by(self, simulator: Simulator, params: Array, tangents: Array) -> tuple[Array, Array]:
+        """What `_predicted` tells where no direction moves positions at which the field is read."""
         if self.model.untold_states:
-            return slopes_from_before(self.simulator, params, tangents, self.motion, self.segments, guided=True)
+            return slopes_from_before(simulator, params, tangents, self.motion, self.segments, guided=True)
         # Where the axis rests, the bristle is drawn to the balance of forces; elsewhere only friction acts on it.
         acting = np.any(tangents[:, : MASS + 1] != 0.0, axis=1) | np.any(self.motion.standstill)
         acting |= np.any(tangents[:, EFFECT_START:] != 0.0, axis=1)
@@ -135,7 +156,7 @@ class Ahead:
         starts = self._starts(np.vstack([params, params + START_STEP * tangents[acting]]))
         moved = np.zeros((*starts.shape[1:], len(tangents)))
         moved[:, :, acting] = (starts[1:] - starts[0]).transpose(1, 2, 0) / START_STEP
-        return self.simulator.slopes(params, tangents, self.segments, starts[0], moved)
+        return simulator.slopes(params, tangents, self.segments, starts[0], moved)
 
     def residuals(self, params: Array, offsets: Array) -> Array:
         """(C, N) prediction errors in m, each window without its straight line. params: (C, VECTOR_SIZE);

@@ -8,10 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from linid.arrays import Array, Flags
+from linid.arrays import Array, Flags, Integers
 from linid.identification.signals.motion import Motion
 from linid.physics.effects.registry import find_effect
 from linid.physics.model import STATE_PLACES, Model
+from linid.recording.splines import cubic_spline_coefficients
 from linid.recording.waits import ahead_of_reading
 from linid.simulation.along_told import AlongMotion
 from linid.simulation.run import Simulator
@@ -60,6 +61,26 @@ def slopes_measured(
     return simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill, among)
 
 
+def guides_of(simulator: Simulator, motion: Motion, params: Array) -> list[tuple[Integers, Simulator]]:
+    """Who simulates which candidates where the motor's field is read at measured positions: behind play those of the
+    motor, which hang on the play.
+
+    motion: of all recordings of the simulator; params: (C, VECTOR_SIZE) SI. Returns numbers of candidates, and for
+    these a simulator.
+    """
+    if not play_of(simulator.model):
+        return [(np.arange(len(params)), simulator)]
+    behind = _BehindPlay(simulator, motion)
+    plays = params[:, behind.slot]
+    return [(np.flatnonzero(plays == play), behind.guided(float(play))) for play in np.unique(plays)]
+
+
+def moves_guides(model: Model, tangents: Array) -> Flags:
+    """Which directions (K,) move the positions of `guides_of`. tangents: (K, VECTOR_SIZE) of a candidate."""
+    play = play_of(model)
+    return tangents[:, model.slot(find_effect(play).play)] != 0.0 if play else np.zeros(len(tangents), dtype=np.bool_)
+
+
 @dataclass(frozen=True)
 class _BehindPlay:
     """A model with play between motor and reading along a measured motion.
@@ -79,7 +100,8 @@ class _BehindPlay:
         return replace(self.simulator, model=model.with_effects(others))
 
     @cached_property
-    def _slot(self) -> int:
+    def slot(self) -> int:
+        """Place of the play among a candidate's parameters."""
         model = self.simulator.model
         return model.slot(find_effect(play_of(model)).play)
 
@@ -88,7 +110,7 @@ class _BehindPlay:
     ) -> AlongMotion:
         """What `along_measured` tells; its acceleration is the part of the motor's that the reading shows."""
         model, motor = self.simulator.model, self._motor
-        plays = params[:, self._slot]
+        plays = params[:, self.slot]
         shape = params.shape[0], self.motion.y.size
         a, w, reading = np.empty(shape if without != "acceleration" else (1, 0)), np.empty(shape), np.empty(shape)
         kept = [] if without == "states" else list(model.states)
@@ -112,21 +134,32 @@ class _BehindPlay:
     def slopes(self, params: Array, tangents: Array, among: Flags | None) -> tuple[Array, Array]:
         """How acceleration and reading error of `along` answer K directions, (K, samples) each. params: (VECTOR_SIZE,);
         tangents: (K, VECTOR_SIZE)."""
-        play = float(params[self._slot])
+        play = float(params[self.slot])
         behind = self._behind(play)
         a, reading = self._motor.slopes_along(params, tangents, *behind.motion, among)
         a *= behind.seen
         reading = np.zeros_like(a) if reading is None else reading
-        by_play = tangents[:, self._slot]
+        by_play = tangents[:, self.slot]
         if np.any(by_play != 0.0):
             step = _STEP * max(play, _VISIBLE * float(np.max(self.motion.position_noise)))
             moved = np.vstack([params, params])
-            moved[1, self._slot] += step
+            moved[1, self.slot] += step
             ends = self.along(moved, without="states", among=among)
             assert ends.reading_error is not None
             a += by_play[:, None] * np.diff(ends.acceleration, axis=0) / step
             reading += by_play[:, None] * np.diff(ends.reading_error, axis=0) / step
         return a, reading
+
+    def guided(self, play: float) -> Simulator:
+        """The simulator with the motor's positions in the place of those that are read."""
+        inputs = self.simulator.inputs
+        positions = self.motion.measured + self._behind(play).ahead
+        coefficients = inputs.coefficients.copy()
+        for r, dt in enumerate(inputs.dts):
+            mine = positions[inputs.sample_offsets[r] : inputs.sample_offsets[r + 1]]
+            place = slice(int(inputs.offsets[r]), int(inputs.offsets[r + 1]))
+            coefficients[place, 3] = cubic_spline_coefficients(float(dt), mine)[0]
+        return replace(self.simulator, inputs=inputs._replace(coefficients=coefficients))
 
     def _behind(self, play: float) -> _Behind:
         motion, offsets = self.motion, self.simulator.inputs.sample_offsets
