@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _DELAYS, _LATER = (-1.0, 1.0), (3.0, 8.0)  # sampling periods
 _OF_PLAYS = (0.25, 0.5, 0.75)  # quantiles of what turns tell of play, each by itself
+# Deviations of the noise: where the median turn tells of less play, noise about a turn looks like it.
+# `python -m tests.benchmarks.plays --seed 22931` tells what turns with play, with other effects and with none tell.
+VISIBLE_PLAY = 50.0
 
 
 def held_trials(screening: Screening, regression: StepRegression, effect: Effect, step: Fitted) -> list[Trial]:
@@ -37,9 +40,10 @@ def held_trials(screening: Screening, regression: StepRegression, effect: Effect
             near += _trials(screening, regression, effect, step, [k * period for k in _LATER])
         return near
     if effect.play:
-        told = [play for k in screening.fitted for play in screening.recordings[k].motion.plays]
-        sizes = [float(np.quantile(told, part)) for part in _OF_PLAYS] if told else []
-        return _trials(screening, regression, effect, step, sizes)
+        motions = [screening.recordings[k].motion for k in screening.fitted]
+        told = [play for motion in motions for play in motion.plays]
+        if told and np.median(told) > VISIBLE_PLAY * max(motion.position_noise for motion in motions):
+            return _trials(screening, regression, effect, step, [float(x) for x in np.quantile(told, _OF_PLAYS)])
     return []
 
 

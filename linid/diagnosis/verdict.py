@@ -17,6 +17,7 @@ LEAST_EXCESS = 0.3
 # much power then show.
 LEAST_LEVEL = 0.15
 MOST_LEFT = 0.05  # of the gap, for one that is closed but for such pieces
+_NOTHING = 0.0005  # of the gap: what is written as 0.0 %
 # A model that explains less of the motion itself is said to.
 LEAST_MOTION = 0.5
 TELLING, SURE = 0.05, 0.02  # share from which, and p-value below which, a coordinate is worth a word
@@ -76,18 +77,28 @@ def decide(
     if status == "explained":
         sentence = f"{causes[0].upper()}{causes[1:]}; the residual {word} is then at the noise floor."
     else:
-        rest = _percent(max(budget.unexplained, 0.0))
-        depends = f", which depends on {_list(budget.depends_on)}" if budget.depends_on else ""
-        if term is not None:  # it says it better: its arguments were tested together
-            depends = f", of which {_term_in_words(term, word)}"
-        sentence = f"{causes[0].upper()}{causes[1:]}; {rest} stay unexplained{depends}."
+        sentence = f"{causes[0].upper()}{causes[1:]}; {_rest_in_words(budget, term, word)}."
     worse = {name for entry in budget.entries for name in entry.worsens}
     if worse:
         words = {"free_run": "the free run", "ahead": "the prediction 0.1 s ahead", "force": "the force balance"}
         which = [e.effect.replace("_", " ") for e in budget.entries if e.worsens]
-        sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} gets worse."
+        get = "gets" if len(worse) == 1 else "get"
+        sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} {get} worse."
     step = f"To measure {names[0].replace('_', ' ')} better, record {find_effect(names[0]).exposed_by}."
     return Verdict(status, names, rivals, sentence, step)
+
+
+def _rest_in_words(budget: Budget, term: ProposedTerm | None, word: str) -> str:
+    """What effects leave of the gap, as a clause. word: force or torque."""
+    left = f"{_percent(budget.unexplained)} stay unexplained, "
+    if budget.unexplained < _NOTHING:
+        left = f"the residual {word} is still above the noise floor, "
+    if term is not None:  # it says it better: its arguments were tested together
+        closes = _term_in_words(term, word)
+        return left + (f"of which {closes}" if budget.unexplained >= _NOTHING else f"and {closes} of what is left")
+    if budget.depends_on:
+        return f"{left}{'and' if budget.unexplained < _NOTHING else 'which'} depends on {_list(budget.depends_on)}"
+    return left.removesuffix(", ")
 
 
 def _nothing(budget: Budget, word: str) -> Verdict:

@@ -134,3 +134,17 @@ def test_a_proposed_term_stands_in_the_verdict_in_place_of_single_coordinates() 
     assert "40 % stay unexplained, of which a term of velocity and motor torque closes 83 %." in partly
     constant = decide(budget((entry(share=0.6),), 20.0, 2.0), WHERE, (), 0.99, (), "rotary", proposed(None, ()))
     assert "40 % stay unexplained, of which a constant torque closes 83 %." in constant.sentence
+
+
+@pytest.mark.parametrize("share", [1.0, 1.03])
+def test_a_gap_that_closes_above_the_floor_leaves_no_share_to_speak_of(share: float) -> None:
+    """Effects may close more than all of a gap while what is left is still above the floor."""
+    whole = replace(budget((entry(share=share),), 20.0, 2.0), unexplained=1.0 - share, depends_on=())
+    said = decide(whole, WHERE, (), 0.99, (), "linear").sentence
+    assert said.endswith("of the gap; the residual force is still above the noise floor.")
+    said = decide(whole, WHERE, (), 0.99, (), "rotary", proposed(None, ("velocity",))).sentence
+    assert said.endswith(
+        "residual torque is still above the noise floor, and a term of velocity closes 83 % of what is left."
+    )
+    said = decide(replace(whole, depends_on=("velocity",)), WHERE, (), 0.99, (), "linear").sentence
+    assert said.endswith("the residual force is still above the noise floor, and depends on velocity.")

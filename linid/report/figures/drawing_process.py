@@ -99,6 +99,8 @@ def serve() -> None:
         return
     try:
         answer("files", order.write(lambda *done: answer("progress", done)))
+    except BrokenPipeError:  # who asked has ended
+        os._exit(0)  # without a word about what is left for the channel
     except Exception as error:
         answer("error", error)
 
