@@ -18,7 +18,7 @@ from linid.challenge.hidden_axis import LAWS
 from linid.challenge.make import ALL, Plan, make_campaign
 from linid.errors import ConfigError, UsageError
 
-SUITE_VERSION = "3"  # of the way in which campaigns are drawn: with another one a seed gives other campaigns
+SUITE_VERSION = "4"  # of the way in which campaigns are drawn: with another one a seed gives other campaigns
 DEFAULT_SEED, DEFAULT_SIZE = 2026, 60
 _ORDER = 9  # marks the random numbers that deal out names
 

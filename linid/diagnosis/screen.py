@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array
 from linid.diagnosis.criterion import certainty_of
-from linid.diagnosis.held_sizes import beside_held, held_trials
+from linid.diagnosis.held_sizes import HeldSizes
 from linid.diagnosis.joint import Fitted, JointFit
 from linid.diagnosis.weighted_step import WeightedStep
 from linid.identification.guess.effect_values import EffectColumns, Trial, amplitude_sizes, best_trial
@@ -164,11 +164,12 @@ class Screening:
         )
         self.outlook = look_out(base.model, fitted, base.values)
         self.whole = look_out(base.model, self.recordings, base.values)
+        self.held = HeldSizes(fits, self.fitted, self.outlook.period, jobs)
         self._pushes: dict[str, Moments] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         # On its way to a worker, which only fits: what was screened, and who else works, stay here.
-        return {**self.__dict__, "workers": None, "_pushes": {}, "jobs": 1}
+        return {**self.__dict__, "workers": None, "_pushes": {}, "jobs": 1, "held": replace(self.held, jobs=1)}
 
     def to_fit(self, step: Fitted | None, name: str = "", values: Values | None = None) -> tuple[int, ...]:
         """Places of recordings to which a model is fitted: the fitted ones, and those held out in which an effect of
@@ -250,11 +251,12 @@ class Screening:
             return self._best_recordings(regression, effect)
         sizes = amplitude_sizes(regression, effect, self.outlook)
         trial = best_trial(regression, effect, self.outlook, self.fits.held, sizes)
-        return max((trial, *held_trials(self, regression, effect, step)), key=lambda one: one.explained)
+        held = self.held.trials(effect, step, regression.level)
+        return max((trial, *held), key=lambda one: one.explained)
 
     def beside(self, step: Fitted, found: Screened) -> Values:
         """SI values of a step's parameters beside an effect whose amplitudes are held as the regression has them."""
-        return beside_held(self.fits, step, find_effect(found.name), found.trial.amplitudes)
+        return self.held.beside(step, find_effect(found.name), found.trial.amplitudes)
 
     def _best_recordings(self, regression: StepRegression, effect: Effect) -> Trial:
         """The set of recordings and the amplitude that explain most: those that each show half the largest one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,6 +24,9 @@ _REST_STEPS = 2.001  # of the encoder, and the rounding of their difference
 _LEAST_NOISE = 1e-15  # m: exact positions have none
 _QUARTIC_SLOPE = 0.95  # norm of its weights (1, -8, 0, 8, -1) / 12
 _MAJORITY = 0.5  # of the samples: the widest window that more of them have tells the speed's noise
+# Deviations of the noise: where the median turn tells of less play, noise about a turn looks like it.
+# `python -m tests.benchmarks.plays --seed 22931` tells what turns with play, with other effects and with none tell.
+VISIBLE_PLAY = 50.0
 _DOUBT = 3.0  # deviations by which the spread within a window may exceed that of noise
 
 
@@ -59,6 +63,13 @@ class MeasuredMotion:
     def plays(self) -> list[float]:
         """What each turn tells of play by itself, m: the way of a motor that crosses it at even acceleration."""
         return [0.5 * w.speed * (w.end - w.start) * self.dt for w in self.waits if w.part == 1.0]
+
+
+def plays_told(motions: Sequence[MeasuredMotion]) -> list[float]:
+    """What each turn of some motions tells of play by itself, m; none where their median is no more than noise."""
+    told = [play for motion in motions for play in motion.plays]
+    visible = bool(told) and np.median(told) > VISIBLE_PLAY * max(motion.position_noise for motion in motions)
+    return told if visible else []
 
 
 def motion_behind(y: Array, dt: float, *, sets_off: bool = False) -> MeasuredMotion:

@@ -23,8 +23,9 @@ _STEEPEST, _FLATTEST, _EVEN = 1.0, 3.0, 2.0
 
 class Wait(NamedTuple):
     """A turn or a stop of what is read. start, end: samples between which the motor may move unseen, broken; direction:
-    +1 or -1, of the motion afterwards; speed: at which the reading goes on, m/s; part: of the play that is crossed,
-    a half where an axis sets off from a rest that nothing tells of, 0 where it goes on as before or stays."""
+    sign of the motion afterwards, dimensionless; speed: at which the reading goes on, m/s; part: share of the play that
+    is crossed, a half where an axis sets off from a rest that nothing tells of, 0 where it goes on as before or stays.
+    """
 
     start: float
     end: float
@@ -152,8 +153,8 @@ def _parabola(count: int) -> Array:
 
 
 class Ahead(NamedTuple):
-    """How far a motor is before its reading: position (n,) in m, speed (n,) in m/s; seen: (n,) share of the motor's
-    acceleration that the reading shows, 0 while it rests unseen."""
+    """How far a motor is before its reading. y: (n,) of its position, m; v: (n,) of its speed, m/s; seen: (n,) share of
+    its acceleration that the reading shows, 0 while it rests unseen."""
 
     y: Array
     v: Array

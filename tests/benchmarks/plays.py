@@ -2,7 +2,7 @@
 
 Campaigns of the challenge with play between motor and reading, with another effect and with none, so many of each.
 Printed per campaign: quartiles of what its turns tell of play, each by itself, in deviations of the encoder's noise; at
-the end for how many of each kind play would be tried with `VISIBLE_PLAY` of linid/diagnosis/held_sizes.py at half, once
+the end for how many of each kind play would be tried with `VISIBLE_PLAY` of linid/recording/motion.py at half, once
 and twice its value.
 """
 
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from linid.challenge.catalogue import FIRST
     from linid.challenge.files import write_hidden_campaign
     from linid.challenge.make import Plan, make_campaign
-    from linid.diagnosis.held_sizes import VISIBLE_PLAY
+    from linid.recording.motion import VISIBLE_PLAY
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=22931)

@@ -36,7 +36,7 @@ def swing(amplitude: float = 2e-3, period: float = 0.8, count: int = 4000) -> np
     st.floats(2e-5, 4e-4), st.floats(1e-3, 2e-2), st.floats(0.3, 1.2), st.sampled_from([0.0, 1e-7, 5e-7]), st.integers()
 )
 def test_turns_tell_the_play(play: float, amplitude: float, period: float, noise: float, seed: int) -> None:
-    """Of a sine about its turning points: start and end of each in closed form, and speed and play in the median, whatever
+    """Of a sine about its turning points: start and end of each in closed form, speed and play in the median, whatever
     the play, size and noise, where the motor takes five samples to cross."""
     assume(np.arccos(1.0 - play / amplitude) * period / (2.0 * np.pi) > 5.0 * DT)
     motor = swing(amplitude, period)

@@ -25,6 +25,7 @@ from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
 from linid.physics.parameter import is_force
 from linid.physics.wording import fitting_words
+from linid.recording.motion import plays_told
 from linid.recording.recording import Recording
 
 _STRIDE = 5
@@ -303,6 +304,9 @@ def effect_guess(
             )
         sizes = amplitude_sizes(regression, effect, outlook)
         best = best_trial(regression, effect, outlook, known, sizes)
+        told = plays_told([recording.motion for recording in recordings]) if effect.play else []
+        if told:  # better than by a column, which knows the reading as it is without play
+            best = replace(best, amplitudes={effect.play: float(np.median(told))})
         regression.add(effect, best, sizes)
         found |= best.values | best.amplitudes
         preset |= effect.held({**best.values, **known})

@@ -39,7 +39,8 @@ def along_measured(
 ) -> AlongMotion:
     """The model along a measured motion as `Simulator.along` tells it, behind play with the motor's own motion.
 
-    params: (C, VECTOR_SIZE) SI; motion: of all recordings of the simulator; without, wanted, among: as there.
+    params: (C, VECTOR_SIZE) SI; motion: of all recordings of the simulator; without, wanted (samples,), among (R,): as
+    there.
     """
     if play_of(simulator.model):
         return _BehindPlay(simulator, motion).along(params, without=without, wanted=wanted, among=among)
@@ -54,7 +55,7 @@ def slopes_measured(
     """How acceleration (K, samples) and reading error (K, samples; None without) of `along_measured` answer K
     directions, where `Simulator.has_slopes_along`.
 
-    params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; motion, among: as there.
+    params: (VECTOR_SIZE,) SI; tangents: (K, VECTOR_SIZE) of them; motion, among (R,): as there.
     """
     if play_of(simulator.model):
         return _BehindPlay(simulator, motion).slopes(params, tangents, among)
@@ -65,8 +66,8 @@ def guides_of(simulator: Simulator, motion: Motion, params: Array) -> list[tuple
     """Who simulates which candidates where the motor's field is read at measured positions: behind play those of the
     motor, which hang on the play.
 
-    motion: of all recordings of the simulator; params: (C, VECTOR_SIZE) SI. Returns numbers of candidates, and for
-    these a simulator.
+    motion: of all recordings of the simulator; params: (C, VECTOR_SIZE) SI. Returns pairs: numbers (c,) of candidates,
+    and their simulator.
     """
     if not play_of(simulator.model):
         return [(np.arange(len(params)), simulator)]
