@@ -133,8 +133,8 @@ def _foot(way: Array, first: int, noise: float) -> float | None:
     k, far = np.arange(float(count)), np.maximum(way[first : first + count], 0.0)
     root, middle = np.sqrt(far), float(np.average(k, weights=far))  # noise moves a root by less the farther it is
     level = float(np.average(root, weights=far))
-    slope = float(np.sum(far * (k - middle) * root) / np.sum(far * (k - middle) ** 2))
-    return first + min(middle - level / slope, 0.0) if slope > 0.0 else float(first)
+    rise, spread = float(np.sum(far * (k - middle) * root)), float(np.sum(far * (k - middle) ** 2))
+    return first + min(middle - level * spread / rise, 0.0) if rise > 0.0 else float(first)
 
 
 def _enough(way: Array, first: int, noise: float) -> int:
