@@ -189,6 +189,7 @@ def ahead_of_reading(waits: Sequence[Wait], y: Array, dt: float, play: float) ->
             rate = (2.0 * (3.0 - shape) * part + 3.0 * (shape - 2.0) * part**2) / time
             found.y[first:last] = wait.direction * play * (0.5 - wait.part * (1.0 - way))
             found.v[first:last] = wait.direction * travel * rate
-        unseen = np.minimum(samples + 0.5, begin) - np.maximum(samples - 0.5, wait.start)
-        np.minimum(found.seen, 1.0 - np.clip(unseen, 0.0, 1.0), out=found.seen)
+        near = slice(max(int(wait.start), 0), min(int(begin) + 2, y.size))  # all others show it whole
+        unseen = np.minimum(samples[near] + 0.5, begin) - np.maximum(samples[near] - 0.5, wait.start)
+        np.minimum(found.seen[near], 1.0 - np.clip(unseen, 0.0, 1.0), out=found.seen[near])
     return found

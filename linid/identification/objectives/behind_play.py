@@ -124,7 +124,7 @@ class _BehindPlay:
             w[these] = found.bristle
             reading[these] = -behind.ahead if found.reading_error is None else found.reading_error - behind.ahead
             if without != "acceleration":
-                a[these] = found.acceleration * behind.seen
+                a[these] = behind.shown(found.acceleration)
             for place, state in enumerate(kept):
                 if state == STATE_PLACES[play_of(model)]:
                     states[these, :, place] = 2.0 * behind.ahead / play if play > 0.0 else 0.0
@@ -138,7 +138,7 @@ class _BehindPlay:
         play = float(params[self.slot])
         behind = self._behind(play)
         a, reading = self._motor.slopes_along(params, tangents, *behind.motion, among)
-        a *= behind.seen
+        a = behind.shown(a)
         reading = np.zeros_like(a) if reading is None else reading
         by_play = tangents[:, self.slot]
         if np.any(by_play != 0.0):
@@ -182,3 +182,7 @@ class _Behind:
     motion: tuple[Array, Array, Flags]
     ahead: Array
     seen: Array
+
+    def shown(self, a: Array) -> Array:
+        """What the reading shows of accelerations (C, samples), m/s^2: nothing where unseen, though they diverge."""
+        return np.where(self.seen > 0.0, a, 0.0) * self.seen
