@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -118,7 +118,7 @@ class _BehindPlay:
         states = np.full((*shape, len(kept)) if kept else (1, 0, 0), np.nan)
         for play in np.unique(plays):
             these = np.flatnonzero(plays == play)
-            behind = self._behind(float(play))
+            behind = _behind(self.motion, float(play))
             start_w = np.full((these.size, self.simulator.inputs.counts.size), np.nan)
             found = motor.along(params[these], *behind.motion, start_w, without=without, wanted=wanted, among=among)
             w[these] = found.bristle
@@ -136,7 +136,7 @@ class _BehindPlay:
         """How acceleration and reading error of `along` answer K directions, (K, samples) each. params: (VECTOR_SIZE,);
         tangents: (K, VECTOR_SIZE)."""
         play = float(params[self.slot])
-        behind = self._behind(play)
+        behind = _behind(self.motion, play)
         a, reading = self._motor.slopes_along(params, tangents, *behind.motion, among)
         a = behind.shown(a)
         reading = np.zeros_like(a) if reading is None else reading
@@ -154,24 +154,13 @@ class _BehindPlay:
     def guided(self, play: float) -> Simulator:
         """The simulator with the motor's positions in the place of those that are read."""
         inputs = self.simulator.inputs
-        positions = self.motion.measured + self._behind(play).ahead
+        positions = self.motion.measured + _behind(self.motion, play).ahead
         coefficients = inputs.coefficients.copy()
         for r, dt in enumerate(inputs.dts):
             mine = positions[inputs.sample_offsets[r] : inputs.sample_offsets[r + 1]]
             place = slice(int(inputs.offsets[r]), int(inputs.offsets[r + 1]))
             coefficients[place, 3] = cubic_spline_coefficients(float(dt), mine)[0]
         return replace(self.simulator, inputs=inputs._replace(coefficients=coefficients))
-
-    def _behind(self, play: float) -> _Behind:
-        motion, offsets = self.motion, self.simulator.inputs.sample_offsets
-        ahead, faster, seen = np.zeros(motion.y.size), np.zeros(motion.y.size), np.ones(motion.y.size)
-        for k, measured in enumerate(motion.of_recordings):
-            mine = slice(int(offsets[k]), int(offsets[k + 1]))
-            found = ahead_of_reading(measured.waits, measured.measured, measured.dt, play)
-            ahead[mine], faster[mine] = found.y, found.v
-            if play > _VISIBLE * measured.position_noise:
-                seen[mine] = found.seen
-        return _Behind((motion.y + ahead, motion.v + faster, motion.standstill), ahead, seen)
 
 
 @dataclass(frozen=True)
@@ -186,3 +175,18 @@ class _Behind:
     def shown(self, a: Array) -> Array:
         """What the reading shows of accelerations (C, samples), m/s^2: nothing where unseen, though they diverge."""
         return np.where(self.seen > 0.0, a, 0.0) * self.seen
+
+
+@lru_cache(maxsize=8)  # most candidates of a fit have one play
+def _behind(motion: Motion, play: float) -> _Behind:
+    """The motor of a measured motion behind some play in m."""
+    size = motion.y.size
+    ahead, faster, seen, begin = np.zeros(size), np.zeros(size), np.ones(size), 0
+    for measured in motion.of_recordings:
+        mine = slice(begin, begin + measured.measured.size)
+        begin = mine.stop
+        found = ahead_of_reading(measured.waits, measured.measured, measured.dt, play)
+        ahead[mine], faster[mine] = found.y, found.v
+        if play > _VISIBLE * measured.position_noise:
+            seen[mine] = found.seen
+    return _Behind((motion.y + ahead, motion.v + faster, motion.standstill), ahead, seen)

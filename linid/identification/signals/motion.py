@@ -28,7 +28,7 @@ def retaken(recording: Recording, smooth: Array, generator: np.random.Generator)
     return replace(recording, y=y)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Smoothed motion of several recordings in one flat row each.
 
