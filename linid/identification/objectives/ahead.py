@@ -92,25 +92,28 @@ class Ahead:
         """Predicted positions of all windows, (C, N) m."""
         if not self.model.untold_states:
             return self.simulate_along(params)
-        out = np.empty((params.shape[0], self.flat.size))
-        for these, simulator in self._guides(params):
-            one = params[these]
-            out[these] = predicted_from_before(simulator, one, self.motion, self.segments, guided=self.guided)
-        return out
+        guides = self._guides(params)
+        return _in_order(
+            [
+                (these, predicted_from_before(one, params[these], self.motion, self.segments, guided=self.guided))
+                for these, one in guides
+            ]
+        )
 
     def simulate_along(self, params: Array) -> Array:
         """Predicted positions of all windows from the states along the motion, also of models whose hidden states a
         prediction would have to tell from the samples before, (C, N) m."""
-        out, starts = np.empty((params.shape[0], self.flat.size)), self._starts(params)
-        for these, simulator in self._guides(params):
-            out[these] = simulator.run(params[these], self.segments, starts[these], guided=self.guided)[0]
-        return out
+        starts, guides = self._starts(params), self._guides(params)
+        return _in_order(
+            [
+                (these, one.run(params[these], self.segments, starts[these], guided=self.guided)[0])
+                for these, one in guides
+            ]
+        )
 
-    def _guides(self, params: Array) -> list[tuple[Integers, Simulator]]:
+    def _guides(self, params: Array) -> list[tuple[Integers | slice, Simulator]]:
         """Who simulates which candidates (C, VECTOR_SIZE)."""
-        if self.guided:
-            return guides_of(self.simulator, self.motion, params)
-        return [(np.arange(len(params)), self.simulator)]
+        return guides_of(self.simulator, self.motion, params) if self.guided else [(slice(None), self.simulator)]
 
     def _starts(self, params: Array) -> Array:
         """Start states (C, S, 3 or more) of all windows: bristle and hidden states as they are along the motion."""
@@ -183,3 +186,13 @@ class Ahead:
 def _line_basis(length: int) -> Array:
     line = np.column_stack([np.ones(length), np.arange(length, dtype=np.float64)])
     return np.asarray(np.linalg.qr(line)[0])
+
+
+def _in_order(parts: list[tuple[Integers | slice, Array]]) -> Array:
+    """What was found of candidates in parts, numbers or all, and (c, N) of these, as one (C, N)."""
+    if len(parts) == 1:
+        return parts[0][1]
+    out = np.empty((sum(len(found) for _, found in parts), parts[0][1].shape[1]))
+    for these, found in parts:
+        out[these] = found
+    return out

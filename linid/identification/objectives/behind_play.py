@@ -62,15 +62,15 @@ def slopes_measured(
     return simulator.slopes_along(params, tangents, motion.y, motion.v, motion.standstill, among)
 
 
-def guides_of(simulator: Simulator, motion: Motion, params: Array) -> list[tuple[Integers, Simulator]]:
+def guides_of(simulator: Simulator, motion: Motion, params: Array) -> list[tuple[Integers | slice, Simulator]]:
     """Who simulates which candidates where the motor's field is read at measured positions: behind play those of the
     motor, which hang on the play.
 
     motion: of all recordings of the simulator; params: (C, VECTOR_SIZE) SI. Returns pairs: numbers (c,) of candidates,
-    and their simulator.
+    or all of them, and their simulator.
     """
     if not play_of(simulator.model):
-        return [(np.arange(len(params)), simulator)]
+        return [(slice(None), simulator)]
     behind = _BehindPlay(simulator, motion)
     plays = params[:, behind.slot]
     return [(np.flatnonzero(plays == play), behind.guided(float(play))) for play in np.unique(plays)]
