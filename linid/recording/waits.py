@@ -17,6 +17,7 @@ _FIT = 5  # samples that tell how a motion comes to a turn or leaves it, more wh
 _MOST_FITTED = 20
 _SKIPPED = 2  # samples after a contact, which gives way before it carries the reading along
 _CLEAR = 200.0  # deviations of the noise by which these must differ
+_CHUNK = 64  # samples that are looked through at first
 # Of travel over speed times time: a crossing at even acceleration takes half; one that lasts longer began with a rest.
 _STEEPEST, _FLATTEST, _EVEN = 1.0, 3.0, 2.0
 
@@ -40,109 +41,127 @@ def waits_in(y: Array, dt: float, noise: float, step: float, rests: Flags) -> tu
     from scipy.signal import find_peaks
 
     still = max(_STILL * noise, _STILL_STEPS * step)
-    turns = [(k, -1.0) for k in find_peaks(y, prominence=_TURN * still)[0]]
-    turns += [(k, 1.0) for k in find_peaks(-y, prominence=_TURN * still)[0]]
-    found = [_set_off(y, dt, still, noise), *(_turn(y, dt, still, noise, k, side) for k, side in sorted(turns))]
+    peaks = [(int(k), side) for side in (-1.0, 1.0) for k in find_peaks(-side * y, prominence=_TURN * still)[0]]
+    found = [_set_off(y, dt, still, noise), *(_turn(y, dt, still, noise, *peak) for peak in sorted(peaks))]
     waits: list[Wait] = []
     for wait in found:
         if wait is not None and not (waits and wait.direction == waits[-1].direction):  # of one rest, the first turn
             waits.append(wait)
+    return tuple(sorted([*waits, *_stops(y, still, noise, _rests_beside(rests, waits))]))
+
+
+def _rests_beside(rests: Flags, turns: Sequence[Wait]) -> list[tuple[int, int]]:
+    """First and last sample of each rest in which nothing turns; not of that with which a recording begins."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], rests.astype(int), [0]]))).reshape(-1, 2)
-    for first, last in edges:
-        if first == 0 or any(wait.start < last and wait.end > first - 1 for wait in waits):
+    begins, ends = np.array([(turn.start, turn.end) for turn in turns]).reshape(-1, 2).T
+    inside = [bool(np.any((begins < last) & (ends > first - 1))) for first, last in edges]
+    return [(int(a), int(b) - 1) for (a, b), turned in zip(edges, inside, strict=True) if a > 0 and not turned]
+
+
+def _stops(y: Array, still: float, noise: float, rests: Sequence[tuple[int, int]]) -> list[Wait]:
+    """The stops of an axis that rests from one sample to another and goes on as before, or stays."""
+    stops: list[Wait] = []
+    for first, last in rests:
+        if any(stop.start <= last and stop.end > first - 1 for stop in stops[-1:]):
             continue
-        stop = _stop(y, still, noise, int(first), int(last) - 1)
-        if stop is not None and waits and waits[-1].part == 0.0 and stop.start < waits[-1].end:
-            waits[-1] = waits[-1]._replace(end=stop.end)  # one rest, which noise has broken
-        elif stop is not None:
-            waits.append(stop)
-    return tuple(sorted(waits))
-
-
-def _stop(y: Array, still: float, noise: float, first: int, last: int) -> Wait | None:
-    """The stop of an axis that rests from one sample to another and goes on as before, or stays; None where nothing
-    tells how it came to rest."""
-    level = float(np.median(y[first : first + _FIT]))
-    before = np.flatnonzero(np.abs(y[:first] - level) > still)
-    after = np.flatnonzero(np.abs(y[last:] - y[last]) > still)
-    if not before.size:
-        return None
-    off = int(before[-1])
-    direction = float(np.sign(level - y[off]))
-    came = _foot(-direction * (y[::-1] - level), y.size - 1 - off, noise)
-    if came is None:
-        return None
-    return Wait(
-        min(y.size - 1.0 - came, float(first)),
-        float(last + after[0]) if after.size else float(y.size),
-        direction,
-        0.0,
-        0.0,
-    )
+        level = float(np.median(y[first : first + _FIT]))
+        off = _off_at(y[first - 1 :: -1], level, still)
+        if off is None:
+            continue
+        came_from = first - 1 - off
+        direction = float(np.sign(level - y[came_from]))
+        came = _foot(direction * (level - _back(y, came_from)), noise)
+        after = _off_at(y[last:], float(y[last]), still)
+        if came is None:
+            continue
+        start, end = min(came_from - came, float(first)), float(y.size if after is None else last + after)
+        if stops and start < stops[-1].end:
+            stops[-1] = stops[-1]._replace(end=end)  # one rest, which noise has broken
+        else:
+            stops.append(Wait(start, end, direction, 0.0, 0.0))
+    return stops
 
 
 def _set_off(y: Array, dt: float, still: float, noise: float) -> Wait | None:
     """How an axis that rests at first sets off; None where it moves from the first sample or never."""
-    level = float(np.median(y[:_FIT]))
-    gone = np.flatnonzero(np.abs(y - level) > still)
-    if not gone.size or gone[0] < _FIT:
+    gone = _off_at(y, float(np.median(y[:_FIT])), still)
+    if gone is None or gone < _FIT:
         return None
-    level = float(np.median(y[: gone[0]]))
-    direction = float(np.sign(y[gone[0]] - level))
-    left = _left(direction * (y - level), int(gone[0]) + _SKIPPED, noise)
-    return None if left is None else Wait(0.0, max(left[0], 1.0), direction, left[1] / dt, 0.5)
+    level = float(np.median(y[:gone]))
+    direction, begin = float(np.sign(y[gone] - level)), gone + _SKIPPED
+    left = _left(direction * (y[begin : begin + _MOST_FITTED] - level), noise)
+    return None if left is None else Wait(0.0, max(begin + left[0], 1.0), direction, left[1] / dt, 0.5)
 
 
 def _turn(y: Array, dt: float, still: float, noise: float, peak: int, direction: float) -> Wait | None:
     """The turn about an extreme sample; None where the recording begins or ends beside it."""
     level, reach = float(y[peak]), 2.0 * still  # an extreme sample lies beside the level by its noise
     for _ in range(2):
-        off = direction * (y - level) > reach
-        before, after = np.flatnonzero(off[: peak + 1]), np.flatnonzero(off[peak:])
-        if not after.size or not before.size:
+        before = _off_at(y[peak::-1], level, reach, direction)
+        after = _off_at(y[peak:], level, reach, direction)
+        if before is None or after is None:
             return None
-        first, last = int(before[-1]), int(peak + after[0])  # that lie off the level on either side
+        first, last = peak - before, peak + after  # that lie off the level on either side
         level, reach = float(np.median(y[first + 1 : last])), still
-    way = direction * (y - level)
-    came, left = _foot(way[::-1], y.size - 1 - first, noise), _left(way, last + _SKIPPED, noise)
+    begin = last + _SKIPPED
+    came = _foot(direction * (_back(y, first) - level), noise)
+    left = _left(direction * (y[begin : begin + _MOST_FITTED] - level), noise)
     if came is None or left is None:
         return None
-    start = min(y.size - 1.0 - came, last - 1.0)
-    return Wait(start, max(left[0], start + 1.0), direction, left[1] / dt, 1.0)
+    start = min(first - came, last - 1.0)
+    return Wait(start, max(begin + left[0], start + 1.0), direction, left[1] / dt, 1.0)
 
 
-def _left(way: Array, first: int, noise: float) -> tuple[float, float] | None:
-    """When a way (n,) in m from the level on, of which the samples from `first` on are off it, leaves 0, in samples,
-    and at which speed (m per sample), by a parabola; None at the end of a recording."""
-    count = _enough(way, first, noise)
+def _off_at(y: Array, level: float, reach: float, direction: float = 0.0) -> int | None:
+    """The first of positions y (n,) in m that lies off a level by more than `reach` m, in one direction or in either
+    (0); None without. Most are near the first."""
+    begin, size = 0, _CHUNK
+    while begin < y.size:
+        way = y[begin : begin + size] - level
+        off = np.flatnonzero((direction * way if direction else np.abs(way)) > reach)
+        if off.size:
+            return begin + int(off[0])
+        begin, size = begin + size, 2 * size
+    return None
+
+
+def _back(y: Array, first: int) -> Array:
+    """So many samples as are fitted, from one on backwards (m)."""
+    return y[max(first - _MOST_FITTED + 1, 0) : first + 1][::-1]
+
+
+def _left(way: Array, noise: float) -> tuple[float, float] | None:
+    """When a way (n,) in m from a level on, which is off it from its first sample on, left it, in samples from there
+    (0 or less), and at which speed (m per sample), by a parabola; None at the end of a recording."""
+    count = _enough(way, noise)
     if count == 0:
         return None
-    bend, rate, rest = (float(c) for c in _parabola(count) @ way[first : first + count])
+    bend, rate, rest = (float(c) for c in _parabola(count) @ way[:count])
     square = rate * rate - 4.0 * bend * rest
     if square <= 0.0 or rate + square**0.5 <= 0.0:
-        return first + min(-rate / (2.0 * bend), 0.0) if bend > 0.0 else float(first), 0.0
-    return first + min(-2.0 * rest / (rate + square**0.5), 0.0), square**0.5
+        return min(-rate / (2.0 * bend), 0.0) if bend > 0.0 else 0.0, 0.0
+    return min(-2.0 * rest / (rate + square**0.5), 0.0), square**0.5
 
 
-def _foot(way: Array, first: int, noise: float) -> float | None:
-    """Where a way (n,) in m that is off the level from sample `first` on begins at rest, in samples: the foot of a
-    parabola that stands on the level, whose root is a straight line."""
-    count = _enough(way, first, noise)
+def _foot(way: Array, noise: float) -> float | None:
+    """Where a way (n,) in m that is off a level from its first sample on began at rest, in samples from there (0 or
+    less): the foot of a parabola that stands on the level, whose root is a straight line."""
+    count = _enough(way, noise)
     if count == 0:
         return None
-    k, far = np.arange(float(count)), np.maximum(way[first : first + count], 0.0)
+    k, far = np.arange(float(count)), np.maximum(way[:count], 0.0)
     root, middle = np.sqrt(far), float(np.average(k, weights=far))  # noise moves a root by less the farther it is
     level = float(np.average(root, weights=far))
     rise, spread = float(np.sum(far * (k - middle) * root)), float(np.sum(far * (k - middle) ** 2))
-    return first + min(middle - level * spread / rise, 0.0) if rise > 0.0 else float(first)
+    return min(middle - level * spread / rise, 0.0) if rise > 0.0 else 0.0
 
 
-def _enough(way: Array, first: int, noise: float) -> int:
-    """How many samples from `first` on tell how a way (n,) goes on from the level; 0 at the end of a recording."""
-    if first + _FIT > way.size:
+def _enough(way: Array, noise: float) -> int:
+    """How many samples tell how a way (n,) in m goes on from its first one; 0 at the end of a recording."""
+    if way.size < _FIT:
         return 0
-    most = min(_MOST_FITTED, way.size - first)
-    clear = np.flatnonzero(np.abs(way[first + _FIT - 1 : first + most] - way[first]) >= _CLEAR * noise)
+    most = min(_MOST_FITTED, way.size)
+    clear = np.flatnonzero(np.abs(way[_FIT - 1 : most] - way[0]) >= _CLEAR * noise)
     return _FIT + int(clear[0]) if clear.size else most
 
 
@@ -167,23 +186,18 @@ def ahead_of_reading(waits: Sequence[Wait], y: Array, dt: float, play: float) ->
 
     waits: of positions y (n,) in m, every dt s. What forces do in between is left to whoever judges the acceleration.
     """
-    side = -waits[0].direction * (2.0 * waits[0].part - 1.0) if waits else float(np.sign(y[-1] - y[0]))
-    if waits and waits[0].part == 0.0:
-        side = waits[0].direction
+    found = Ahead(0.5 * play * _sides(waits, y), np.zeros(y.size), np.ones(y.size))
     samples = np.arange(y.size)
-    found = Ahead(np.full(y.size, 0.5 * side * play), np.zeros(y.size), np.ones(y.size))
     for wait in waits:
         travel, begin = wait.part * play, wait.end
         if travel > 0.0:
-            last = int(np.ceil(wait.end))
-            found.y[last:] = 0.5 * wait.direction * play
             time = (wait.end - wait.start) * dt
             shape = wait.speed * time / travel
             if shape > _FLATTEST:
                 time, shape = _EVEN * travel / wait.speed, _EVEN
             shape = max(shape, _STEEPEST)
             begin = max(wait.end - time / dt, 0.0)
-            first = int(np.ceil(begin))
+            first, last = int(np.ceil(begin)), int(np.ceil(wait.end))
             part = 1.0 - (wait.end - samples[first:last]) * dt / time
             way = (3.0 - shape) * part**2 + (shape - 2.0) * part**3
             rate = (2.0 * (3.0 - shape) * part + 3.0 * (shape - 2.0) * part**2) / time
@@ -193,3 +207,15 @@ def ahead_of_reading(waits: Sequence[Wait], y: Array, dt: float, play: float) ->
         unseen = np.minimum(samples[near] + 0.5, begin) - np.maximum(samples[near] - 0.5, wait.start)
         np.minimum(found.seen[near], 1.0 - np.clip(unseen, 0.0, 1.0), out=found.seen[near])
     return found
+
+
+def _sides(waits: Sequence[Wait], y: Array) -> Array:
+    """The side of the play on which the motor leans at each sample (n,), -1 or 1, before it crosses and once it has; 0
+    before the first of all. waits: of positions y (n,) in m."""
+    crossed = [wait for wait in waits if wait.part > 0.0]
+    first = float(np.sign(y[-1] - y[0]))
+    if waits:
+        # It goes on after a stop, back after a turn, and from the middle after a rest.
+        first = waits[0].direction * (1.0 - 2.0 * waits[0].part)
+    ends = np.minimum(np.maximum.accumulate([0, *(int(np.ceil(wait.end)) for wait in crossed)]), y.size)
+    return np.repeat([first, *(wait.direction for wait in crossed)], np.diff(ends, append=y.size))
