@@ -72,14 +72,20 @@ def guides_of(simulator: Simulator, motion: Motion, params: Array) -> list[tuple
     if not play_of(simulator.model):
         return [(slice(None), simulator)]
     behind = _BehindPlay(simulator, motion)
-    plays = params[:, behind.slot]
+    plays = params[:, _slot_of_play(simulator.model)]
     return [(np.flatnonzero(plays == play), behind.guided(float(play))) for play in np.unique(plays)]
 
 
 def moves_guides(model: Model, tangents: Array) -> Flags:
     """Which directions (K,) move the positions of `guides_of`. tangents: (K, VECTOR_SIZE) of a candidate."""
-    play = play_of(model)
-    return tangents[:, model.slot(find_effect(play).play)] != 0.0 if play else np.zeros(len(tangents), dtype=np.bool_)
+    if not play_of(model):
+        return np.zeros(len(tangents), dtype=np.bool_)
+    return np.asarray(tangents[:, _slot_of_play(model)] != 0.0)
+
+
+def _slot_of_play(model: Model) -> int:
+    """Place of the play among the parameters of a candidate that has it."""
+    return model.slot(find_effect(play_of(model)).play)
 
 
 @dataclass(frozen=True)
@@ -100,18 +106,16 @@ class _BehindPlay:
         others = tuple(name for name in model.effects if name != play_of(model))
         return replace(self.simulator, model=model.with_effects(others))
 
-    @cached_property
-    def slot(self) -> int:
-        """Place of the play among a candidate's parameters."""
-        model = self.simulator.model
-        return model.slot(find_effect(play_of(model)).play)
+    @property
+    def _slot(self) -> int:
+        return _slot_of_play(self.simulator.model)
 
     def along(
         self, params: Array, *, without: Without = "", wanted: Flags | None = None, among: Flags | None = None
     ) -> AlongMotion:
         """What `along_measured` tells; its acceleration is the part of the motor's that the reading shows."""
         model, motor = self.simulator.model, self._motor
-        plays = params[:, self.slot]
+        plays = params[:, self._slot]
         shape = params.shape[0], self.motion.y.size
         a, w, reading = np.empty(shape if without != "acceleration" else (1, 0)), np.empty(shape), np.empty(shape)
         kept = [] if without == "states" else list(model.states)
@@ -135,16 +139,16 @@ class _BehindPlay:
     def slopes(self, params: Array, tangents: Array, among: Flags | None) -> tuple[Array, Array]:
         """How acceleration and reading error of `along` answer K directions, (K, samples) each. params: (VECTOR_SIZE,);
         tangents: (K, VECTOR_SIZE)."""
-        play = float(params[self.slot])
+        play = float(params[self._slot])
         behind = _behind(self.motion, play)
         a, reading = self._motor.slopes_along(params, tangents, *behind.motion, among)
         a = behind.shown(a)
         reading = np.zeros_like(a) if reading is None else reading
-        by_play = tangents[:, self.slot]
+        by_play = tangents[:, self._slot]
         if np.any(by_play != 0.0):
             step = _STEP * max(play, _VISIBLE * float(np.max(self.motion.position_noise)))
             moved = np.vstack([params, params])
-            moved[1, self.slot] += step
+            moved[1, self._slot] += step
             ends = self.along(moved, without="states", among=among)
             assert ends.reading_error is not None
             a += by_play[:, None] * np.diff(ends.acceleration, axis=0) / step
