@@ -12,13 +12,10 @@ import argparse
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from linid.challenge.make import Kind
+from tests.benchmarks.with_and_without import campaigns_with_and_without
 
 PLAY = "backlash"
 FACTORS = (0.5, 1.0, 2.0)
@@ -36,30 +33,17 @@ def quartiles_told(path: Path) -> list[float]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command."""
-    from linid.challenge.catalogue import FIRST
-    from linid.challenge.files import write_hidden_campaign
-    from linid.challenge.make import Plan, make_campaign
     from linid.recording.motion import VISIBLE_PLAY
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=22931)
     parser.add_argument("--count", type=int, default=8, help="campaigns of each kind")
     options = parser.parse_args(arguments)
-    groups: dict[str, tuple[Kind, tuple[str, ...]]] = {
-        "play": ("single", (PLAY,)),
-        "another effect": ("single", tuple(name for name in FIRST if name != PLAY)),
-        "nothing": ("none", ()),
-    }
     found: dict[str, list[list[float]]] = defaultdict(list)
-    for words, (kind, effects) in groups.items():
-        for index in range(options.count):
-            hidden = make_campaign(Plan(options.seed, effects=effects, kinds=(kind,)), index)
-            with TemporaryDirectory() as folder:
-                write_hidden_campaign(hidden, Path(folder), fresh=False)
-                told = quartiles_told(Path(folder) / hidden.name)
-            found[words].append(told)
-            names = "+".join(f"{name} {strength:.2f}" for name, strength in hidden.strength.items())
-            print(f"{words} {index} {names}: quartiles {told[0]:.3g}, {told[1]:.3g}, {told[2]:.3g}", flush=True)
+    for words, label, path in campaigns_with_and_without(PLAY, "play", options.seed, options.count):
+        told = quartiles_told(path)
+        found[words].append(told)
+        print(f"{label}: quartiles {told[0]:.3g}, {told[1]:.3g}, {told[2]:.3g}", flush=True)
     for factor in FACTORS:
         tried = {words: sum(one[1] > factor * VISIBLE_PLAY for one in told) for words, told in found.items()}
         print(

@@ -12,11 +12,11 @@ import argparse
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from tests.benchmarks.with_and_without import campaigns_with_and_without
+
 if TYPE_CHECKING:
-    from linid.challenge.make import Kind
     from linid.identification.guess.effect_values import Trial
 
 PUSH = "external_disturbance"
@@ -39,9 +39,6 @@ def found_push(path: Path) -> Trial:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The command."""
-    from linid.challenge.catalogue import FIRST
-    from linid.challenge.files import write_hidden_campaign
-    from linid.challenge.make import Plan, make_campaign
     from linid.diagnosis.forward import LEAST_LEAD, MOMENTS_GAIN
     from linid.diagnosis.screen import LEAST_CONTRAST
 
@@ -49,25 +46,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=22914)
     parser.add_argument("--count", type=int, default=8, help="campaigns of each kind")
     options = parser.parse_args(arguments)
-    others = tuple(name for name in FIRST if name != PUSH)
-    groups: dict[str, tuple[Kind, tuple[str, ...]]] = {
-        "a push": ("single", (PUSH,)),
-        "another effect": ("single", others),
-        "nothing": ("none", ()),
-    }
     trials: dict[str, list[Trial]] = defaultdict(list)
-    for words, (kind, effects) in groups.items():
-        for index in range(options.count):
-            hidden = make_campaign(Plan(options.seed, effects=effects, kinds=(kind,)), index)
-            with TemporaryDirectory() as folder:
-                write_hidden_campaign(hidden, Path(folder), fresh=False)
-                one = found_push(Path(folder) / hidden.name)
-            trials[words].append(one)
-            names = "+".join(f"{name} {hidden.strength[name]:.2f}" for name in hidden.strength)
-            print(
-                f"{words} {index} {names}: lead {one.lead:.1f}, contrast {one.contrast:.3g}, share {one.explained:.4f}",
-                flush=True,
-            )
+    for words, label, path in campaigns_with_and_without(PUSH, "a push", options.seed, options.count):
+        one = found_push(path)
+        trials[words].append(one)
+        print(f"{label}: lead {one.lead:.1f}, contrast {one.contrast:.3g}, share {one.explained:.4f}", flush=True)
     print(
         "\n| missing | tried at half the contrast | as it is | at twice | for the share alone |\n|---|---|---|---|---|"
     )
