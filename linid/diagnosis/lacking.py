@@ -28,7 +28,7 @@ from linid.diagnosis.proposed.problem import Problem, problem_of
 from linid.diagnosis.proposed.propose import AS_GOOD, LEAST_CLOSED, WORTH, Proposal, judged_families, propose, tested
 from linid.diagnosis.proposed.regression import Regression, closed_share, held_squares
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
-from linid.diagnosis.refined_models import Attempt, measured_alone
+from linid.diagnosis.refined_models import Attempt, measured_beside
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import judged_rows
@@ -284,7 +284,7 @@ def lacking_term(
     term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
     attempt, measured = _tried(joined, models, recordings, means, judge.balance.memory)
     means.watch("term", 2, 3)
-    beside = [_beside(models.changes[k], change) for k, (change, _) in measured.items()]
+    beside = [change for change, _ in measured.values()]
     term = replace(term, measures=together(beside, [trace for _, trace in measured.values()], means.seed))
     there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
     kept = not worse_somewhere(beside) and there.closed >= LEAST_CLOSED
@@ -300,11 +300,10 @@ def _tried(
     fitted = [r for r in recordings if r.split == "fit"]
     held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
     attempt = Attempt(joined.fitted, fitted, means, memory)
-    measured = _measures(attempt.result, recordings, held_out, means)
-    worse = worse_somewhere([_beside(models.changes[k], change) for k, (change, _) in measured.items()])
-    if worse and not attempt.ended:
+    measured = _measures(attempt.result, models, recordings, held_out, means)
+    if worse_somewhere([change for change, _ in measured.values()]) and not attempt.ended:
         attempt.go_on()
-        measured = _measures(attempt.result, recordings, held_out, means)
+        measured = _measures(attempt.result, models, recordings, held_out, means)
     return attempt, measured
 
 
@@ -315,7 +314,7 @@ def _with_the_rest(
     after = attempt.kept()
     tried, kept = ([e.value for e in one.estimates] for one in (attempt.result, after))
     known = measured if kept == tried else {}  # a rival with another shape of the field may cost less
-    known = known | _measures(after, recordings, [k for k in range(len(recordings)) if k not in known], means)
+    known = known | _measures(after, models, recordings, [k for k in range(len(recordings)) if k not in known], means)
     changes, traces = zip(*(known[k] for k in range(len(recordings))), strict=True)
     return _changed(models, Models(after, fitted, changes, traces))
 
@@ -371,9 +370,11 @@ def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]
     return out
 
 
-def _measures(after: FitResult, recordings: Sequence[Recording], chosen: Sequence[int], means: Means) -> Measured:
-    """The measures of the chosen recordings under a model, and the traces behind them."""
-    measured = partial(measured_alone, tuple(recordings), after, means.seed)
+def _measures(
+    after: FitResult, models: Models, recordings: Sequence[Recording], chosen: Sequence[int], means: Means
+) -> Measured:
+    """The changes of the chosen recordings from the models without a term to one with it, and the traces behind."""
+    measured = partial(measured_beside, tuple(recordings), models.changes, after, means.seed)
     return dict(in_parallel(measured, chosen, means.jobs, means.workers))
 
 
@@ -381,14 +382,9 @@ def _changed(models: Models, more: Models) -> Models:
     """The models with a term, their changes told from the base model's."""
     changes = []
     for old, new in zip(models.changes, more.changes, strict=True):
-        both = {name: Change(old.changes[name].before, one.after, one.floor) for name, one in new.changes.items()}
+        both = {name: replace(one, before=old.changes[name].before) for name, one in new.changes.items()}
         changes.append(replace(new, changes=both))
     return replace(more, changes=with_forecasts(changes))
-
-
-def _beside(old: RecordingChange, new: RecordingChange) -> RecordingChange:
-    """The change of a recording from the models without a term to those with it."""
-    return replace(new, changes={k: replace(one, before=old.changes[k].after) for k, one in new.changes.items()})
 
 
 def _rises(ahead: Change, room: float) -> bool:

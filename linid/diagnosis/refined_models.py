@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -11,7 +12,7 @@ import numpy as np
 
 from linid.diagnosis.balance import Memory
 from linid.diagnosis.forecast import with_forecasts
-from linid.diagnosis.gap import Trace
+from linid.diagnosis.gap import RecordingGap, Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.means import Means
 from linid.diagnosis.measures import measure_gaps
@@ -137,13 +138,22 @@ class Attempt:
         return refined_values(space, space.encode(self._start), self._fitted, settings)
 
 
-def measured_alone(
-    recordings: tuple[Recording, ...], model: FitResult, seed: int, index: int, jobs: int
+def measured_beside(
+    recordings: tuple[Recording, ...],
+    known: tuple[RecordingChange, ...],
+    model: FitResult,
+    seed: int,
+    index: int,
+    jobs: int,
 ) -> tuple[RecordingChange, Trace]:
-    """The measures of one recording under one model, as `before` and as `after`, and the trace behind them. At the top
-    of the module, since it also runs on workers."""
-    change, trace, _ = _measured(recordings, model, None, seed, index, jobs)
-    return change, trace
+    """The measures of one recording under one more model, and the trace behind them; before it, and their floors, as
+    known of the recordings. At the top of the module, since it also runs on workers."""
+    recording, changes = recordings[index], known[index].changes
+    anew = not all(math.isfinite(one.floor) for one in changes.values())
+    (gap,), (trace,) = measure_gaps(model, [recording], jobs=jobs, seed=seed, among=recordings, floors=anew)
+    after = _of_gap(gap)
+    changes = {k: Change(one.after, after[k][0], after[k][1] if anew else one.floor) for k, one in changes.items()}
+    return replace(known[index], changes=changes), trace
 
 
 def _refined(fitted: tuple[Recording, ...], seed: int, least: int, item: tuple[str, Fitted], jobs: int) -> str:
@@ -188,12 +198,18 @@ def _measured(
     second, later = first, trace
     if after is not None:
         (second,), (later,) = measure_gaps(after, [recording], jobs=jobs, seed=seed, among=recordings)
-    changes = {
-        "free_run": Change(first.free_run, second.free_run, second.free_run_floor),
-        "ahead": Change(first.ahead, second.ahead, second.ahead_floor),
-        "force": Change(first.force, second.force, second.force_floor),
-    }
+    both = zip(_of_gap(first).items(), _of_gap(second).values(), strict=True)
+    changes = {name: Change(before, *with_floor) for (name, (before, _)), with_floor in both}
     return RecordingChange(recording.name, recording.kind, recording.split, changes, jumps_in(recording)), trace, later
+
+
+def _of_gap(gap: RecordingGap) -> dict[str, tuple[float, float]]:
+    """Each measure of a gap and its floor, by name."""
+    return {
+        "free_run": (gap.free_run, gap.free_run_floor),
+        "ahead": (gap.ahead, gap.ahead_floor),
+        "force": (gap.force, gap.force_floor),
+    }
 
 
 def jumps_in(recording: Recording) -> bool:

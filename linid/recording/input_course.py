@@ -46,13 +46,12 @@ def input_course(recording: Recording) -> InputCourse | None:
     return InputCourse(float(recording.t[0]), dt, input_coefficients(recording, np.atleast_2d(inputs)))
 
 
-def input_coefficients(recording: Recording, channels: Array, steps_of: Array | None = None) -> Array:
+def input_coefficients(recording: Recording, channels: Array, *, stepping: bool = True) -> Array:
     """Coefficients of inputs between the samples, (c, n - 1, 4), as `cubic_spline_coefficients` gives them.
 
-    channels: (c, n) inputs in their unit; steps_of: (c, n) others, in their unit, that tell where they step, None: they
-    do. As the recording states it in `between_samples`: a spline, straight lines, levels that are held, or, detected,
-    splines that end where an input steps and are extended to the instant at which it does. Raises DataError for fewer
-    than two samples.
+    channels: (c, n) inputs in their unit; stepping: whether they may step, as noise of them does not. As the recording
+    states it in `between_samples`: a spline, straight lines, levels that are held, or, detected, splines that end where
+    an input steps and are extended to the instant at which it does. Raises DataError for fewer than two samples.
     """
     dt = recording.duration / (recording.t.size - 1)
     stated = recording.between_samples
@@ -69,8 +68,7 @@ def input_coefficients(recording: Recording, channels: Array, steps_of: Array | 
         out = moments @ np.linalg.inv(_MOMENTS)
         out[:, 0] = _from_sample(channels[:, 0], out[:, 0])
         return np.asarray(out / powers)
-    told = channels if steps_of is None else steps_of
-    jumps = find_jumps(told) if stated == "detected" and told.size else ()
+    jumps = find_jumps(channels) if stepping and stated == "detected" and channels.size else ()
     if not jumps:
         return cubic_spline_coefficients(dt, channels)
     out = np.empty((channels.shape[0], channels.shape[1] - 1, _ORDER))

@@ -38,16 +38,43 @@ class Wait(NamedTuple):
 def waits_in(y: Array, dt: float, noise: float, step: float, rests: Flags) -> tuple[Wait, ...]:
     """The waits of positions y (n,) in m, every dt s, with noise (deviation, m) and a quantum step in m, in order;
     rests: (n,) true where they stay within their noise."""
-    from scipy.signal import find_peaks
-
     still = max(_STILL * noise, _STILL_STEPS * step)
-    peaks = [(int(k), side) for side in (-1.0, 1.0) for k in find_peaks(-side * y, prominence=_TURN * still)[0]]
-    found = [_set_off(y, dt, still, noise), *(_turn(y, dt, still, noise, *peak) for peak in sorted(peaks))]
+    found = [_set_off(y, dt, still, noise), *(_turn(y, dt, still, noise, *one) for one in turns_of(y, _TURN * still))]
     waits: list[Wait] = []
     for wait in found:
         if wait is not None and not (waits and wait.direction == waits[-1].direction):  # of one rest, the first turn
             waits.append(wait)
     return tuple(sorted([*waits, *_stops(y, still, noise, _rests_beside(rests, waits))]))
+
+
+def turns_of(y: Array, back: float) -> list[tuple[int, float]]:
+    """The extreme samples of positions y (n,) in m, in order, from which these go back by more than `back` m on both
+    sides, each with the sign of the motion after it (scipy.signal finds such peaks too, but takes long to load)."""
+    begins = [(begin, side) for side in (1.0, -1.0) if (begin := _gone_back(side * y, 0, back)) is not None]
+    if not begins:
+        return []
+    (_, at), side = min(begins, key=lambda begin: begin[0][1])
+    turns: list[tuple[int, float]] = []
+    while (turn := _gone_back(-side * y, at, back)) is not None:
+        turns.append((turn[0], side))
+        at, side = turn[1], -side
+    return turns
+
+
+def _gone_back(y: Array, first: int, back: float) -> tuple[int, int] | None:
+    """The highest of samples y (n,) from one on before they fall by more than `back` below it, and the first that has;
+    None where they do not. Most have soon."""
+    begin, size, top = first, _CHUNK, first
+    while begin < y.size:
+        part = y[begin : begin + size]
+        fallen = np.flatnonzero(np.maximum.accumulate(np.maximum(part, y[top])) - part > back)
+        seen = part if not fallen.size else part[: fallen[0] + 1]
+        highest = begin + int(np.argmax(seen))
+        top = highest if y[highest] > y[top] else top
+        if fallen.size:
+            return top, begin + int(fallen[0])
+        begin, size = begin + size, 2 * size
+    return None
 
 
 def _rests_beside(rests: Flags, turns: Sequence[Wait]) -> list[tuple[int, int]]:

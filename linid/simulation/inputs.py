@@ -97,20 +97,34 @@ def _block(recording: Recording, voltages: bool) -> _Block:
 def _spline_block(recording: Recording, voltages: bool) -> _Block:
     """One recording's part, computed."""
     channels, before = _driving(recording, voltages), recording.stepping
+    if before is not recording and before.y is recording.y:
+        return _with_noise(recording, channels, before, voltages)
     powered = channels is not None and bool(np.any(channels))
     dt = (recording.t[-1] - recording.t[0]) / (recording.t.size - 1)
     out = np.zeros((recording.t.size - 1, 4, 4))
     sampled, steps = np.zeros((3, recording.t.size)), False
     if channels is not None and powered:
-        pieces = input_coefficients(recording, channels, _driving(before, voltages))
+        pieces = input_coefficients(recording, channels)
         out[:, : len(channels)] = pieces.transpose(1, 0, 2)
         sampled[: len(channels)], steps = _at_samples(pieces, dt)
-    packed = _blocks.get(before, {}).get(voltages) if before.y is recording.y else None
-    if packed is not None:
-        out[:, 3] = packed.coefficients[:, 3]
-    elif recording.measured:
+    if recording.measured:
         out[:, 3] = cubic_spline_coefficients(dt, recording.y)[0]
     return _Block(out, sampled, powered, steps)
+
+
+def _with_noise(recording: Recording, channels: Array | None, before: Recording, voltages: bool) -> _Block:
+    """The part of a recording to whose inputs noise was added: that of the recording before, and the noise's own course
+    between the samples, which does not step by itself. channels: (c, n) its inputs in A or V."""
+    known = _blocks.get(before, {}).get(voltages) or _spline_block(before, voltages)
+    own = _driving(before, voltages)
+    if channels is None or own is None:
+        return known
+    pieces = input_coefficients(recording, channels - own, stepping=False)
+    at_samples, steps = _at_samples(pieces, (recording.t[-1] - recording.t[0]) / (recording.t.size - 1))
+    out, sampled = known.coefficients.copy(), known.sampled.copy()
+    out[:, : len(pieces)] += pieces.transpose(1, 0, 2)
+    sampled[: len(pieces)] += at_samples
+    return _Block(out, sampled, bool(np.any(channels)), known.steps or steps)
 
 
 def _driving(recording: Recording, voltages: bool) -> Array | None:

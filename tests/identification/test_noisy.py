@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pytest
 
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
@@ -13,6 +15,7 @@ from linid.identification.objectives.problem import Problem
 from linid.identification.signals.motion import input_jumps, input_noise, with_inputs_moved
 from linid.identification.space.bounds import build_space
 from linid.physics.model import Model
+from linid.recording.input_course import input_coefficients
 from linid.recording.jumps import find_jumps
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
@@ -47,8 +50,10 @@ def test_moved_inputs_give_what_an_objective_on_such_recordings_gives() -> None:
         anew = Ahead(MODEL, tuple(replace(r, before_noise=None) for r in moved), 2, 1)
         under = under_noise(part, moved)
         none = np.zeros((2, 0))
-        assert np.array_equal(under.residuals(params, none), anew.residuals(params, none))
-        assert not np.array_equal(under.residuals(params, none), part.residuals(params, none))
+        plain = part.residuals(params, none)
+        noise = anew.residuals(params, none) - plain  # of some nm; splines of sums are sums of splines
+        np.testing.assert_allclose(under.residuals(params, none) - plain, noise, rtol=0.0, atol=1e-6 * np.ptp(noise))
+        assert np.ptp(noise) > 1e-9
     up, down = (one[0][0].phase_currents for one in draws[:2])
     assert up is not None and down is not None
     np.testing.assert_allclose(up + down, 2.0 * smooth[0].phase_currents, atol=1e-12)
@@ -67,6 +72,28 @@ def test_noise_passes_for_no_jump() -> None:
     again = with_inputs_moved(moved, -loud)
     assert again.before_noise is square
     np.testing.assert_allclose(pack_inputs([again]).coefficients, before, rtol=1e-6, atol=1e-6 * np.abs(before).max())
+
+
+@pytest.mark.parametrize("stated", ["detected", "linear", "hold"])
+def test_noise_goes_between_the_samples_as_the_inputs_do(stated: Any) -> None:
+    """Noise added to a smooth input gives the coefficients of the noisy input, whatever goes between the samples; added
+    to one that steps, it gives those of the input and, on top, a course of its own without a step."""
+    smooth, square = (next(r for r in recordings("motor") if r.name == name) for name in ("sine_current_2", ONLY[-1]))
+    for one in (smooth, square):
+        before = replace(one, between_samples=stated)
+        noise = input_noise(before, np.random.default_rng(2))
+        moved = with_inputs_moved(before, noise)
+        packed, alone = pack_inputs([moved]), pack_inputs([before])
+        own = packed.coefficients - alone.coefficients
+        flat = input_coefficients(before, noise, stepping=False).transpose(1, 0, 2)
+        rounding = 1e-9 * np.abs(packed.sampled).max() / packed.dts[0] ** np.arange(4.0)
+        assert np.all(np.abs(own[:, :3] - flat) <= rounding)
+        assert np.array_equal(own[:, 3], np.zeros_like(own[:, 3]))
+        assert packed.powered[0] and packed.steps[0] == (stated == "hold" or (stated == "detected" and one is square))
+        if one is smooth:
+            whole = pack_inputs([replace(moved, before_noise=None)])
+            assert np.all(np.abs(packed.coefficients - whole.coefficients) <= rounding)
+            assert np.all(np.abs(packed.sampled - whole.sampled) <= 1e-9 * np.ptp(whole.sampled))
 
 
 def test_of_a_cut_recording_the_inputs_themselves_tell_where_they_step() -> None:

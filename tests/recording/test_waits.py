@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.signal import find_peaks
 
 from linid.recording.recording import Recording
-from linid.recording.waits import ahead_of_reading
+from linid.recording.waits import ahead_of_reading, turns_of
 
 DT = 1e-3
 PLAY = 1.5e-4  # m
@@ -122,3 +123,12 @@ def test_no_play_hides_nothing() -> None:
 @pytest.mark.parametrize("y", [np.zeros(300), np.linspace(0.0, 0.1, 300), np.sign(np.arange(300) - 297.0) * 1e-3])
 def test_short_and_dull_recordings_have_no_turns(y: np.ndarray) -> None:
     assert [wait for wait in recorded(y).motion.waits if wait.part == 1.0] == []
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 600), st.floats(0.0, 3.0))
+def test_turns_are_the_peaks_of_such_a_prominence(seed: int, count: int, back: float) -> None:
+    """Against scipy's search for peaks, of random walks, whose samples never are alike."""
+    y = np.cumsum(np.random.default_rng(seed).normal(0.0, 1.0, count))
+    peaks = [(int(k), side) for side in (-1.0, 1.0) for k in find_peaks(-side * y, prominence=back)[0]]
+    assert turns_of(y, back) == sorted(peaks)

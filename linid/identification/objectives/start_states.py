@@ -72,11 +72,12 @@ def predicted_from_before(
     part, whole = before.part, before.whole
     along, starts = _along(simulator, params, motion, before)
     noise, at_part = _noise_of(before, motion), _rows(whole.out_offsets[:-1], part.count)
+    priors = _priors(along, motion, simulator.inputs.sample_offsets)[:, part.recording]
     out = np.empty((params.shape[0], int(windows.count.sum())))
     for c, one in enumerate(params):
         own, start = one[None, :], starts[c : c + 1]
         places = _moving(simulator, start[0])
-        prior = _prior(along, c, motion, simulator.inputs.sample_offsets)[part.recording][:, _of_prior(places)]
+        prior = priors[c][:, _of_prior(places)]
         plain, slopes = _swung(simulator, own, part, start, (places, prior), guided)
         better = start.copy()
         better[0][:, places] += _steps(_told(slopes, part), before.measured - plain, noise)[-1].change * prior
@@ -103,9 +104,9 @@ def slopes_from_before(
     before = _stretches_of(simulator, motion, windows)
     part, whole, own, count = before.part, before.whole, params[None, :], len(tangents)
     along, starts = _along(simulator, np.vstack([own, params + START_STEP * tangents]), motion, before)
-    start, places, offsets = starts[0], _moving(simulator, starts[0]), simulator.inputs.sample_offsets
+    start, places = starts[0], _moving(simulator, starts[0])
     noise = _noise_of(before, motion)
-    priors = np.array([_prior(along, c, motion, offsets)[:, _of_prior(places)] for c in range(len(starts))])
+    priors = _priors(along, motion, simulator.inputs.sample_offsets)[:, :, _of_prior(places)]
     prior, prior_by = priors[0][part.recording], ((priors[1:] - priors[0]) / START_STEP)[:, part.recording]
     begins = _Begins(start, ((starts[1:] - start) / START_STEP).transpose(1, 2, 0), places, prior, prior_by)
     plain, slopes = _swung(simulator, own, part, start[None], (places, prior), guided)
@@ -209,7 +210,7 @@ def _moving(simulator: Simulator, start: Array) -> Integers:
 
 
 def _of_prior(places: Integers) -> Integers:
-    """Their columns in `_prior`, which has none of the bristle."""
+    """Their columns in `_priors`, which has none of the bristle."""
     return np.asarray(places - (places > 2))
 
 
@@ -234,15 +235,16 @@ def _rows(first: Integers, count: Integers) -> Integers:
     return np.repeat(first - ends + count, count) + np.arange(int(ends[-1]))
 
 
-def _prior(along: AlongMotion, candidate: int, motion: Motion, offsets: Integers) -> Array:
-    """Prior deviations (R, 2 + states) of position (m), speed (m/s) and hidden states in each recording."""
-    rows = []
-    for r, (a, b) in enumerate(pairwise(offsets)):
-        own = max(float(np.std(motion.y[a:b])), 1e-12)
-        sizes = np.sqrt(np.mean(np.nan_to_num(along.states[candidate, a:b]) ** 2, axis=0))
-        noise = np.maximum([motion.position_noise[r], motion.speed_noise[r]], 1e-12)
-        rows.append(np.concatenate([noise, np.maximum(sizes, _LEAST_SHARE * own)]))
-    return np.array(rows)
+def _priors(along: AlongMotion, motion: Motion, offsets: Integers) -> Array:
+    """Prior deviations (C, R, 2 + states) of position (m), speed (m/s) and hidden states in each recording."""
+    own = np.maximum([np.std(motion.y[a:b]) for a, b in pairwise(offsets)], 1e-12)
+    noise = np.maximum([motion.position_noise, motion.speed_noise], 1e-12).T
+    out = np.empty((len(along.states), own.size, 2 + along.states.shape[2]))
+    out[:, :, :2] = noise
+    for candidate, states in zip(out, along.states, strict=True):  # one at a time, for the memory
+        squares = np.add.reduceat(np.nan_to_num(states) ** 2, offsets[:-1], axis=0)
+        candidate[:, 2:] = np.maximum(np.sqrt(squares / np.diff(offsets)[:, None]), _LEAST_SHARE * own[:, None])
+    return out
 
 
 class _Told(NamedTuple):
