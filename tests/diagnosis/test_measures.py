@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.gap import RecordingGap
+from linid.diagnosis.means import Means
 from linid.diagnosis.measures import measure_gaps
-from linid.diagnosis.refined_models import jumps_in
+from linid.diagnosis.refined_models import changes_of, jumps_in, measured_beside
 from linid.errors import UsageError
 from linid.identification.objectives.acceleration import Acceleration, bump
 from linid.identification.settings import HORIZON
@@ -58,6 +59,30 @@ def test_free_run_is_the_rms_error_over_the_standard_deviation() -> None:
     (gap,), (trace,) = measure_gaps(result(), [one])
     assert gap.free_run == pytest.approx(float(np.sqrt(np.mean((trace.y_simulated - one.y) ** 2)) / np.std(one.y)))
     assert trace.y_simulated[0] == pytest.approx(one.y[0], abs=5 * NOISE.encoder)
+
+
+def test_one_more_model_is_measured_beside_those_before_it() -> None:
+    """A change goes on from where the last one ended; floors stay, which the noise makes, unless they were infinite."""
+    one, better = recording(noise=NOISE), result()
+    weaker, stronger = (
+        replace(better, estimates=tuple(replace(e, value=k * e.value) if e.value == K else e for e in better.estimates))
+        for k in (0.9, 1.05)
+    )
+    changes, _, _ = changes_of([one], weaker, stronger, Means())
+    change, trace = measured_beside((one,), changes, better, 1, 0, 1)
+    (gap,), (own,) = measure_gaps(better, [one])
+    for name, (level, floor) in {
+        "free_run": (gap.free_run, gap.free_run_floor),
+        "ahead": (gap.ahead, gap.ahead_floor),
+        "force": (gap.force, gap.force_floor),
+    }.items():
+        known, found = changes[0].changes[name], change.changes[name]
+        assert (found.before, found.after, found.floor) == (known.after, level, known.floor)
+        assert known.floor == pytest.approx(floor, rel=0.06) and level < 0.2 * known.after  # noise times the constant
+    assert np.array_equal(trace.force_residual, own.force_residual)
+    lost = {name: replace(known, floor=np.inf) for name, known in changes[0].changes.items()}
+    anew, _ = measured_beside((one,), (replace(changes[0], changes=lost),), better, 1, 0, 1)
+    assert anew.changes["ahead"].floor == gap.ahead_floor
 
 
 def test_pieces_are_restarted_and_end_at_the_horizon() -> None:
