@@ -10,7 +10,7 @@ from linid.diagnosis.descent import SETTLING
 from linid.diagnosis.held_out_tests import LIKELY, is_trifle, stands_clearly
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Lead, lead_beside, term_as_it_is
+from linid.diagnosis.lead import Lead, lead_beside, term_as_it_is
 from linid.diagnosis.parts import part_of
 from linid.diagnosis.screen import Screening
 from linid.diagnosis.select import Selection

@@ -24,8 +24,9 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Lead, Models, lacking_term, lead_of, with_effects_of
+from linid.diagnosis.lacking import Models, lacking_term
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
+from linid.diagnosis.lead import Lead, lead_of, with_effects_of
 from linid.diagnosis.means import Means
 from linid.diagnosis.next_experiment import prospects
 from linid.diagnosis.refined_models import Refining, changes_of

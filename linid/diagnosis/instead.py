@@ -13,6 +13,8 @@ from linid.physics.effects.registry import find_effect
 INSTEAD = 0.5  # of what the effects leave, with a term beside them: a term that leaves less says that they are none
 # Of the excess: an effect of just the term's arguments that leaves less is the cause, in another form.
 LEFT_BY_FORM = 0.2
+# Of the excess: where effects and the best term beside them leave less, no term alone is looked for in their stead.
+NEXT_TO_NOTHING = 0.01
 # Times what the effects leave, with a term beside them: what leaves more as found is no better in the model.
 HOPELESS = 2.0
 
@@ -28,6 +30,11 @@ def does_without_effects(by_term: float, by_effects: float, beside: float, its_s
         return False
     two_for_one = not its_shape and beside < 1.0 and by_effects > INSTEAD
     return by_term < INSTEAD * by_effects * beside or (two_for_one and leaves_no_more(by_term, by_effects, beside))
+
+
+def leave_next_to_nothing(by_effects: float, beside: float) -> bool:
+    """Whether effects and the best term beside them leave so little that no term alone does as well."""
+    return by_effects * beside < NEXT_TO_NOTHING
 
 
 def leaves_no_more(by_term: float, by_effects: float, beside: float) -> bool:

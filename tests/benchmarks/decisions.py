@@ -18,7 +18,7 @@ from typing import Any
 from unittest import mock
 
 from linid.challenge.files import KEYS_FILE, RESULTS_FOLDER, Key, read_keys_file
-from linid.diagnosis import held_out_tests, instead, lacking, unknowns
+from linid.diagnosis import held_out_tests, instead, lacking, lead, unknowns
 from linid.diagnosis.judge import Evidence
 from linid.diagnosis.report_data import Change, RecordingChange
 from linid.workflow.commands.diagnose import BEFORE_FILE
@@ -30,6 +30,12 @@ Record = dict[str, Any]
 
 def _instead(given: Sequence[Any]) -> bool:
     return instead.does_without_effects(*given)
+
+
+def _not_asked(given: Sequence[Any]) -> bool:
+    """Whether a term that would do without the effects is not looked for."""
+    _, by_effects, beside, _ = given
+    return _instead(given) and instead.leave_next_to_nothing(by_effects, beside)
 
 
 def _turned_in_the_model(given: Sequence[Any]) -> bool:
@@ -51,6 +57,7 @@ def _worse(given: Sequence[Sequence[float]]) -> bool:
 DECISIONS: dict[str, tuple[Any, str, Callable[[Any], bool]]] = {
     "INSTEAD": (instead, "instead", _instead),
     "LEFT_BY_FORM": (instead, "instead", _instead),
+    "NEXT_TO_NOTHING": (instead, "instead", _not_asked),
     "HOPELESS": (instead, "hopeless", _turned_in_the_model),
     "LIKELY": (held_out_tests, "likely", _likely),
     "SMALL_RISE": (lacking, "worse", _worse),
@@ -59,9 +66,10 @@ DECISIONS: dict[str, tuple[Any, str, Callable[[Any], bool]]] = {
 
 @contextmanager
 def recorded() -> Iterator[Record]:
-    """What the decisions are given from now on; models with a term are asked even where there is no hope for them."""
+    """What the decisions are given from now on; terms alone, and models with a term, are asked even where there is no
+    hope for them."""
     out: Record = {"instead": [], "hopeless": [], "likely": [], "worse": []}
-    first, likely, worse = lacking.does_without_effects, lacking.is_likely, lacking.worse_somewhere
+    first, likely, worse = lead.does_without_effects, lacking.is_likely, lacking.worse_somewhere
     as_found: list[list[float]] = []  # what a model is asked after
 
     def told(little: bool) -> bool:
@@ -90,14 +98,15 @@ def recorded() -> Iterator[Record]:
         return worse(changes)
 
     with ExitStack() as stack:
-        for name, function in (
-            ("does_without_effects", without),
-            ("leaves_no_more", no_more),
-            ("is_hopeless", hopeless),
-            ("is_likely", is_likely),
-            ("worse_somewhere", somewhere),
+        for place, name, function in (
+            (lead, "does_without_effects", without),
+            (lead, "leaves_no_more", no_more),
+            (lead, "is_hopeless", hopeless),
+            (lead, "leave_next_to_nothing", lambda *_: False),
+            (lacking, "is_likely", is_likely),
+            (lacking, "worse_somewhere", somewhere),
         ):
-            stack.enter_context(mock.patch.object(lacking, name, function))
+            stack.enter_context(mock.patch.object(place, name, function))
         yield out
 
 

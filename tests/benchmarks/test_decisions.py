@@ -13,6 +13,10 @@ def test_a_threshold_turns_what_lies_between() -> None:
     # by the term, by the effects, beside, whether its shape is an effect's: half of what both leave decides.
     given = [[0.6 * left * 0.9, 0.9, 1.0, True], [1.5 * left * 0.9, 0.9, 1.0, True], [0.01, 0.9, 1.0, True]]
     assert turned("INSTEAD", given, 0.5) == 1 and turned("INSTEAD", given, 2.0) == 1
+    little = instead.NEXT_TO_NOTHING
+    # Terms that leave next to none of what these do, which would win, and one that would not.
+    alone = [[1e-4, x * little, 1.0, False] for x in (0.6, 1.1, 2.2)] + [[0.9, 0.1 * little, 1.0, False]]
+    assert turned("NEXT_TO_NOTHING", alone, 0.5) == 1 and turned("NEXT_TO_NOTHING", alone, 2.0) == 1
     many = instead.HOPELESS
     # The same, and whether the model said otherwise.
     asked = [[x * many * 0.9, 0.9, 1.0, turned_by_it] for x in (0.6, 1.1, 2.2) for turned_by_it in (True, False)]

@@ -9,7 +9,7 @@ import pytest
 from linid.diagnosis.commissioned import has_a_gap, of_one_curve, parameter_changes
 from linid.diagnosis.diagnose import Found, diagnose
 from linid.diagnosis.held_out_tests import Part
-from linid.diagnosis.lacking import with_effects_of
+from linid.diagnosis.lead import with_effects_of
 from linid.diagnosis.means import Means
 from linid.diagnosis.report_data import Entry, ParameterChange
 from linid.diagnosis.select import Selection

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from linid.diagnosis.lacking import Lead, with_fewer_arguments
+from linid.diagnosis.lead import Lead, with_fewer_arguments
 from linid.diagnosis.proposed import propose as rules
 from linid.diagnosis.proposed.propose import AS_GOOD, judged_families
 from tests.diagnosis.proposed.axis import axis

@@ -10,7 +10,8 @@ from linid.diagnosis.held_out_tests import Part, is_likely, is_trifle
 from linid.diagnosis.instead import HOPELESS, does_without_effects, leaves_no_more
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Evidence
-from linid.diagnosis.lacking import _leaves_little, passing, with_effects_of, worse_somewhere
+from linid.diagnosis.lacking import worse_somewhere
+from linid.diagnosis.lead import _leaves_little, passing, with_effects_of
 from linid.diagnosis.report_data import Change, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.physics.model import Model
