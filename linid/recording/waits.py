@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -50,31 +50,38 @@ def waits_in(y: Array, dt: float, noise: float, step: float, rests: Flags) -> tu
 def turns_of(y: Array, back: float) -> list[tuple[int, float]]:
     """The extreme samples of positions y (n,) in m, in order, from which these go back by more than `back` m on both
     sides, each with the sign of the motion after it (scipy.signal finds such peaks too, but takes long to load)."""
-    begins = [(begin, side) for side in (1.0, -1.0) if (begin := _gone_back(side * y, 0, back)) is not None]
+    begins = [(begin, side) for side in (1.0, -1.0) if (begin := _gone_back(y, 0, back, side)) is not None]
     if not begins:
         return []
     (_, at), side = min(begins, key=lambda begin: begin[0][1])
     turns: list[tuple[int, float]] = []
-    while (turn := _gone_back(-side * y, at, back)) is not None:
+    while (turn := _gone_back(y, at, back, -side)) is not None:
         turns.append((turn[0], side))
         at, side = turn[1], -side
     return turns
 
 
-def _gone_back(y: Array, first: int, back: float) -> tuple[int, int] | None:
-    """The highest of samples y (n,) from one on before they fall by more than `back` below it, and the first that has;
-    None where they do not. Most have soon."""
-    begin, size, top = first, _CHUNK, first
-    while begin < y.size:
-        part = y[begin : begin + size]
-        fallen = np.flatnonzero(np.maximum.accumulate(np.maximum(part, y[top])) - part > back)
-        seen = part if not fallen.size else part[: fallen[0] + 1]
-        highest = begin + int(np.argmax(seen))
-        top = highest if y[highest] > y[top] else top
-        if fallen.size:
-            return top, begin + int(fallen[0])
-        begin, size = begin + size, 2 * size
+def _gone_back(y: Array, first: int, back: float, side: float) -> tuple[int, int] | None:
+    """The highest (1) or lowest (-1) of samples y (n,) from one on before they go back from it by more than `back`, and
+    the first that has; None where they do not. Most have soon."""
+    top = first
+    for stretch in _stretches(first, y.size):
+        way = side * (y[stretch] - y[top])
+        gone = np.flatnonzero(np.maximum.accumulate(np.maximum(way, 0.0)) - way > back)
+        seen = way if not gone.size else way[: gone[0] + 1]
+        highest = int(np.argmax(seen))
+        top = stretch.start + highest if seen[highest] > 0.0 else top
+        if gone.size:
+            return top, int(stretch.start + gone[0])
     return None
+
+
+def _stretches(first: int, count: int) -> Iterator[slice]:
+    """Stretches of so many samples from one on, each twice as long as the one before: what is sought is mostly near."""
+    size = _CHUNK
+    while first < count:
+        yield slice(first, first + size)
+        first, size = first + size, 2 * size
 
 
 def _rests_beside(rests: Flags, turns: Sequence[Wait]) -> list[tuple[int, int]]:
@@ -141,14 +148,12 @@ def _turn(y: Array, dt: float, still: float, noise: float, peak: int, direction:
 
 def _off_at(y: Array, level: float, reach: float, direction: float = 0.0) -> int | None:
     """The first of positions y (n,) in m that lies off a level by more than `reach` m, in one direction or in either
-    (0); None without. Most are near the first."""
-    begin, size = 0, _CHUNK
-    while begin < y.size:
-        way = y[begin : begin + size] - level
+    (0); None without."""
+    for stretch in _stretches(0, y.size):
+        way = y[stretch] - level
         off = np.flatnonzero((direction * way if direction else np.abs(way)) > reach)
         if off.size:
-            return begin + int(off[0])
-        begin, size = begin + size, 2 * size
+            return int(stretch.start + off[0])
     return None
 
 
