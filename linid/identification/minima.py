@@ -14,7 +14,7 @@ from linid.identification.assemble import Task, assemble
 from linid.identification.objectives.input_noise import Feigned
 from linid.identification.objectives.problem import Cost, Problem
 from linid.identification.optimise.input_noise import currents_in_common_push, fit_under_noise
-from linid.identification.optimise.least_squares import LeastSquaresFit, Start, levenberg_marquardt
+from linid.identification.optimise.least_squares import LeastSquaresFit, levenberg_marquardt
 from linid.identification.optimise.rivals import advantage, group_squares, on_the_plain, other_shape
 from linid.identification.optimise.search_state import SearchState
 from linid.identification.optimise.stages import APART, coarse_ending, final_ending
@@ -140,7 +140,7 @@ def _is_plain(task: Task, best: _Found) -> bool:
     if plain is None:
         return False
     held, point = plain
-    start = Start(point, best.solution.offsets)
+    start = replace(best.solution.start, point=point, damping=None)
     found = levenberg_marquardt(held, Cost(held), start, ending=final_ending(task.settings), final=False)
     return best.lead(held, found) < NORMAL_97_5
 
@@ -169,7 +169,8 @@ def _plain_rival(task: Task, problem: Problem, best: LeastSquaresFit) -> LeastSq
     settled = _settled(task, problem, best)
     if settled is None:
         return None
-    start = Start(_with_shape(problem, settled.fit.point, settled.shape), best.offsets)
+    point = _with_shape(problem, settled.fit.point, settled.shape)
+    start = replace(best.start, point=point, damping=None)
     ending = coarse_ending(task.settings)  # what `_found` brings to its end, if it comes to that
     return levenberg_marquardt(problem, Cost(problem), start, ending=ending, final=False)
 
@@ -207,7 +208,7 @@ def _settled(task: Task, problem: Problem, best: LeastSquaresFit) -> _Settled | 
         return None
     column = space.names.index(_SHAPE)
     held = Problem(space.holding({_SHAPE: space.values(shaped)[_SHAPE]}), problem.parts)
-    start, ending = Start(np.delete(shaped, column), best.offsets), coarse_ending(task.settings)
+    start, ending = replace(best.start, point=np.delete(shaped, column), damping=None), coarse_ending(task.settings)
     found = levenberg_marquardt(held, Cost(held), start, ending=ending, final=False)
     return _Settled(held, found, float(shaped[column]))
 

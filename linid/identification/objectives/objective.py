@@ -56,6 +56,19 @@ class Differentiable(Part, Protocol):
         ...
 
 
+class Counting(Part, Protocol):
+    """A part that tells how many of its residuals are independent of each other."""
+
+    def independent(self, residuals: Array, slopes: Array | None = None) -> Array:
+        """How many of residuals (N,) are, by class; slopes: (N, p + 2) as of `FreeRun.independent`."""
+        ...
+
+
+def counts_samples(part: Part) -> TypeGuard[Counting]:
+    """Whether a part's samples may count each, and not only its groups."""
+    return hasattr(part, "independent")
+
+
 def carries_slopes(part: Part) -> TypeGuard[Differentiable]:
     """Whether derivatives of a part's residuals come with its simulation instead of by differences."""
     return bool(getattr(part, "carries_slopes", False))

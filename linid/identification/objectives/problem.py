@@ -124,6 +124,11 @@ class Cost:
         self.size = sum(part.classes.size for part in problem.parts)
         self.evaluations = 0
 
+    @property
+    def groups(self) -> float:
+        """How many groups of residuals there are, in all classes."""
+        return float(sum(counts.sum() for counts in self.counts))
+
     def __call__(self, population: Array) -> Array:
         """Costs (C,) of search coordinates (C, p); a failed simulation costs LOST."""
         population = np.atleast_2d(population)

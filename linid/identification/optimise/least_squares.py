@@ -33,18 +33,21 @@ _STALLING_STEPS, _STALLING_DAMPING, _STALLING_GAIN = 2, 1.0, 0.01
 _CURVE_PROBE = 0.1
 _LARGEST_BEND = 0.375
 _WORTH_BENDING = 0.3  # promised gain of a step, above which looking is worth a simulation
+_CHANCE = 1e-3  # that steps go back to where all groups count alike though the model is right
 _LEFT_OUT = "left out as asked; intervals hold at a minimum only"
 
 
 @dataclass(frozen=True)
 class Start:
     """Where least squares begin: search coordinates, point (p,), start offsets (k,) or None for none yet, and the
-    damping, None where that may be far from a minimum; told: of the same problem there, but for its weights."""
+    damping, None where that may be far from a minimum; told: of the same problem there, but for its weights; by_groups:
+    as of `LeastSquaresFit`."""
 
     point: Array
     offsets: Array | None = None
     damping: float | None = None
     told: Told | None = None
+    by_groups: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,8 @@ class LeastSquaresFit:
     residuals: (N,) weighted; jacobian: (N, p + k) of the weighted residuals; damping: of the next step, if there were
     one; weights: (N,) of each part's residuals; told: what the simulation last told of residuals and slopes without
     their weights, if it is kept; moved_from: (p + k,) where the Jacobian is, None: where the fit is; ended:
-    no step was left to take, be it that it converged or that the linearisation held nowhere.
+    no step was left to take, be it that it converged or that the linearisation held nowhere; by_groups: the samples of
+    free runs do not count each, see `_Cheapest`.
     """
 
     point: Array
@@ -72,6 +76,7 @@ class LeastSquaresFit:
     told: Told | None = field(default=None, repr=False)
     moved_from: Array | None = field(default=None, repr=False)
     ended: bool = True
+    by_groups: bool = False
 
     @property
     def linearised_at(self) -> Array:
@@ -81,7 +86,7 @@ class LeastSquaresFit:
     @property
     def start(self) -> Start:
         """To go on from."""
-        return Start(self.point, self.offsets, self.damping)
+        return Start(self.point, self.offsets, self.damping, by_groups=self.by_groups)
 
 
 def levenberg_marquardt(
@@ -104,11 +109,11 @@ def levenberg_marquardt(
     """
     ending = Ending() if ending is None else ending
     start = start if isinstance(start, Start) else Start(start)
-    line = Linearisation(problem, cost, told=start.told)
+    line = Linearisation(problem, cost, told=start.told, by_groups=start.by_groups)
     steps = _Steps(line, bend, ending.precision, start.damping)
     p, offsets = line.p, np.zeros(line.k) if start.offsets is None else start.offsets
     x = np.concatenate([np.clip(start.point, 1e-9, 1.0 - 1e-9), offsets])
-    best = line.reweight(x)
+    cheapest = _Cheapest(line, steps, x)
     history = []
     gains: list[float] = []
     reason = ""
@@ -117,10 +122,12 @@ def levenberg_marquardt(
         if reason:
             break
         current = line.reweight(x)
-        history.append(Generation("least_squares", number, cost.evaluations, min(current, best), current))
+        if cheapest.lies_beyond_chance(x, current):
+            x, current = cheapest.back()
+            gains.clear()
+        history.append(Generation("least_squares", number, cost.evaluations, cheapest.cost, current))
         if watch is not None:
             watch(number, current)
-        best = min(best, current)
         if current <= ending.cost:
             reason = f"a cost of {ending.cost:.4g} was all that was asked for"
             break
@@ -132,7 +139,7 @@ def levenberg_marquardt(
     return LeastSquaresFit(
         x[:p],
         x[p:],
-        best,
+        cheapest.cost,
         bool(reason) and not steps.stalled,
         f"least squares: {reason or (f'{ending.steps} steps used' if ending.steps else _LEFT_OUT)}",
         tuple(history),
@@ -143,6 +150,7 @@ def levenberg_marquardt(
         tuple(line.weights),
         line.told if keep else None,
         ended=bool(reason),
+        by_groups=line.by_groups,
     )
 
 
@@ -152,6 +160,48 @@ def _along_a_valley(gains: Sequence[float], least: float) -> str:
     if len(gains) < _VALLEY_STEPS or gained >= least:
         return ""
     return f"{_VALLEY_STEPS} steps gained {gained:.2g} (one standard deviation weighs 1)"
+
+
+class _Cheapest:
+    """Where least squares have been at the least cost, to go back to if samples that count each lead astray.
+
+    Once nothing but the encoder's noise is left of a free run, each of its samples counts, which tells most if the
+    model is right. If it is not, they count ever more as the fit to them comes closer, and all else is left behind.
+    So the point that they lead to must lie no farther from the cheapest one, where each group counts, than chance
+    leaves open (as Hausman 1978, Econometrica 46, 1251, tells an efficient estimate from one that holds more widely).
+    """
+
+    def __init__(self, line: Linearisation, steps: _Steps, x: Array) -> None:
+        self.line, self.steps = line, steps
+        self._keep(x, line.reweight(x))
+        self._room = _within_chance(x.size)
+
+    def _keep(self, x: Array, cost: float) -> None:
+        self.x, self.cost, self.damping, self.told = x, cost, self.steps.damping, self.line.told
+
+    def lies_beyond_chance(self, x: Array, cost: float) -> bool:
+        """Whether x (p + k,), of which the cost is known, is out of reach of the cheapest point, which it may be
+        itself from now on."""
+        told = self.line.told
+        if told is not None and np.array_equal(told.x, self.x):
+            self.told = told
+        if cost <= self.cost:
+            self._keep(x, cost)
+            return False
+        rise = 2.0 * self.line.cost.groups * np.log(cost / self.cost)
+        return self.line.samples_count and rise > self._room
+
+    def back(self) -> tuple[Array, float]:
+        """The cheapest point and its cost, from where each group counts, and no sample."""
+        self.line.by_groups, self.line.told, self.steps.damping = True, self.told, self.damping
+        return self.x, self.line.reweight(self.x)
+
+
+def _within_chance(parameters: int) -> float:
+    """How much twice the logarithm of a likelihood falls by chance between a minimum and the true parameters."""
+    from scipy.special import chdtri
+
+    return float(chdtri(parameters, _CHANCE))
 
 
 class _Steps:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from linid.arrays import Array, Flags
 from linid.identification.objectives.ahead import Ahead
-from linid.identification.objectives.free_run import FreeRun
+from linid.identification.objectives.objective import counts_samples
 from linid.identification.objectives.problem import COORDINATE_STEP, OFFSET_STEP, Cost, Problem
 from linid.identification.optimise.tangent import Block, Tangent, finite
 
@@ -32,7 +32,7 @@ class Linearisation:
 
     x: (p + k,) search coordinates, then offsets; the Jacobian is by them. weights: (N,) of each part's residuals (none:
     all count alike); told: what is known already; wanted: (p,) search coordinates by which it is wanted (None: all),
-    where it is not by differences.
+    where it is not by differences; by_groups: in the weights each group of a free run counts, never each sample.
     """
 
     def __init__(
@@ -43,10 +43,12 @@ class Linearisation:
         weights: Sequence[Array] = (),
         told: Told | None = None,
         wanted: Flags | None = None,
+        by_groups: bool = False,
     ) -> None:
         self.problem = problem
         self.cost = cost
         self.told, self._wanted = told, wanted
+        self.by_groups, self.samples_count = by_groups, False
         self.p = len(problem.space.parameters)
         self.k = problem.nuisances
         self.jobs = max(getattr(part, "jobs", 1) for part in problem.parts)
@@ -68,13 +70,15 @@ class Linearisation:
             self._tell(x)
         rows = self.rows(x)
         found = self.cost.class_rms(rows)
+        self.samples_count = False
         for index, rms in enumerate(found):
             part = self.problem.parts[index]
             sizes = np.maximum(np.bincount(part.classes, minlength=rms.shape[1]), 1)
             counts = self.cost.counts[index]
-            if isinstance(part, FreeRun):  # noise of the encoder alone makes every sample count
+            if counts_samples(part) and not self.by_groups:  # noise of the encoder alone makes every sample count
                 slopes = None if self.told is None else self.told.parts[index][1]
                 counts = np.maximum(counts, part.independent(rows[index][0], slopes))
+                self.samples_count |= bool(np.any(counts > self.cost.counts[index]))
             scale = np.sqrt(counts / sizes) / rms[0]
             self.weights[index] = scale[part.classes]
             trust = part.trust[part.groups] if isinstance(part, Ahead) and part.trust is not None else 1.0
