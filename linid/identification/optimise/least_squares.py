@@ -121,10 +121,7 @@ def levenberg_marquardt(
         x, gain, reason = steps.next(x)
         if reason:
             break
-        current = line.reweight(x)
-        if cheapest.lies_beyond_chance(x, current):
-            x, current = cheapest.back()
-            gains.clear()
+        x, current = cheapest.or_back(x, line.reweight(x))
         history.append(Generation("least_squares", number, cost.evaluations, cheapest.cost, current))
         if watch is not None:
             watch(number, current)
@@ -179,22 +176,18 @@ class _Cheapest:
     def _keep(self, x: Array, cost: float) -> None:
         self.x, self.cost, self.damping, self.told = x, cost, self.steps.damping, self.line.told
 
-    def lies_beyond_chance(self, x: Array, cost: float) -> bool:
-        """Whether x (p + k,), of which the cost is known, is out of reach of the cheapest point, which it may be
-        itself from now on."""
-        told = self.line.told
-        if told is not None and np.array_equal(told.x, self.x):
-            self.told = told
+    def or_back(self, x: Array, cost: float) -> tuple[Array, float]:
+        """x (p + k,) and its cost, or, where it is out of reach of the cheapest point, that one, from where each group
+        counts, and no sample."""
+        line = self.line
+        if line.told is not None and np.array_equal(line.told.x, self.x):
+            self.told = line.told
         if cost <= self.cost:
             self._keep(x, cost)
-            return False
-        rise = 2.0 * self.line.cost.groups * np.log(cost / self.cost)
-        return self.line.samples_count and rise > self._room
-
-    def back(self) -> tuple[Array, float]:
-        """The cheapest point and its cost, from where each group counts, and no sample."""
-        self.line.by_groups, self.line.told, self.steps.damping = True, self.told, self.damping
-        return self.x, self.line.reweight(self.x)
+        elif line.samples_count and 2.0 * line.cost.groups * np.log(cost / self.cost) > self._room:
+            line.by_groups, line.told, self.steps.damping = True, self.told, self.damping
+            return self.x, line.reweight(self.x)
+        return x, cost
 
 
 def _within_chance(parameters: int) -> float:
