@@ -35,7 +35,7 @@ from linid.diagnosis.screen import Screening
 from linid.diagnosis.seen import Seen, residual_traces
 from linid.diagnosis.select import Selection, fit_effects, select
 from linid.diagnosis.shares import Shares, shares_of
-from linid.diagnosis.verdict import advice, decide
+from linid.diagnosis.verdict import advice, decide, so_far
 from linid.errors import UsageError
 from linid.identification.result import FitResult, ModelKind
 from linid.physics.effects.registry import canonical, find_effect
@@ -277,6 +277,7 @@ def _led(base: Base, found: Selection, means: Means) -> tuple[Selection, Shares,
     """The selection with its shares and, where a gap stays, the term that the recordings ask for; without the effects
     in whose stead the term acts."""
     shares = shares_of(base.judge, found.base, found.best, means.seed)
+    means.tell(so_far({name: one.share for name, one in shares.portions.items()}, shares.unexplained[0]))
     lead = lead_of(base, found, shares.unexplained[0], means)
     if lead is not None and lead.start is not found.best:
         found = with_effects_of(found, lead.start)

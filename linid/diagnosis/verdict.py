@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from linid.diagnosis.next_experiment import Prospect
 from linid.diagnosis.report_data import Budget, Entry, ProposedTerm, Share, Status, Verdict
@@ -86,6 +86,17 @@ def decide(
         sentence += f" With {_list(which)} in the model {_list([words[n] for n in words if n in worse])} {get} worse."
     step = f"To measure {names[0].replace('_', ' ')} better, record {find_effect(names[0]).exposed_by}."
     return Verdict(status, names, rivals, sentence, step)
+
+
+def so_far(shares: Mapping[str, float], unexplained: float) -> str:
+    """What is known once effects are chosen, before the models and a term have had their say, as a line.
+
+    shares: of the gap, by effect; unexplained: share that they leave.
+    """
+    found = sorted(shares.items(), key=lambda item: -item[1])
+    words = [f"{name.replace('_', ' ')} ({_percent(share)})" for name, share in found]
+    what = f"{_list(words)}, {_percent(max(unexplained, 0.0))} unexplained" if words else "no effect"
+    return f"so far: {what}; next: what the models predict"
 
 
 def _rest_in_words(budget: Budget, term: ProposedTerm | None, word: str) -> str:
