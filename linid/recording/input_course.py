@@ -8,7 +8,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.recording.jump_instants import jump_instants
-from linid.recording.jumps import Course, find_jumps, step_courses, step_sizes
+from linid.recording.jumps import Course, find_jumps, logged_instants, step_courses, step_sizes
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
 
@@ -77,7 +77,8 @@ def input_coefficients(recording: Recording, channels: Array, *, stepping: bool 
         if b > a:
             out[:, a:b] = cubic_spline_coefficients(dt, channels[:, a : b + 1]) * powers
     courses = step_courses(channels, jumps)
-    instants = jump_instants(recording, jumps, step_sizes(jumps, courses))
+    sizes, logged = step_sizes(jumps, courses), logged_instants(channels, jumps, courses)
+    instants = jump_instants(recording, jumps, sizes, logged)
     for jump, instant, (before, after) in zip(jumps, instants, courses, strict=True):
         for n in range(jump.first, jump.last + 1):
             out[:, n] = _stepping(before, after, n, float(np.clip(jump.first + instant - n, 0.0, 1.0)))

@@ -22,17 +22,22 @@ _FEWEST_ALIKE, _ALIKE = 3, 0.1  # steps that tell how much one accelerates, if t
 _LEAST_NOISE = 1e-9  # m: exact positions have none
 _AT_ONCE = 1e-3  # of an interval: a shorter lag is none
 _UNTOLD = 1.0 / 12.0  # variance of an instant that nothing tells: anywhere in an interval
+_WITHIN = 0.5  # intervals by which a step within its interval may come later than its middle
+_LATE = 0.25  # from which on bends are looked for behind the jump as well, which costs some ms
+_BEHIND = 4, 8, 16  # intervals behind the jump, of which the lag takes at most half
 _KEPT = 64  # recordings whose jumps are remembered
 
 Columns = Callable[[Array, Array], Array]  # two of a motion (..., n, 2) at times (n,), for instants (...)
 
 
-def jump_instants(recording: Recording, jumps: Sequence[Jump], sizes: Array) -> Array:
+def jump_instants(recording: Recording, jumps: Sequence[Jump], sizes: Array, logged: Array) -> Array:
     """When each input stepped, (k,) in sampling intervals after the first sample of each jump.
 
     As the recording states it, or as its motion shows it: the speed bends where the force steps. What a single bend
     leaves open, the others tell: most drives step in time with the samples, and the acceleration grows with the step.
-    sizes: (k,) of the steps, in the inputs' unit.
+    Where all bend later than a step within its interval can come, what drives the axis acts late, which is for a model
+    to say: then the steps are by so much earlier. sizes: (k,) of the steps, in the inputs' unit; logged: (k,) when they
+    come by the inputs' own samples, in intervals.
     """
     if recording.jump_at is not None:
         return np.full(len(jumps), recording.jump_at)
@@ -40,14 +45,41 @@ def jump_instants(recording: Recording, jumps: Sequence[Jump], sizes: Array) -> 
     x, variance, bends = np.array(_bends(y.tobytes(), tuple(jumps))).T
     if variance.min() >= _UNTOLD:
         return np.asarray(x)
-    weights = 1.0 / (variance + _UNTOLD / 100.0)  # none so sure that it outweighs all others
+    lag = 0.0
+    if _lag(x, variance, logged) > _LATE:
+        later, behind = _found_behind(y, jumps, logged)
+        if behind > _WITHIN:
+            (x, variance, bends), lag = later, behind
+    weights = _weights(variance)
     centre = float(np.sum(weights * x) / np.sum(weights))
     # Scatter beyond what the bends' own uncertainty explains is real: these do not step in time.
     own = max(0.0, float(np.sum(weights * ((x - centre) ** 2 - variance)) / np.sum(weights)))
     x = (own * x + variance * centre) / (own + variance)
     if _from_rest(y, jumps[0], _room(jumps, 0, y.size)):
         x[0] = _pushed_off(y, jumps[0], sizes, bends, x[0])
-    return np.asarray(x)
+    return np.asarray(np.maximum(x - lag, 0.0))
+
+
+def _found_behind(y: Array, jumps: Sequence[Jump], logged: Array) -> tuple[Array, float]:
+    """What positions y (n,) in m tell of bends that may come behind their jumps, (3, k) as of `_bends`, and by how many
+    intervals they do."""
+    for behind in _BEHIND:
+        found = np.array(_bends(y.tobytes(), tuple(jumps), behind)).T
+        lag = _lag(found[0], found[1], logged)
+        if lag < 0.5 * behind:
+            break
+    return found, lag
+
+
+def _weights(variance: Array) -> Array:
+    """Of instants with a variance (k,): none so sure that it outweighs all others."""
+    return np.asarray(1.0 / (variance + _UNTOLD / 100.0))
+
+
+def _lag(x: Array, variance: Array, logged: Array) -> float:
+    """By how many intervals bends of the motion come after the steps that its inputs log. x: (k,) with a variance;
+    logged: (k,)."""
+    return float(np.average(x - logged, weights=_weights(variance)))
 
 
 def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: float) -> float:
@@ -76,17 +108,18 @@ def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: flo
 
 
 @lru_cache(maxsize=_KEPT)
-def _bends(positions: bytes, jumps: tuple[Jump, ...]) -> tuple[tuple[float, float, float], ...]:
+def _bends(positions: bytes, jumps: tuple[Jump, ...], behind: int = 0) -> tuple[tuple[float, float, float], ...]:
     """What the positions (float64, m) tell of each jump: where the speed bends, in intervals after the jump's first
     sample, the variance of that, and the bend: m that are travelled more within one interval after it, nan where this
     is not known. Kept, for one recording is simulated many times.
 
     Of several reaches the one that tells most: a fast axis passes ripple within few samples, a slow one drowns in its
-    noise. At the start of a recording an axis may set off from rest.
+    noise. At the start of a recording an axis may set off from rest. behind: intervals after a jump in which the speed
+    may bend, too.
     """
     y = np.frombuffer(positions)
-    counts = np.array([jump.last + 1 - jump.first for jump in jumps])
-    rooms = np.array([_room(jumps, k, y.size) for k in range(len(jumps))])
+    counts = np.array([jump.last + 1 - jump.first + behind for jump in jumps])
+    rooms = np.array([_room(jumps, k, y.size) for k in range(len(jumps))]) - [0, behind]
     told = np.stack([counts / 2.0, _UNTOLD * counts**2, np.full(counts.size, np.nan)], axis=1)
     rested = _from_rest(y, jumps[0], tuple(rooms[0]))
     if rested:

@@ -127,6 +127,21 @@ def step_sizes(jumps: Sequence[Jump], courses: Sequence[tuple[Course, Course]]) 
     return np.array([np.linalg.norm(step) for step in steps])
 
 
+def logged_instants(channels: Array, jumps: Sequence[Jump], courses: Sequence[tuple[Course, Course]]) -> Array:
+    """When inputs step by their own samples, (k,) in intervals after the first sample of each jump, to half a one.
+
+    Samples between the courses before and after say how much of the step was done. channels: (c, n) in their unit.
+    """
+    out = np.empty(len(jumps))
+    for k, (jump, (before, after)) in enumerate(zip(jumps, courses, strict=True)):
+        inner = np.arange(jump.first + 1, jump.last + 1)
+        low, high = (course(inner.astype(float)) for course in (before, after))
+        steps = high - low
+        done = np.sum((channels[:, inner] - low) * steps, axis=0) / np.maximum(np.sum(steps**2, axis=0), 1e-300)
+        out[k] = 0.5 + np.sum(1.0 - np.clip(done, 0.0, 1.0))
+    return out
+
+
 def _course(channels: Array, side: range) -> Course:
     """The smooth course of inputs (c, n) at and beside some samples, as a function of the time in samples (m,).
 

@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
 from linid.physics.model import Model
 from linid.recording import Recording, cubic_spline_coefficients, read_campaign
 from linid.recording.input_course import input_coefficients, input_course
 from linid.recording.jump_instants import jump_instants
-from linid.recording.jumps import find_jumps, step_courses, step_sizes
+from linid.recording.jumps import find_jumps, logged_instants, step_courses, step_sizes
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Simulator, whole_recordings
 from linid.stand.description import AxisDescription, load_axis_description
@@ -24,6 +25,7 @@ from linid.stand.generate import GeneratedCampaign, generate, resample_noise
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 DT = 1e-3
 INSTANT = 0.06  # of a sampling interval: what noise of 0.2 um leaves of a step of 30 N on 0.6 kg
+BY_THE_LOG = 0.25  # intervals, to which its samples tell all steps together
 FOLLOWED = 1e-3  # m: of poles 14 mm apart, what a step's instant and its speed leave in a second
 NEARER = 3.0  # times, at least, that the run of a square wave is nearer than through a spline
 
@@ -150,20 +152,56 @@ def instants(one: Recording) -> np.ndarray:
     """When the currents of a recording stepped, in s, as its motion tells."""
     assert one.phase_currents is not None
     jumps = find_jumps(one.phase_currents)
-    sizes = step_sizes(jumps, step_courses(one.phase_currents, jumps))
-    return np.array([one.t[jump.first] for jump in jumps]) + DT * jump_instants(one, jumps, sizes)
+    courses = step_courses(one.phase_currents, jumps)
+    logged = logged_instants(one.phase_currents, jumps, courses)
+    found = jump_instants(one, jumps, step_sizes(jumps, courses), logged)
+    return np.array([one.t[jump.first] for jump in jumps]) + DT * found
+
+
+def edges_of(square: GeneratedCampaign) -> np.ndarray:
+    """When the current of a wave of 7 Hz steps, in s: the drive commands at its edges, the current lags 0.3 ms."""
+    loop = square.description.drive.loop_period_s
+    edges = (np.arange(1, 15) - 0.5) / (2 * 7.0)  # the wave begins in the middle of its first level, from rest
+    return np.asarray(np.ceil(edges / loop - 1e-6) * loop + square.description.drive.current_time_constant_s)
 
 
 def test_the_motion_tells_when_the_current_stepped(square: GeneratedCampaign) -> None:
-    """The stand's drive commands at the edges of the wave, and its current lags 0.3 ms behind."""
     one = square.recordings[0]
-    loop = square.description.drive.loop_period_s
-    lag = square.description.drive.current_time_constant_s
-    edges = (np.arange(1, 15) - 0.5) / (2 * 7.0)  # the wave begins in the middle of its first level, from rest
-    edges = np.ceil(edges / loop - 1e-6) * loop
     found = instants(one)
-    np.testing.assert_allclose(found[found > 0.01], edges + lag, atol=INSTANT * DT)
+    np.testing.assert_allclose(found[found > 0.01], edges_of(square), atol=INSTANT * DT)
     assert np.allclose(instants(replace(one, jump_at=0.25)) / DT % 1.0, 0.25)
+
+
+def logged_early(one: Recording, samples: int) -> Recording:
+    """The same motion, which begins so many samples after what its currents say."""
+    currents = np.array(one.phase_currents)
+    return replace(one, phase_currents=np.concatenate([currents[:, samples:], currents[:, -samples:]], axis=1))
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 7])
+def test_steps_of_a_motor_that_acts_late_are_where_the_log_has_them(square: GeneratedCampaign, samples: int) -> None:
+    """All by the same: what scatters from step to step the motion tells as before."""
+    found = instants(logged_early(square.recordings[0], samples))
+    off = found[-14:] - (edges_of(square) - samples * DT)
+    assert float(np.std(off)) < INSTANT * DT
+    assert abs(float(np.mean(off))) < BY_THE_LOG * DT
+
+
+def test_a_delay_is_not_counted_twice_at_steps(square: GeneratedCampaign) -> None:
+    """Two samples late, and told so: predictions 0.1 s ahead miss little more than where currents and motion are in
+    step."""
+    model, late = Model("theta", ("input_delay",)), 2
+    known = {p.name for p in model.parameters}
+
+    def missed(recording: Recording, delay: float) -> float:
+        values = {**square.truth, "input_delay": delay}
+        vector = model.vector({name: value for name, value in values.items() if name in known})[None, :]
+        part = Ahead(model, (recording,), 8, 1, project=False, skip_jumps=False, guided=False)
+        ends = (part.simulate(vector)[0] - part.measured)[part.segments.out_offsets[1:] - 1]
+        return float(np.sqrt(np.mean(ends[1:] ** 2)))  # the first begins before what is known of the currents
+
+    one = square.recordings[0]
+    assert missed(logged_early(one, late), late * DT) < 2.0 * missed(one, 0.0)
 
 
 def test_later_steps_tell_when_the_first_one_came(pushed: GeneratedCampaign) -> None:
