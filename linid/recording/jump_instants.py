@@ -24,7 +24,7 @@ _AT_ONCE = 1e-3  # of an interval: a shorter lag is none
 _UNTOLD = 1.0 / 12.0  # variance of an instant that nothing tells: anywhere in an interval
 _WITHIN = 0.5  # intervals by which a step within its interval may come later than its middle
 _LATE = 0.25  # from which on bends are looked for behind the jump as well, which costs some ms
-_BEHIND = 4, 8, 16  # intervals behind the jump, of which the lag takes at most half
+_BEHIND = 2, 4, 8, 16  # intervals behind the jump, of which the lag takes at most half
 _KEPT = 64  # recordings whose jumps are remembered
 
 Columns = Callable[[Array, Array], Array]  # two of a motion (..., n, 2) at times (n,), for instants (...)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from linid.diagnosis.report_data import Budget, Change, Entry, Share
-from linid.diagnosis.verdict import decide, status_of
+from linid.diagnosis.verdict import decide, so_far, status_of
 from tests.report.proposal_samples import term as proposed
 
 NONE = np.zeros(0)
@@ -72,6 +72,13 @@ def test_the_sentence_gives_each_cause_its_share_and_names_the_rest() -> None:
     sentence = said((entry(share=0.6), entry("cable_force", 0.3)), 20.0, 2.0)[1]
     assert "cogging (60 %)".capitalize() in sentence and "cable force (30 %)" in sentence
     assert "10 % stay unexplained" in sentence and "velocity" in sentence
+
+
+def test_what_is_known_before_the_models_are_is_said_in_a_line() -> None:
+    assert so_far({"cable_force": 0.29, "cogging": 0.71}, -0.001) == (
+        "so far: cogging (71 %) and cable force (29 %), 0 % unexplained; next: what the models predict"
+    )
+    assert so_far({}, 1.0) == "so far: no effect; next: what the models predict"
 
 
 def test_a_rival_belongs_to_its_entry() -> None:
