@@ -112,6 +112,16 @@ def test_a_vector_that_would_turn_round_is_moved_as_it_is() -> None:
     np.testing.assert_array_equal(found.moved(x, move), x + move)
 
 
+@pytest.mark.filterwarnings("error")
+def test_what_goes_far_out_of_the_box_beside_it_leaves_the_vector_alone() -> None:
+    """A bent step may lead a parameter that hardly matters anywhere; where it ends is clipped later."""
+    space = SearchSpace(Model("sine"), (*FIELD, SearchParameter("viscous_friction", 1e-3, 1e3, True)), {})
+    found = field_vector(space, [still(0.0)])
+    assert found is not None
+    near, far = (found.moved(np.array([0.4, 0.5, 0.3]), np.array([0.1, -0.05, move])) for move in (0.2, 1e4))
+    np.testing.assert_array_equal(near[:2], far[:2])
+
+
 def test_no_vector_without_both_genes() -> None:
     assert field_vector(SearchSpace(Model("sine"), FIELD[:1], {}), [still(0.0)]) is None
     assert field_vector(SearchSpace(Model("friction"), (), {}), [still(0.0)]) is None

@@ -46,7 +46,8 @@ class FieldVector:
     def _polar(self, points: Array) -> Array:
         """Logarithm of the vector's length and its direction in rad (C, 2) at search coordinates (C, n)."""
         model = self.space.model
-        vectors = self.space.vectors(points[:, : len(self.space.parameters)])
+        with np.errstate(over="ignore"):  # a bent step may lead others far out of the box, to which it is clipped later
+            vectors = self.space.vectors(points[:, : len(self.space.parameters)])
         motor = model.driven_by
         shape = {name: vectors[:, model.slot(name)] for name, _ in motor.shape}
         length = motor.fundamental(vectors[:, model.slot("force_constant")], shape)
