@@ -42,16 +42,12 @@ def jump_instants(recording: Recording, jumps: Sequence[Jump], sizes: Array, log
     if recording.jump_at is not None:
         return np.full(len(jumps), recording.jump_at)
     y = np.asarray(recording.y, dtype=np.float64)
-    x, variance, bends = np.array(_bends(y.tobytes(), tuple(jumps))).T
-    if variance.min() >= _UNTOLD:
+    told, lag = _told(y.tobytes(), tuple(jumps), tuple(logged.tolist()))
+    x, variance, bends = np.array(told).T
+    if not lag and variance.min() >= _UNTOLD:
         return np.asarray(x)
-    lag = 0.0
-    if _lag(x, variance, logged) > _LATE:
-        later, behind = _found_behind(y, jumps, logged)
-        if behind > _WITHIN:
-            (x, variance, bends), lag = later, behind
     weights = _weights(variance)
-    centre = float(np.sum(weights * x) / np.sum(weights))
+    centre = float(np.average(x, weights=weights))
     # Scatter beyond what the bends' own uncertainty explains is real: these do not step in time.
     own = max(0.0, float(np.sum(weights * ((x - centre) ** 2 - variance)) / np.sum(weights)))
     x = (own * x + variance * centre) / (own + variance)
@@ -60,15 +56,24 @@ def jump_instants(recording: Recording, jumps: Sequence[Jump], sizes: Array, log
     return np.asarray(np.maximum(x - lag, 0.0))
 
 
-def _found_behind(y: Array, jumps: Sequence[Jump], logged: Array) -> tuple[Array, float]:
-    """What positions y (n,) in m tell of bends that may come behind their jumps, (3, k) as of `_bends`, and by how many
-    intervals they do."""
-    for behind in _BEHIND:
-        found = np.array(_bends(y.tobytes(), tuple(jumps), behind)).T
-        lag = _lag(found[0], found[1], logged)
-        if lag < 0.5 * behind:
-            break
-    return found, lag
+@lru_cache(maxsize=_KEPT)
+def _told(
+    positions: bytes, jumps: tuple[Jump, ...], logged: tuple[float, ...]
+) -> tuple[tuple[tuple[float, float, float], ...], float]:
+    """What the positions (float64, m) tell of each jump, as of `_bends`, and by how many intervals the bends come after
+    the logged steps, 0 where steps within their intervals can be as late. Kept, for one recording is simulated many
+    times."""
+    y, at = np.frombuffer(positions), np.array(logged)
+    found = _bends(y, jumps)
+    if found[:, 1].min() < _UNTOLD and _lag(found, at) > _LATE:
+        for behind in _BEHIND:
+            later = _bends(y, jumps, behind)
+            lag = _lag(later, at)
+            if lag < 0.5 * behind:
+                break
+        if lag > _WITHIN:
+            return tuple(tuple(row) for row in later.tolist()), lag
+    return tuple(tuple(row) for row in found.tolist()), 0.0
 
 
 def _weights(variance: Array) -> Array:
@@ -76,10 +81,9 @@ def _weights(variance: Array) -> Array:
     return np.asarray(1.0 / (variance + _UNTOLD / 100.0))
 
 
-def _lag(x: Array, variance: Array, logged: Array) -> float:
-    """By how many intervals bends of the motion come after the steps that its inputs log. x: (k,) with a variance;
-    logged: (k,)."""
-    return float(np.average(x - logged, weights=_weights(variance)))
+def _lag(found: Array, logged: Array) -> float:
+    """By how many intervals bends of the motion, as of `_bends`, come after the steps (k,) that its inputs log."""
+    return float(np.average(found[:, 0] - logged, weights=_weights(found[:, 1])))
 
 
 def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: float) -> float:
@@ -107,17 +111,15 @@ def _pushed_off(y: Array, jump: Jump, sizes: Array, bends: Array, otherwise: flo
     return float(likely @ tries / likely.sum())
 
 
-@lru_cache(maxsize=_KEPT)
-def _bends(positions: bytes, jumps: tuple[Jump, ...], behind: int = 0) -> tuple[tuple[float, float, float], ...]:
-    """What the positions (float64, m) tell of each jump: where the speed bends, in intervals after the jump's first
+def _bends(y: Array, jumps: tuple[Jump, ...], behind: int = 0) -> Array:
+    """What positions y (n,) in m tell of each jump, (k, 3): where the speed bends, in intervals after the jump's first
     sample, the variance of that, and the bend: m that are travelled more within one interval after it, nan where this
-    is not known. Kept, for one recording is simulated many times.
+    is not known.
 
     Of several reaches the one that tells most: a fast axis passes ripple within few samples, a slow one drowns in its
     noise. At the start of a recording an axis may set off from rest. behind: intervals after a jump in which the speed
     may bend, too.
     """
-    y = np.frombuffer(positions)
     counts = np.array([jump.last + 1 - jump.first + behind for jump in jumps])
     rooms = np.array([_room(jumps, k, y.size) for k in range(len(jumps))]) - [0, behind]
     told = np.stack([counts / 2.0, _UNTOLD * counts**2, np.full(counts.size, np.nan)], axis=1)
@@ -137,7 +139,7 @@ def _bends(positions: bytes, jumps: tuple[Jump, ...], behind: int = 0) -> tuple[
             found = _found(y[firsts[:, None] + s.astype(int)], s, count, _bending)
             better = found[:, 1] < best[mine]
             told[mine[better]], best[mine[better]] = found[better], found[better, 1]
-    return tuple(tuple(row) for row in told.tolist())
+    return told
 
 
 def _room(jumps: Sequence[Jump], k: int, size: int) -> tuple[int, int]:

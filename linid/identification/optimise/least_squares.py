@@ -169,12 +169,12 @@ class _Cheapest:
     """
 
     def __init__(self, line: Linearisation, steps: _Steps, x: Array) -> None:
-        self.line, self.steps = line, steps
+        self.line, self.steps, self.told = line, steps, line.told
         self._keep(x, line.reweight(x))
         self._room = _within_chance(x.size)
 
     def _keep(self, x: Array, cost: float) -> None:
-        self.x, self.cost, self.damping, self.told = x, cost, self.steps.damping, self.line.told
+        self.x, self.cost, self.damping = x, cost, self.steps.damping
 
     def or_back(self, x: Array, cost: float) -> tuple[Array, float]:
         """x (p + k,) and its cost, or, where it is out of reach of the cheapest point, that one, from where each group

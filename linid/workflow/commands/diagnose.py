@@ -149,7 +149,14 @@ def _diagnosed(
     from linid import api
     from linid.diagnosis.means import Means
 
-    means = Means(request.jobs, workers, request.settings.seed, memory, progress=reporter.step, told=reporter.say)
+    means = Means(
+        jobs=request.jobs,
+        workers=workers,
+        seed=request.settings.seed,
+        memory=memory,
+        progress=reporter.step,
+        told=reporter.say,
+    )
     return api.diagnose(campaign, base[0], since=base[1], simulated=base[2], means=means, **request.settings.given())
 
 
