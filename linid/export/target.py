@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,6 +53,13 @@ class Exported:
     def vector(self) -> Array:
         """The flat vector (size,) in SI of the parameters, as the simulation takes it."""
         return self.model.vector(self.values)
+
+    @cached_property
+    def mean_friction(self) -> tuple[float, float]:
+        """What friction along the way and under load is on average (`simpler.mean_friction`): several forms ask."""
+        from linid.export.simpler import mean_friction
+
+        return mean_friction(self)
 
 
 def step_of(result: FitResult, recordings: Sequence[Recording]) -> float:
