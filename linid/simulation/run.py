@@ -36,6 +36,7 @@ from linid.simulation.slope_effects import FORCE_STEP
 from linid.simulation.slopes import Tangents
 from linid.simulation.steering import UNSTEERED, Steering
 from linid.simulation.threads import summed
+from linid.simulation.told import told_beforehand
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
@@ -232,7 +233,8 @@ class Simulator:
         table, moved = np.zeros((8, width)), np.zeros((*starts.shape, width))
         table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes[:, :, told]
         touched, begins = self._touched(tangents), np.ascontiguousarray(starts)
-        along = Tangents(count, table, touched, self._fast, begins, moved, *self._hidden)
+        beforehand = told_beforehand(self.model) if guided and bool(np.all(self.inputs.powered)) else 0
+        along = Tangents(count, table, touched, self._fast, beforehand, begins, moved, *self._hidden)
         guide = self._guide if powered else np.empty((4, 1))
         scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))

@@ -22,7 +22,8 @@ from linid.simulation.slope_effects import (
     Answer,
     Instant,
     answer_of_force,
-    force_at,
+    force_beside,
+    live,
     places_of,
 )
 from linid.simulation.slope_resistance import FrictionAnswer, answer_of_factor, answer_of_friction, with_answer
@@ -159,7 +160,7 @@ def answers_of_slide(terms, along, motion, slid, v_mid, moment, points):
     if moving:
         step_begins(along)
         answers_of_states(terms, axis, acting, hidden, way_to_middle(reach, motion, v_mid))
-    force = force_at(terms, axis, middle)
+    force = force_beside(terms, axis, acting, middle)
     at_middle = answer_of_force(terms, axis, acting, middle, places_of(MIDDLE, width, acting))
     if moving:
         answers_of_states(terms, axis, acting, hidden, way_to_end(reach, motion, v_mid, now))
@@ -180,7 +181,8 @@ def carry_sliding(terms, along, motion, slid, weights, moment, points):
     per_mass = 0.5 * h / bristles.mass
     v_mid = v + per_mass * (motion.force - turn * bristles.coulomb - bristles.sigma_2 * v)
     at_middle = at_end = no_answer(width, along.acting)
-    if axis.on & (terms.acts.push | terms.acts.advance):
+    answers = live(axis, along.acting) & (terms.acts.push | terms.acts.advance) != 0
+    if answers:
         force, at_middle, at_end = answers_of_slide(terms, along, motion, slid, v_mid, moment, points)
     mean, rise = impulse(motion.force, force, slid.force)
     for block in range(0, width, LANES):
@@ -188,7 +190,7 @@ def carry_sliding(terms, along, motion, slid, weights, moment, points):
         middle = lanes_at(carried.forces, points[0] * width + block)
         end = lanes_at(carried.forces, points[1] * width + block)
         columns, motions = columns_at(along.table, width, block), motions_at(carried, width, block)
-        if axis.on & (terms.acts.push | terms.acts.advance):
+        if answers:
             pull = start - turn * columns.coulomb - bristles.sigma_2 * motions.v - v * columns.sigma_2
             by_mass = (v_mid - v) / bristles.mass
             faster = motions.v + per_mass * pull - by_mass * columns.mass
@@ -253,7 +255,11 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
     moves, half, v_mid = not course.guided, 0.5 * reach.h, middle.v
     here = Instant(reach.t_mid, reach.y_mid, v_mid, currents, motor_between(along, point, shares[1]), moves)
     push_mid, push_end, first, second, factor = unanswered(width, acting)
-    by_level, moving = axis.on & acts.load or axis.on & acts.level, axis.on & acts.advance
+    by_level, moving, pushes = (
+        axis.on & acts.load or axis.on & acts.level,
+        axis.on & acts.advance,
+        is_pushed(terms, along),
+    )
     if moving:
         step_begins(along)
     if by_level:
@@ -266,9 +272,11 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
         way = way_to_middle(reach, motion, v_mid)
         answers_of_states(terms, axis, acting, along.hidden, way)
     force = 0.0
-    if axis.powered or axis.on & acts.push:
+    if acting.told:
+        force = force_beside(terms, axis, acting, here)
+    elif axis.powered or axis.on & acts.push:
         force = force_once(terms, axis, reach.t_mid, reach.y_mid, v_mid, currents)
-    if axis.on & acts.push:
+    if pushes:
         push_mid = answer_of_force(terms, axis, acting, here, places_of(MIDDLE, width, acting))
     if axis.on & acts.friction:
         factor = answer_of_factor(terms, axis, acting, here, places_of(FACTOR, width, acting))
@@ -283,7 +291,7 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
     if moving:
         way = way_to_end(reach, motion, v_mid, currents)
         answers_of_states(terms, axis, acting, along.hidden, way)
-    if axis.on & acts.push:
+    if pushes:
         given = currents
         if axis.powered:
             given = inputs_then(terms, axis, course, reach.n, reach.x, 0.0)
@@ -295,6 +303,12 @@ def answers_of_step(terms, along, motion, followed, reach, currents, at):
         answers_of_states(terms, axis, acting, along.hidden, way)
         step_ends(along)
     return force, (push_mid, push_end, first, second, factor)
+
+
+@inlined
+def is_pushed(terms, along):
+    """Whether effects or own terms change the forces beside what is told beforehand."""
+    return live(along.axis, along.acting) & terms.acts.push != 0
 
 
 @inlined
@@ -349,7 +363,7 @@ def carry_followed(terms, along, place, motion, followed):
             put_lanes(carried.factor, block, by)
             columns = scaled_columns(bristles, columns, factor, by)
             high, fall = factor * high + level_mid.level * by, factor * fall + level_mid.fall * by
-        if axis.on & terms.acts.push:
+        if is_pushed(terms, along):
             half = answered(along, push_mid, block, half, v_mid, y_mid, AT_MIDDLE)
             end = answered(along, push_end, block, end, 2.0 * v_mid - motions.v, motions.y + h * v_mid, AT_END)
         rates = (*bristle_lanes(linear, strong, middle, (v_mid, w_mid, high, fall), columns), v_mid)

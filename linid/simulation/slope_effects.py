@@ -38,7 +38,8 @@ class Acting(NamedTuple):
     """Directions beside a model with effects. moved: (E,) which of them change what effects do; touched: (E,) bits of
     these effects; params: (K, WORK_SIZE) a FORCE_STEP along each, or empty; own: (OWN * width) their own slopes, in the
     unit of what is told; fast, pushing: bits of the effects whose forces hang on speed, and of those that change forces
-    beside the motor's own; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
+    beside the motor's own; told: bits of those that the forces at a recording's points hold already, none of which is
+    pushing; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their
     effects; driven: (3,) bits of those whose states place, speed and acceleration drive; by_state: (OWN * n) how what
     is told answers hidden states; of_own: of `own_slopes_of`."""
 
@@ -48,6 +49,7 @@ class Acting(NamedTuple):
     own: Any
     fast: Any
     pushing: Any
+    told: Any
     kept: Any
     owners: Any
     driven: Any
@@ -86,7 +88,9 @@ def acting_on(terms, candidates, tangents):
     nothing, none, hidden = np.empty(0, np.int64), np.empty(0), (tangents.kept, tangents.owners, tangents.driven)
     of_own = own_slopes_of(on, candidates.params, count, FORCE_STEP)
     if on & acts.any == 0:
-        return Acting(nothing, nothing, np.empty((0, 0)), none, 0, 0, nothing, nothing, tangents.driven, none, of_own)
+        return Acting(
+            nothing, nothing, np.empty((0, 0)), none, 0, 0, 0, nothing, nothing, tangents.driven, none, of_own
+        )
     moved, touched = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     found = 0
     for c in range(count):
@@ -96,7 +100,8 @@ def acting_on(terms, candidates, tangents):
     work = work_vector(candidates.params[0], 0.0, 0.0, 0.0)
     params, own, by_state = np.zeros((count, work.size)), np.zeros(OWN * width), np.zeros(OWN * tangents.kept.size)
     pushing = acts.thrust | acts.force | (acts.drive if on & acts.push_by_inputs else 0)
-    return Acting(moved[:found], touched[:found], params, own, tangents.fast, pushing, *hidden, by_state, of_own)
+    bits = tangents.fast, pushing & ~tangents.told, tangents.told & on
+    return Acting(moved[:found], touched[:found], params, own, *bits, *hidden, by_state, of_own)
 
 
 @allocating
@@ -152,6 +157,24 @@ def force_at(terms, axis, at):
     """All forces on the mass but friction in N, by the motor's."""
     currents = driven_currents(terms, axis, at.t, at.y, at.v, at.currents)
     return with_effects(terms, axis, at.t, at.y, at.v, currents, at.motor)
+
+
+@inlined
+def live(axis, acting):
+    """Bits of the effects and own terms that the forces at a recording's points do not hold."""
+    return axis.on & ~acting.told
+
+
+@compiled
+def force_beside(terms, axis, acting, at):
+    """`force_at`, given in place of the motor's force all that is told beforehand."""
+    if acting.told == 0:
+        return force_at(terms, axis, at)
+    on, given = live(axis, acting), (at.t, at.y, at.v, at.currents)
+    force = terms.force(at.motor, on, *given, axis.p)
+    if on & terms.acts.pushed:
+        force = terms.pushed(force, on, at.motor, *given, axis.p)
+    return force
 
 
 @compiled
@@ -242,10 +265,13 @@ def given_at(terms, axis, at):
 
 @inlined
 def answer_of_force(terms, axis, acting, at, places):
-    """How all forces on the mass but friction answer: those of effects by differences of the part that changes; places:
-    `places_of`."""
+    """How all forces on the mass but friction answer: those of effects by differences of the part that changes.
+
+    at: with all forces that are told beforehand in place of the motor's; places: `places_of`."""
     own, state = places
-    push, currents = given_at(terms, axis, at)
+    push, currents = at.motor, at.currents
+    if acting.told == 0:
+        push, currents = given_at(terms, axis, at)
     by_speed = by_place = by_motor = 0.0
     bits = acting.fast & axis.on & acting.pushing
     if bits:
@@ -254,7 +280,7 @@ def answer_of_force(terms, axis, acting, at, places):
     if at.moves:
         by_place = (library_force_at(terms, axis, farther(at)) - library_force_at(terms, axis, at)) / PLACE_STEP
     if axis.powered:
-        by_motor = thrust_at(terms, axis, at, currents)
+        by_motor = 1.0 if acting.told else thrust_at(terms, axis, at, currents)
     last, plain = 0, 0.0
     for i in range(acting.moved.size):
         bits, c = acting.touched[i] & acting.pushing, acting.moved[i]

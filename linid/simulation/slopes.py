@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START
+from linid.simulation.along_effects import Samples
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, Place, course_of, first_inputs, still_known, stretch_of
 from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
-from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding
+from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding, is_pushed
 from linid.simulation.slope_effects import (
     FORCE_STEP,
     READING,
@@ -50,7 +51,9 @@ from linid.simulation.steps import (
 
 class Tangents(NamedTuple):
     """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; touched:
-    (count,) bits of the effects and own terms that they change; fast: bits of those whose forces hang on speed; begins:
+    (count,) bits of the effects and own terms that they change; fast: bits of those whose forces hang on speed; told:
+    bits of those whose forces measured place, inputs and time tell beforehand, 0 where other effects must know the
+    motor's own; begins:
     (S, 3 or more) y in m, v in m/s, w in m and hidden states at the start; starts: (S, as many, width) directions of
     these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
     (3,) bits of those whose states place, speed and acceleration drive."""
@@ -59,6 +62,7 @@ class Tangents(NamedTuple):
     table: Any
     touched: Any
     fast: Any
+    told: Any
     begins: Any
     starts: Any
     kept: Any
@@ -154,8 +158,9 @@ def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
 
 
 class Pushed(NamedTuple):
-    """What is known of the motor along a recording. forces: (points,) in N at its points, slopes: (points, width) of
-    these, those of columns that do not act on it 0; start, stop: from and to which of the points they are known."""
+    """What is known along a recording of the motor and of the effects that are told beforehand. forces: (points,) in N
+    at its points, slopes: (points, width) of these, those of columns that do not act on it 0; start, stop: from and to
+    which of the points they are known."""
 
     forces: Any
     slopes: Any
@@ -194,33 +199,56 @@ def pushed_on(candidates, terms, inputs, segment, scheme, tangents, acting, know
 
 @allocating
 def put_forces(candidates, terms, inputs, scheme, tangents, acting, known, points):
-    """Put the motor's forces and their slopes in; points: of which recording, from and to which of its points."""
+    """Put the forces and their slopes in; points: of which recording, from and to which of its points."""
     r, begin, end = points
     pieces, count = 2 * scheme.substeps, end - begin
     a = pieces * inputs.offsets[r] + r + begin
     guide = scheme.guide[:, a : a + count]
-    forces, slopes, other = known.forces[begin:end], known.slopes[begin:end], np.empty(count)
+    forces, slopes, own = known.forces[begin:end], known.slopes[begin:end], np.empty(count)
+    other = np.empty(count)
     clock = inputs.t_starts[r], inputs.dts[r] / pieces, inputs.dts[r], begin
     coefficients = inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
     # Effects on inputs and field act before the motor, by its place and inputs alone.
     on = candidates.on & terms.chosen | terms.always
     changing = on & (terms.acts.delay | terms.acts.drive | terms.acts.field)
-    before = changing != 0
-    seen = np.empty((4, count if before else 0))
-    p = candidates.params[0]
-    if before:
+    room = np.empty((2, 4, count if changing else 0))
+    p, seen = candidates.params[0], guide
+    if changing:
+        seen = room[0]
         seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, coefficients, seen)
-    motor_forces_at(terms, candidates.motor, p, seen if before else guide, forces)
+    motor_forces_at(terms, candidates.motor, p, seen, own)
+    told = acting.told & (terms.acts.thrust | terms.acts.force)
+    forces[:] = own
+    if told:
+        with_told(terms, told, of_recording(p, inputs, r), clock, (guide[0], seen), forces)
     for c in range(tangents.count):
         other_p, acts = candidates.params[1 + c], tangents.touched[c] & changing != 0
         for k in range(MOTOR_START, EFFECT_START):
             acts = acts or other_p[k] != p[k]
+        given = seen
+        if tangents.touched[c] & changing:
+            given = room[1]
+            seen_by_motor(terms, on, acting.params[c], clock, guide, coefficients, given)
         if acts:
-            if before:
-                seen_by_motor(terms, on, acting.params[c], clock, guide, coefficients, seen)
-            motor_forces_at(terms, candidates.motor, other_p, seen if before else guide, other)
+            motor_forces_at(terms, candidates.motor, other_p, given, other)
+        elif tangents.touched[c] & told:
+            other[:] = own
+        if acts or tangents.touched[c] & told:
+            if told:
+                with_told(terms, told, acting.params[c], clock, (guide[0], given), other)
             for k in range(count):
                 slopes[k, c] = (other[k] - forces[k]) / FORCE_STEP
+
+
+@allocating
+def with_told(terms, bits, p, clock, seen, forces):
+    """Put what effects with these bits do to the motor's forces in N (points,), and add to them, in. clock: as in
+    `seen_by_motor`; seen: measured places (points,) in m, and what the motor sees (4, points), inputs behind the
+    place."""
+    y, at = seen
+    samples = Samples(clock[0] + clock[3] * clock[1], clock[1], y, y, at[1], at[2], at[3])  # none asks for the speed
+    terms.over.thrust(forces, bits, samples, p)
+    terms.over.force(forces, bits, samples, p)
 
 
 @allocating
@@ -245,7 +273,7 @@ def begun_at(terms, along, first, start, motion):
     motor = carried.force.copy()
     if axis.on & terms.acts.advance:
         start_hidden(terms, along, at, start)
-    if axis.on & terms.acts.push:
+    if is_pushed(terms, along):
         start_forces(terms, along, at)
     factor = 1.0
     if axis.on & terms.acts.friction:
@@ -262,7 +290,7 @@ def stepped(terms, along, n, motion):
     width = along.table.shape[1]
     for c in range(width):
         carried.force[c] = carried.forces[2 * n * course.substeps * width + c]
-    if axis.on & terms.acts.push:
+    if is_pushed(terms, along):
         y = spline_at(course.coefficients, n, 3, 0.0) if course.guided else motion.y
         t = course.t_start + n * course.dt
         at = Instant(t, y, motion.v, motion.currents, motor_now(along, n), not course.guided)
