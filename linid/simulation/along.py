@@ -285,7 +285,9 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     before, effected = shared[:2]
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
+    course = course_of(
+        terms, axis, stretch, Scheme(True, stretch.params[0:0], stretch.params[0:0], 1, 0.0, None), stretch.params[0:0]
+    )
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     mean = late = force = 0.0
     want_a = found.a.size > 0

@@ -190,7 +190,13 @@ def started_beside(terms, candidates, recording, motion, w, given, room):
         stretch = stretch_of(candidates, inputs, candidate, r, 0, motion.y.size)
         axis = axis_of(terms, candidates, stretch)
         bristles = bristles_of(terms, axis, stretch.added_mass)
-        course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
+        course = course_of(
+            terms,
+            axis,
+            stretch,
+            Scheme(True, stretch.params[0:0], stretch.params[0:0], 1, 0.0, None),
+            stretch.params[0:0],
+        )
         begins = begun_anew(terms, axis, bristles, course, motion)
         c, row = candidate - 1, 0
         if c >= 0:

@@ -229,7 +229,9 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     stretch = stretch_of(candidates, inputs, 0, r, 0, motion.y.size)
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    course = course_of(terms, axis, stretch, Scheme(True, stretch.params[0:0], 1, 0.0, None), stretch.params[0:0])
+    course = course_of(
+        terms, axis, stretch, Scheme(True, stretch.params[0:0], stretch.params[0:0], 1, 0.0, None), stretch.params[0:0]
+    )
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     bent = np.any(directions.table[3] != 0.0)
     room = room_beside(terms, axis, directions, candidates, recording)

@@ -30,6 +30,7 @@ from linid.simulation.compiled import (
     load_lockstep,
     load_lockstep_slopes,
     load_slopes,
+    load_told,
 )
 from linid.simulation.inputs import Inputs
 from linid.simulation.run import Simulator, whole_recordings
@@ -39,7 +40,7 @@ _SERVE = "from linid.simulation.compile_ahead import serve; serve()"
 _SAMPLES, _PERIOD = 9, 1e-3  # of the motion that kernels are tried on; s
 _VALUE = 0.1  # of all parameters, SI
 _STEPS = sorted({law.steps for law in LAWS.values()})
-_EFFECT = "gravity"  # any that has all kernels
+_EFFECT, _TOLD = "quadratic_drag", "gravity"  # any that has all kernels, and any whose force is told beforehand
 
 
 class Plan(NamedTuple):
@@ -109,6 +110,7 @@ def _kernels() -> dict[str, _Kernel]:
         ),
         "derivatives": _Kernel(load_lockstep_slopes, partial(_slopes, plain)),
         "derivatives with effects": _Kernel(load_slopes, partial(_slopes, full)),
+        "windows with effects": _Kernel(load_told, partial(_run, Model("theta", (_TOLD,)), guided=True)),
         "run with effects": _Kernel(lambda: load_kernel().simulate_tasks, partial(_run, full)),
         "along with effects": _Kernel(lambda: load_kernel().along_tasks, partial(_along, full)),
         "derivatives along with effects": _Kernel(load_along_slopes, partial(_along_slopes, full)),
@@ -141,6 +143,7 @@ _EFFECTS = (
     "along with effects",
     "derivatives along with effects",
     "readings with effects",
+    "windows with effects",
     "derivatives with effects",
 )
 DIAGNOSIS = Plan((_along_under(LUGRE), "windows", *_LAWS, "closed loops"), (*_EFFECTS, "run with effects"), wait=False)

@@ -20,7 +20,17 @@ from linid.installed_kernels import installed_folder
 from linid.kernel_cache import SharedCache, announce_compilation, cache_folder, locked
 from linid.physics.laws.registry import LUGRE
 from linid.physics.model import Model
-from linid.simulation import along, along_slopes, currents, kernel, kernel_by_voltage, lockstep, lockstep_slopes, slopes
+from linid.simulation import (
+    along,
+    along_slopes,
+    currents,
+    kernel,
+    kernel_by_voltage,
+    lockstep,
+    lockstep_slopes,
+    slopes,
+    told_forces,
+)
 from linid.simulation.bundle import Bundle
 from linid.simulation.terms import terms_of
 
@@ -247,6 +257,13 @@ def load_along_slopes() -> Callable[..., None]:
 def load_lockstep() -> Callable[..., int]:
     """The compiled simulation of many at once (lockstep.py), of all motors under LuGre friction without effects."""
     entry: Callable[..., int] = entry_of(lockstep.lockstep_tasks_with(terms_of(None, True, LUGRE)))
+    return entry
+
+
+@cache
+def load_told() -> Callable[..., None]:
+    """The compiled forces that are told beforehand (told_forces.py), of all motors and effects."""
+    entry: Callable[..., None] = entry_of(told_forces.told_tasks_with(terms_of(None, False, LUGRE)))
     return entry
 
 

@@ -32,11 +32,13 @@ class Starts(NamedTuple):
 
 class Scheme(NamedTuple):
     """guided: whether outer forces act at the measured position; guide: (4, points) measured position and inputs at the
-    ends and middles of all base steps, if these alone decide the motor's force, or empty; substeps: base steps per
-    sample; tolerance: of a followed step; steering: by a drive that closes its loops, or one without reference."""
+    ends and middles of all base steps, if these alone decide the motor's force, or empty; forces: (points,) in N there,
+    where they are told already, or empty; substeps: base steps per sample; tolerance: of a followed step; steering: by
+    a drive that closes its loops, or one without reference."""
 
     guided: Any
     guide: Any
+    forces: Any
     substeps: Any
     tolerance: Any
     steering: Any
@@ -154,6 +156,13 @@ def still_known(known, start):
     if start < begin or start > end:
         begin = end = start
     return begin, end
+
+
+@inlined
+def parabola_at(share):
+    """Weights of the three points of a base step, a share of it after the first one."""
+    first, last = (1.0 - share) * (1.0 - 2.0 * share), share * (2.0 * share - 1.0)
+    return first, 1.0 - first - last, last
 
 
 @inlined

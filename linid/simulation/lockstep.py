@@ -16,11 +16,11 @@ import numpy as np
 
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import FINEST, still_known
+from linid.simulation.course import FINEST, AxisState, still_known
 from linid.simulation.forces import Axis, bristles_of, forces_along, motor_axis
 from linid.simulation.kernel import started
 from linid.simulation.lanes import LANES
-from linid.simulation.lockstep_lanes import (
+from linid.simulation.lockstep_block import (
     ALONE,
     BRISTLES,
     CANDIDATE,
@@ -49,9 +49,8 @@ from linid.simulation.lockstep_lanes import (
     W,
     Way,
     Y,
-    follow,
-    slide,
 )
+from linid.simulation.lockstep_lanes import follow, slide
 from linid.simulation.lockstep_steps import WHOLE
 from linid.simulation.splines_at import inputs_at
 from linid.simulation.steps import borders_of, is_steady, rests
@@ -230,12 +229,14 @@ def open_task(terms, tasks, number, motor, known, way, pool):
     bristles = bristles_of(terms, axis, inputs.added_mass[r])
     currents, point = (0.0, 0.0, 0.0), pieces * interval + r
     if powered and count > 1:
-        if not way.free:
+        if not (way.free or way.given):
             points = point, point + pieces * (count - 1) + 1
             known = known_forces(terms, axis, scheme.guide, way, points, known)
         currents = inputs_at(inputs.coefficients, interval, 0.0)
     start, a = starts.values[candidate, s], offsets[s]
     motion = started(terms, axis, bristles, 0.0, start, starts.kept, currents)
+    if powered and way.given:
+        motion = AxisState(motion.y, motion.v, motion.w, way.forces[point], currents, motion.spring)
     way.y_out[candidate, a] = motion.y
     if way.v_out.size > 0:
         way.v_out[candidate, a] = motion.v
@@ -323,10 +324,12 @@ def way_of(candidates, inputs, scheme, traces, beside):
     for r in range(inputs.powered.size):
         powered = powered or inputs.powered[r]
     free = powered and not scheme.guided
-    forces = np.empty(scheme.guide.shape[1] if powered and not free else 2)
+    forces, given = scheme.forces, scheme.forces.size > 0
+    if not given:
+        forces = np.empty(scheme.guide.shape[1] if powered and not free else 2)
     fields = np.empty((candidates.params.shape[0], FIELD if powered else 0))
     pieces, whole = 2.0 * scheme.substeps, float(scheme.substeps << FINEST)
-    inner = candidates.params, inputs.coefficients, powered, free, fields, forces, pieces, whole
+    inner = candidates.params, inputs.coefficients, powered, free, fields, forces, given, pieces, whole
     return Way(*inner, scheme.tolerance, traces[0], traces[1], beside)
 
 

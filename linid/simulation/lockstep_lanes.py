@@ -3,103 +3,46 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.physics.motors.motor import MAX_HARMONICS
 from linid.simulation.binding import compiled, inlined
-from linid.simulation.forces import Axis, Bristles
+from linid.simulation.course import parabola_at
+from linid.simulation.forces import Axis
 from linid.simulation.lane_functions import phase_force_lanes, phi_of_lanes
 from linid.simulation.lanes import LANES, bits_of, count_of, gathered, lanes_at, put_lanes, select
+from linid.simulation.lockstep_block import (
+    ALONE,
+    CANDIDATE,
+    DONE,
+    END,
+    FAST,
+    FORCE,
+    GLIDE,
+    GLIDE_2,
+    GLIDE_3,
+    GLIDE_H,
+    GOING,
+    INTERVAL,
+    LEAPS,
+    LEFT,
+    NEXT,
+    RECORDING,
+    SIZE,
+    SLOWEST,
+    TABLED,
+    TICK,
+    V,
+    W,
+    Y,
+    bristles_in,
+    moving_in,
+    put_row,
+    row,
+)
 from linid.simulation.lockstep_steps import WHOLE, Moving, followed, foreseen, slid, strayed
 from linid.simulation.splines_at import inputs_at
 from linid.simulation.steps import REST_BRISTLE, REST_SPEED, is_steady
-
-# Rows of what a block holds of its simulations. SIZE: finest steps of the next step; DONE: of them since the sample
-# before; INTERVAL: of the recordings' that it is in; LEFT: samples still to come; RECORDING: its number; GOING, ALONE:
-# 1 where a lane is taken, and where no force acts; GLIDE: three weights of fast sliding, over GLIDE_H seconds; LEAPS: 1
-# where inputs differ before and after a sample.
-# Python's own integers would be types of their own, for each of which all is compiled.
-_ROWS = np.arange(27)
-Y, V, W, FORCE, SIZE, DONE, INTERVAL, LEFT, RECORDING, GOING, ALONE, TICK, FAST, SLOWEST, GLIDE_H = _ROWS[:15]
-GLIDE, GLIDE_2, GLIDE_3, BRISTLES = _ROWS[15:19]
-LEAPS = _ROWS[26]
-ROWS = 27
-# Whole numbers: which candidate, and of the next sample in its results and of that behind the last.
-CANDIDATE, NEXT, END = np.arange(3)
-PLACES = 3
-SPLINES = 17  # rows: of which interval, and its four splines' coefficients
-# Rows: wavenumber, phase, of each harmonic its amplitude and phase step, 1 where that is the field, and which
-# candidate's all that is.
-TABLED = np.int64(2 + 3 * MAX_HARMONICS)
-FIELD = OWNER = TABLED + 1
-
-
-class Block(NamedTuple):
-    """What `LANES` simulations side by side are: values (ROWS or more, LANES); places (PLACES, LANES); splines
-    (SPLINES, LANES); field (OWNER + 1, LANES) of the motor; room (4, LANES)."""
-
-    values: Any
-    places: Any
-    splines: Any
-    field: Any
-    room: Any
-
-
-class Way(NamedTuple):
-    """What all simulations share: params of the candidates; the recordings' coefficients; powered: whether any has
-    inputs; free: whether the motor's force acts at the simulated position, in place of the measured one; fields:
-    (candidates, FIELD) as in `Block`; forces in N at all points, `pieces` per sample, where they are known beforehand;
-    whole: finest steps per sample; tolerance of a followed step; y_out, v_out: where results go, (candidates, samples)
-    in m and m/s, v_out (1, 0) if not wanted; beside: what goes along with simulations."""
-
-    params: Any
-    coefficients: Any
-    powered: Any
-    free: Any
-    fields: Any
-    forces: Any
-    pieces: Any
-    whole: Any
-    tolerance: Any
-    y_out: Any
-    v_out: Any
-    beside: Any
-
-
-@inlined
-def row(values, number):
-    """One row of what a block holds."""
-    return lanes_at(values, number * LANES)
-
-
-@inlined
-def put_row(values, number, lanes):
-    """Put it back."""
-    put_lanes(values, number * LANES, lanes)
-
-
-@inlined
-def moving_in(values):
-    """The motion of all lanes."""
-    return Moving(row(values, Y), row(values, V), row(values, W), row(values, FORCE))
-
-
-@inlined
-def bristles_in(values):
-    """Friction and mass of all lanes."""
-    at = BRISTLES
-    return Bristles(
-        row(values, at),
-        row(values, at + 1),
-        row(values, at + 2),
-        row(values, at + 3),
-        row(values, at + 4),
-        row(values, at + 5),
-        row(values, at + 6),
-        row(values, at + 7),
-    )
 
 
 @compiled
@@ -202,6 +145,35 @@ def forces_free(terms, motor, block, way, powered, step):
 def point_at(way, values, ahead):
     """Each lane's number of the point of base steps that lies so many finest steps after the sample before."""
     return way.pieces * row(values, INTERVAL) + row(values, RECORDING) + ahead * (2.0 / WHOLE)
+
+
+@inlined
+def shares_of(way, values, middle):
+    """The first point of each lane's base step as a number, and weights of its three points in the middle and at the
+    end of the step."""
+    begin = row(values, DONE) * (1.0 / WHOLE)
+    whole = (begin + 2.0**52) - 2.0**52
+    whole = select(whole > begin, whole - 1.0, whole)
+    share = begin - whole
+    size = middle.size * (1.0 / WHOLE)
+    return point_at(way, values, WHOLE * whole), parabola_at(share + 0.5 * size), parabola_at(share + size)
+
+
+@inlined
+def weighted(weights, first, second, third):
+    """A sum with three weights."""
+    return weights[0] * first + weights[1] * second + weights[2] * third
+
+
+@compiled
+def forces_between(way, values, middle, within):
+    """Forces in N in the middle and at the end of steps that are no base steps, where all are told already: by the
+    parabola through the three points of the base step."""
+    point, mid_weights, end_weights = shares_of(way, values, middle)
+    point = select(within, point, 0.0)
+    first, second = gathered(way.forces, point), gathered(way.forces, point + 1.0)
+    third = gathered(way.forces, point + 2.0)
+    return weighted(mid_weights, first, second, third), weighted(end_weights, first, second, third)
 
 
 @inlined
@@ -360,7 +332,11 @@ def follow(terms, motor, block, way):
             within = powered & (middle.size < WHOLE)
             mid, end = forces_at(way, values, ahead, powered & ~within)
             if bits_of(within) != 0:
-                forces = forces_within(terms, motor, block, way, within, (x - 0.5 * middle.h, x))
+                forces = mid, end
+                if way.given:
+                    forces = forces_between(way, values, middle, within)
+                else:
+                    forces = forces_within(terms, motor, block, way, within, (x - 0.5 * middle.h, x))
                 mid, end = select(within, forces[0], mid), select(within, forces[1], end)
         new = followed(bristles, moving, middle, (mid, end), going)
         terms.beside.followed(way, values, bristles, moving, middle, (mid, end), (going, powered))

@@ -21,9 +21,8 @@ from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.lane_slopes import level_slopes_lanes, phi_4_lanes, phi_slopes_lanes
 from linid.simulation.lanes import LANES, bits_of, gathered, put_lanes, select
 from linid.simulation.lockstep import Tasks, simulate_all, way_of
-from linid.simulation.lockstep_lanes import DONE, ROWS, point_at, row
-from linid.simulation.lockstep_steps import WHOLE
-from linid.simulation.slope_carry import parabola_at
+from linid.simulation.lockstep_block import ROWS, row
+from linid.simulation.lockstep_lanes import point_at, shares_of, weighted
 from linid.simulation.slope_effects import FORCE_STEP
 from linid.simulation.slope_steps import (
     Columns,
@@ -46,10 +45,10 @@ PER_COLUMN = 4  # rows of a block: slopes of y, v, w and the outer force
 
 class Beside(NamedTuple):
     """The columns that go along. table: (8, columns) directions of friction and mass; bent: whether alpha is one;
-    starts: (S, 3, columns) of the start; movers: (columns,) which change the motor, as rows of `forces`, -1 where not;
-    motors: (movers, VECTOR_SIZE) a FORCE_STEP along these; moved: (movers, 4, MAX_HARMONICS) what they change of its
-    table of harmonics (`phase_force_slopes`); forces: (movers, points) slopes of the motor's force; now: (PER_COLUMN
-    columns,) slopes of a simulation that begins; out: (samples, columns) in m."""
+    starts: (S, 3, columns) of the start; movers: (columns,) which change the forces, as rows of `forces`, -1 where not;
+    motors: (movers, VECTOR_SIZE) a FORCE_STEP along these, none where forces are told already; moved: (movers, 4,
+    MAX_HARMONICS) what they change of its table of harmonics (`phase_force_slopes`); forces: (movers, points) slopes of
+    the motor's force; now: (PER_COLUMN columns,) slopes of a simulation that begins; out: (samples, columns) in m."""
 
     table: Any
     bent: Any
@@ -84,7 +83,7 @@ def moved_tables(terms, motor, params, motors):
 def beside_of(terms, candidates, tangents, points, out):
     """Room for the columns. candidates: the one, then those a FORCE_STEP along each direction; points: of all
     recordings' forces."""
-    params, count = candidates.params, out.shape[1]
+    params, count, given = candidates.params, out.shape[1], tangents.forces.size > 0
     movers, kept = np.full(count, -1), 0
     bent = False
     for c in range(count):
@@ -93,13 +92,15 @@ def beside_of(terms, candidates, tangents, points, out):
             if params[1 + c, k] != params[0, k] and movers[c] < 0:
                 movers[c] = kept
                 kept += 1
-    motors = np.empty((kept, params.shape[1]))
+    motors = np.empty((0 if given else kept, params.shape[1]))
     for c in range(count):
-        if movers[c] >= 0:
+        if movers[c] >= 0 and not given:
             motors[movers[c]] = params[1 + c]
     moved = moved_tables(terms, candidates.motor, params[0], motors)
-    room = np.empty((kept, points)), np.empty(PER_COLUMN * count)
-    return Beside(tangents.table, bent, tangents.starts, movers, motors, moved, *room, out)
+    forces, now = tangents.forces, np.empty(PER_COLUMN * count)
+    if not given:
+        forces = np.empty((kept, points))
+    return Beside(tangents.table, bent, tangents.starts, movers, motors, moved, forces, now, out)
 
 
 @allocating
@@ -244,24 +245,6 @@ def linear_of_lanes(bristles, moving, middle, outer, asked):
     matrix = matrix_of(bristles, moving, middle, outer, bristle, bound[0])
     phi = phi_slopes_lanes(matrix.half_trace, matrix.square, asked)
     return joined(bristle, bound, matrix, phi, outer[1] / bristles.mass)
-
-
-@inlined
-def shares_of(way, values, middle):
-    """The first point of each lane's base step as a number, and weights of its three points in the middle and at the
-    end of the step."""
-    begin = row(values, DONE) * (1.0 / WHOLE)
-    whole = (begin + 2.0**52) - 2.0**52
-    whole = select(whole > begin, whole - 1.0, whole)
-    share = begin - whole
-    size = middle.size * (1.0 / WHOLE)
-    return point_at(way, values, WHOLE * whole), parabola_at(share + 0.5 * size), parabola_at(share + size)
-
-
-@inlined
-def weighted(weights, first, second, third):
-    """A sum with three weights."""
-    return weights[0] * first + weights[1] * second + weights[2] * third
 
 
 @inlined

@@ -15,8 +15,7 @@ from linid.arrays import Array, Flags, Integers
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.electrical import WINDING_CODES
 from linid.physics.laws.registry import LUGRE, find_law
-from linid.physics.model import EFFECT_START, MASS, MOTOR_START, STATE_PLACES, Model
-from linid.physics.own_terms.layout import ACCELERATION_BIT, STRIBECK_BIT
+from linid.physics.model import MOTOR_START, STATE_PLACES, Model
 from linid.simulation.along import AlongTraces
 from linid.simulation.along_beside import AlongSlopes, Directions
 from linid.simulation.along_motion import MeasuredMotion
@@ -30,24 +29,23 @@ from linid.simulation.compiled import (
     load_slopes,
 )
 from linid.simulation.course import Candidates, Scheme, Starts, Traces
+from linid.simulation.directions import silent_places, touched_by
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.lanes import LANES, padded
 from linid.simulation.slope_effects import FORCE_STEP
 from linid.simulation.slopes import Tangents
 from linid.simulation.steering import UNSTEERED, Steering
 from linid.simulation.threads import summed
-from linid.simulation.told import told_beforehand
+from linid.simulation.told import forces_told, told_beforehand
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
 REVERSAL_TOLERANCE = 0.002
 _NO_STATES = ("drive", "field", "friction")  # terms whose hidden states no derivative is carried for
-# Places of what the Stribeck curve hangs on, and a balance of forces: viscous friction and mass too.
-_CURVE, _BALANCE = (0, 1, 2, 3), (0, 1, 2, 3, MASS - 1, MASS)
-_OF_MOTOR = {"delay", "drive", "field", "thrust"}  # terms that only a motor with inputs shows
 _ROUNDS = 4  # of lanes, which a thread takes at a time: fewer would leave lanes free too often
 # Of motors that currents drive, and of forces that are not known beforehand.
 _NO_CURRENTS, _NO_TRACES, _NO_GUIDE = np.empty((1, 0, 3)), np.empty((1, 3, 0)), np.empty((4, 0))
+_NO_FORCES, _NO_SLOPES = np.empty(0), np.empty((0, 0))
 
 
 class Segments(NamedTuple):
@@ -137,29 +135,6 @@ class Simulator:
         """The bits of the effects and own terms whose forces hang on speed."""
         return active_mask(tuple(name for name in self.model.effects if find_effect(name).pushes_by_speed))
 
-    def _touched(self, tangents: Array) -> Integers:
-        """The bits of the effects and own terms whose parameters directions (K, VECTOR_SIZE) change."""
-        touched = np.zeros(len(tangents), dtype=np.int64)
-        for name in self.model.effects:
-            places = [self.model.slot(parameter.name) for parameter in find_effect(name).parameters]
-            bits = active_mask((name,))
-            for bit, also in ((STRIBECK_BIT, _CURVE), (ACCELERATION_BIT, _BALANCE)):
-                places += also if bits & bit else ()  # what an own term hangs on besides
-            touched[np.any(tangents[:, places] != 0.0, axis=1)] |= bits
-        return touched
-
-    @cached_property
-    def _silent(self) -> list[int]:
-        """Places of parameters that say nothing: without inputs those of the motor, and of effects on inputs, field and
-        thrust alone."""
-        if np.any(self.inputs.powered):
-            return []
-        silent = list(range(MOTOR_START, EFFECT_START))
-        for effect in map(find_effect, self.model.effects):
-            if effect.own is None and effect.terms.keys() <= _OF_MOTOR:
-                silent += [self.model.slot(parameter.name) for parameter in effect.parameters]
-        return silent
-
     @property
     def _reads(self) -> bool:
         """Whether an effect has a reading error."""
@@ -223,28 +198,33 @@ class Simulator:
         differences, to some 1e-7.
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
-        powered, bare = bool(np.any(self.inputs.powered)), self.model.mask == 0
-        told = np.any(np.delete(tangents, self._silent, axis=1) != 0.0, axis=1)
+        powered = bool(np.any(self.inputs.powered))
+        in_lanes = self.model.mask == 0 or self._goes_in_lanes(guided, starts)
+        told = np.any(np.delete(tangents, [] if powered else silent_places(self.model), axis=1) != 0.0, axis=1)
         told |= np.any(start_slopes != 0.0, axis=(0, 1))
         tangents = tangents[told]
         count, samples = len(tangents), int(segments.out_offsets[-1])
-        width = count if bare else padded(count)
+        width = count if in_lanes else padded(count)
         out = segments.out_offsets, np.empty(samples), np.empty((samples, width))
         table, moved = np.zeros((8, width)), np.zeros((*starts.shape, width))
         table[:, :count], moved[:, :, :count] = tangents[:, :8].T, start_slopes[:, :, told]
-        touched, begins = self._touched(tangents), np.ascontiguousarray(starts)
-        beforehand = told_beforehand(self.model) if guided and bool(np.all(self.inputs.powered)) else 0
-        along = Tangents(count, table, touched, self._fast, beforehand, begins, moved, *self._hidden)
-        guide = self._guide if powered else np.empty((4, 1))
-        scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
-        candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
-        kernel = load_lockstep_slopes() if bare else load_slopes()
+        touched, begins = touched_by(self.model, tangents), np.ascontiguousarray(starts)
+        scheme, by_points = self._scheme(guided, self._guide if powered else np.empty((4, 1))), _NO_SLOPES
+        beside, told_effects = params + FORCE_STEP * tangents, self._told if guided else 0
+        pieces = self._by_recording(segments)
+        if in_lanes and told_effects:
+            moving = np.any(beside[:, MOTOR_START:] != params[MOTOR_START:], axis=1)
+            those = self._candidates(np.vstack([params, beside[moving]]))
+            scheme, by_points = forces_told(those, self.inputs, segments, scheme, self._told, (pieces, self.jobs))
+        along = Tangents(count, table, touched, self._fast, told_effects, by_points, begins, moved, *self._hidden)
+        candidates = self._candidates(np.vstack([params, beside]))
+        kernel = load_lockstep_slopes() if in_lanes else load_slopes()
 
         def work(piece: tuple[int, int]) -> int:
             kernel(candidates, self.inputs, segments, scheme, along, *piece, out)
             return 0
 
-        summed(work, self._by_recording(segments), self.jobs)
+        summed(work, pieces, self.jobs)
         slopes = out[2][:, :count]
         if not np.all(told):
             slopes = np.zeros((samples, told.size))
@@ -268,26 +248,59 @@ class Simulator:
 
     def _simulate(self, params: Array, segments: Segments, starts: Starts, guided: bool, traces: Traces) -> int:
         """Run the kernel over all candidates and segments."""
+        # It never hangs on how many there are: the two kernels differ by rounding.
+        if not self._goes_in_lanes(guided, starts.values):
+            kernel, least = self._kernel().simulate_tasks, 1
+        elif self.model.mask == 0:
+            kernel, least = load_lockstep(), _ROUNDS * LANES
+        else:
+            return self._simulate_told(params, segments, starts, traces)
         inputs, candidates = self.inputs, self._candidates(params)
-        simulate_tasks, least = self._simulation(guided)
         by_motion_alone = guided and self.model.mask == 0 and not self.model.winding
-        guide = self._guide if by_motion_alone else _NO_GUIDE
-        scheme = Scheme(guided, guide, self.substeps, REVERSAL_TOLERANCE / self.substeps**2, self.steering)
+        scheme = self._scheme(guided, self._guide if by_motion_alone else _NO_GUIDE)
 
         def work(piece: tuple[int, int]) -> int:
-            return int(simulate_tasks(candidates, inputs, segments, starts, scheme, *piece, traces))
+            return int(kernel(candidates, inputs, segments, starts, scheme, *piece, traces))
 
         return self._spread(work, params.shape[0] * segments.count.size, least)
 
-    def _simulation(self, guided: bool) -> tuple[Callable[..., int], int]:
-        """The compiled simulation, and how many tasks it should have at a time: side by side where it can be.
+    def _simulate_told(self, params: Array, segments: Segments, starts: Starts, traces: Traces) -> int:
+        """Run all candidates over all segments, guided: the forces are told beforehand, for one candidate at a time."""
+        kernel, guided = load_lockstep(), self._scheme(True, self._guide)
 
-        It never hangs on how many there are: the two kernels differ by rounding.
-        """
-        plain = self.model.mask == 0 and not self.model.winding and find_law(self.model.law).steps == LUGRE
-        if plain and self.steering.y.size == 0 and not self.specialised:
-            return load_lockstep(), _ROUNDS * LANES
-        return self._kernel().simulate_tasks, 1
+        def simulate(k: int, pieces: list[tuple[int, int]], jobs: int) -> int:
+            one = slice(k, k + 1)
+            candidate, begins = self._candidates(params[one]), starts._replace(values=starts.values[one])
+            scheme, _ = forces_told(candidate, self.inputs, segments, guided, self._told, (pieces, jobs))
+            rows = traces._replace(y=traces.y[one], v=traces.v[one] if traces.v.size else traces.v)
+
+            def work(piece: tuple[int, int]) -> int:
+                return int(kernel(candidate, self.inputs, segments, begins, scheme, *piece, rows))
+
+            return summed(work, pieces, jobs)
+
+        if params.shape[0] == 1:
+            return simulate(0, self._by_recording(segments), self.jobs)
+        whole = [(0, segments.count.size)]
+        return summed(lambda k: simulate(k, whole, 1), range(params.shape[0]), self.jobs)
+
+    def _scheme(self, guided: bool, guide: Array) -> Scheme:
+        tolerance = REVERSAL_TOLERANCE / self.substeps**2
+        return Scheme(guided, guide, _NO_FORCES, self.substeps, tolerance, self.steering)
+
+    @cached_property
+    def _told(self) -> int:
+        """The bits of effects whose forces are told beforehand where places are read as measured."""
+        return told_beforehand(self.model) if bool(np.all(self.inputs.powered)) else 0
+
+    def _goes_in_lanes(self, guided: bool, starts: Array) -> bool:
+        """Whether simulations go side by side: without effects, or where all that these do is told beforehand. starts:
+        (..., 3 or more), of which those with effects must give the bristle."""
+        model = self.model
+        if model.winding or find_law(model.law).steps != LUGRE or self.steering.y.size or self.specialised:
+            return False
+        told = guided and self._told == model.mask
+        return model.mask == 0 or (told and not bool(np.any(np.isnan(starts[..., 2]))))
 
     def along(
         self,
@@ -356,7 +369,7 @@ class Simulator:
         found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
-        kernel, directions = load_along_slopes(), Directions(self._touched(tangents), table)
+        kernel, directions = load_along_slopes(), Directions(touched_by(self.model, tangents), table)
 
         def work(piece: tuple[int, int]) -> int:
             kernel(candidates, self.inputs, motion, directions, *piece, found)
@@ -383,15 +396,3 @@ class Simulator:
 
     def _spread(self, work: Callable[[tuple[int, int]], int], tasks: int, least: int = 1) -> int:
         return summed(work, self._split(tasks, least), self.jobs)
-
-
-def currents_along(model: Model, params: Array, inputs: Inputs, y: Array, v: Array, start: Array) -> Array:
-    """Currents (C, 3, samples) in A of C candidates, exact for voltages that are parabolas between half samples.
-
-    model: with windings; params: (C, VECTOR_SIZE) SI; inputs: packed with their voltages; y, v: (samples,) measured
-    motion in m and m/s; start: (R, 3) A at the recordings' first samples. Effects are left out.
-    """
-    out = np.zeros((params.shape[0], 3, y.size))
-    candidates = Candidates(np.ascontiguousarray(params), model.motor, 0, WINDING_CODES[model.winding])
-    load_kernel(None, True, True).current_tasks(candidates, inputs, y, v, np.ascontiguousarray(start), out)
-    return out

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.simulation.binding import inlined
-from linid.simulation.course import FINEST, inputs_then
+from linid.simulation.course import FINEST, inputs_then, parabola_at
 from linid.simulation.forces import force_once
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
 from linid.simulation.slope_effects import (
@@ -205,13 +205,6 @@ def carry_sliding(terms, along, motion, slid, weights, moment, points):
             carry_settled(along, block, h, motions, new)
         put_motions(carried, width, block, new)
         put_lanes(carried.force, block, end)
-
-
-@inlined
-def parabola_at(share):
-    """Weights of the three points of a base step, a share of it after the first one."""
-    first, last = (1.0 - share) * (1.0 - 2.0 * share), share * (2.0 * share - 1.0)
-    return first, 1.0 - first - last, last
 
 
 @inlined

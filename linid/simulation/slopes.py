@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.model import EFFECT_START, MOTOR_START
-from linid.simulation.along_effects import Samples
-from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.binding import allocating, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import FINEST, Place, course_of, first_inputs, still_known, stretch_of
-from linid.simulation.forces import axis_of, bristles_of, motor_forces, reading_error
+from linid.simulation.forces import axis_of, bristles_of, reading_error
 from linid.simulation.kernel import after, diverged, no_samples, started
 from linid.simulation.slope_carry import Along, Carried, carry_followed, carry_sliding, is_pushed
 from linid.simulation.slope_effects import (
@@ -34,7 +33,7 @@ from linid.simulation.slope_effects import (
 from linid.simulation.slope_start import start_bristles, start_factor, start_forces, start_hidden
 from linid.simulation.slope_states import hidden_of
 from linid.simulation.slope_steps import slid_weights
-from linid.simulation.splines_at import late_inputs, spline_at
+from linid.simulation.splines_at import spline_at
 from linid.simulation.steps import (
     Slide,
     after_sample,
@@ -47,13 +46,15 @@ from linid.simulation.steps import (
     sliding_step,
     too_slow,
 )
+from linid.simulation.told_forces import points_of, put_told
 
 
 class Tangents(NamedTuple):
     """Directions. count: how many; table: those of friction's parameters, (8, width), SI, padded to lanes; touched:
     (count,) bits of the effects and own terms that they change; fast: bits of those whose forces hang on speed; told:
     bits of those whose forces measured place, inputs and time tell beforehand, 0 where other effects must know the
-    motor's own; begins:
+    motor's own; forces: (movers, points) slopes of forces in N that are told already (`Scheme.forces`), by the
+    directions that change these one after the other, or empty; begins:
     (S, 3 or more) y in m, v in m/s, w in m and hidden states at the start; starts: (S, as many, width) directions of
     these; kept: (n,) places of hidden states, counted from STATE_START; owners: (n,) bits of their effects; driven:
     (3,) bits of those whose states place, speed and acceleration drive."""
@@ -63,6 +64,7 @@ class Tangents(NamedTuple):
     touched: Any
     fast: Any
     told: Any
+    forces: Any
     begins: Any
     starts: Any
     kept: Any
@@ -136,27 +138,6 @@ def carried_from(axis, course, first, force_slopes, tangents, s):
     return carried
 
 
-@compiled
-def seen_by_motor(terms, on, p, clock, guide, coefficients, out):
-    """Fill in the places in m that the motor's field sees, and the inputs that it gets (4, points).
-
-    clock: s of the recording's first point, between points and between samples, and the number of the first one here;
-    guide: (4, points) measured places and logged inputs; coefficients: of the splines of the inputs.
-    """
-    for k in range(guide.shape[1]):
-        x, y = (clock[3] + k) * clock[1], guide[0, k]
-        t = clock[0] + x
-        currents = guide[1, k], guide[2, k], guide[3, k]
-        if on & terms.acts.delay:
-            currents = late_inputs(coefficients, clock[2], x - terms.delay(0.0, on, p))
-        if on & terms.acts.drive:
-            currents = terms.drive(on, t, y, 0.0, currents, p)
-        out[0, k] = y
-        if on & terms.acts.field:
-            out[0, k] = terms.field(y, on, t, y, 0.0, currents, p)
-        out[1, k], out[2, k], out[3, k] = currents
-
-
 class Pushed(NamedTuple):
     """What is known along a recording of the motor and of the effects that are told beforehand. forces: (points,) in N
     at its points, slopes: (points, width) of these, those of columns that do not act on it 0; start, stop: from and to
@@ -201,60 +182,21 @@ def pushed_on(candidates, terms, inputs, segment, scheme, tangents, acting, know
 def put_forces(candidates, terms, inputs, scheme, tangents, acting, known, points):
     """Put the forces and their slopes in; points: of which recording, from and to which of its points."""
     r, begin, end = points
-    pieces, count = 2 * scheme.substeps, end - begin
-    a = pieces * inputs.offsets[r] + r + begin
-    guide = scheme.guide[:, a : a + count]
-    forces, slopes, own = known.forces[begin:end], known.slopes[begin:end], np.empty(count)
-    other = np.empty(count)
-    clock = inputs.t_starts[r], inputs.dts[r] / pieces, inputs.dts[r], begin
-    coefficients = inputs.coefficients[inputs.offsets[r] : inputs.offsets[r + 1]]
+    forces, slopes, other = known.forces[begin:end], known.slopes[begin:end], np.empty(end - begin)
+    on, p = candidates.on & terms.chosen | terms.always, candidates.params[0]
+    bits, seen = (on, acting.told), np.empty((4, end - begin))
+    where = points_of(inputs, scheme, r, begin, end)
+    put_told(terms, candidates.motor, bits, of_recording(p, inputs, r), where, seen, forces)
     # Effects on inputs and field act before the motor, by its place and inputs alone.
-    on = candidates.on & terms.chosen | terms.always
-    changing = on & (terms.acts.delay | terms.acts.drive | terms.acts.field)
-    room = np.empty((2, 4, count if changing else 0))
-    p, seen = candidates.params[0], guide
-    if changing:
-        seen = room[0]
-        seen_by_motor(terms, on, of_recording(p, inputs, r), clock, guide, coefficients, seen)
-    motor_forces_at(terms, candidates.motor, p, seen, own)
-    told = acting.told & (terms.acts.thrust | terms.acts.force)
-    forces[:] = own
-    if told:
-        with_told(terms, told, of_recording(p, inputs, r), clock, (guide[0], seen), forces)
+    changing = on & (terms.acts.delay | terms.acts.drive | terms.acts.field) | acting.told
     for c in range(tangents.count):
         other_p, acts = candidates.params[1 + c], tangents.touched[c] & changing != 0
         for k in range(MOTOR_START, EFFECT_START):
             acts = acts or other_p[k] != p[k]
-        given = seen
-        if tangents.touched[c] & changing:
-            given = room[1]
-            seen_by_motor(terms, on, acting.params[c], clock, guide, coefficients, given)
         if acts:
-            motor_forces_at(terms, candidates.motor, other_p, given, other)
-        elif tangents.touched[c] & told:
-            other[:] = own
-        if acts or tangents.touched[c] & told:
-            if told:
-                with_told(terms, told, acting.params[c], clock, (guide[0], given), other)
-            for k in range(count):
+            put_told(terms, candidates.motor, bits, of_recording(other_p, inputs, r), where, seen, other)
+            for k in range(other.size):
                 slopes[k, c] = (other[k] - forces[k]) / FORCE_STEP
-
-
-@allocating
-def with_told(terms, bits, p, clock, seen, forces):
-    """Put what effects with these bits do to the motor's forces in N (points,), and add to them, in. clock: as in
-    `seen_by_motor`; seen: measured places (points,) in m, and what the motor sees (4, points), inputs behind the
-    place."""
-    y, at = seen
-    samples = Samples(clock[0] + clock[3] * clock[1], clock[1], y, y, at[1], at[2], at[3])  # none asks for the speed
-    terms.over.thrust(forces, bits, samples, p)
-    terms.over.force(forces, bits, samples, p)
-
-
-@allocating
-def motor_forces_at(terms, motor, p, seen, out):
-    """`motor_forces` at places and inputs (4, points)."""
-    motor_forces(terms, motor, p, seen[0], (seen[1], seen[2], seen[3]), out)
 
 
 @inlined

@@ -1,10 +1,20 @@
-"""Which effects do what they do by measured place, inputs and time alone, so that their forces are told beforehand."""
+"""Which effects do what they do by measured place, inputs and time alone, and their forces, told beforehand."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from linid.arrays import Array
 from linid.physics.effects.effect import Effect
 from linid.physics.effects.registry import active_mask, find_effect
 from linid.physics.model import Model
+from linid.simulation.compiled import load_told
+from linid.simulation.course import Candidates, Scheme
+from linid.simulation.inputs import Inputs
+from linid.simulation.threads import summed
 
 _TOLD = {"delay", "drive", "field", "thrust", "force"}  # terms that forces at known places and times hold
 _SEES_MOTOR = {"thrust", "drive", "field", "load"}  # terms that must know the motor's own force, or decide it
@@ -31,3 +41,29 @@ def _needs_motor(effect: Effect) -> bool:
     if effect.own is not None:
         return bool(effect.own.variables & _OF_MOTOR)
     return bool(effect.terms.keys() & _SEES_MOTOR) or effect.pushes_by_inputs
+
+
+def forces_told(
+    candidates: Candidates,
+    inputs: Inputs,
+    segments: Any,
+    scheme: Scheme,
+    told: int,
+    pieces: tuple[Sequence[tuple[int, int]], int],
+) -> tuple[Scheme, Array]:
+    """The scheme with the forces in N at all points of segments by the first candidate, and how these answer the
+    others, which lie a FORCE_STEP away, (others, points) per unit; what lies in no segment is undefined.
+
+    segments: S stretches (`Segments`); scheme: with the points; told: the bits of `told_beforehand`; pieces: of the
+    segments, and among how many threads they are shared out.
+    """
+    points = scheme.guide.shape[1]
+    forces, by = np.empty(points), np.empty((candidates.params.shape[0] - 1, points))
+    kernel, bits = load_told(), (candidates.on, told)
+
+    def work(piece: tuple[int, int]) -> int:
+        kernel(candidates, inputs, segments, scheme, bits, *piece, (forces, by))
+        return 0
+
+    summed(work, *pieces)
+    return scheme._replace(forces=forces), by

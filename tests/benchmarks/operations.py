@@ -126,7 +126,7 @@ def simulate(kernel: Callable[..., int], segment: dict[str, Any], y_out: Any) ->
     candidates = Candidates(segment["params"], segment["motor"], 0, 0)
     first = (*(segment[name] for name in ("params", "powered", "coefficients")), False, segment["zero"], segment["dt"])
     stretch = Stretch(*first, 0, len(y_out), segment["added_mass"], 0.0, 0.0)
-    scheme = Scheme(False, np.empty((4, 0)), segment["substeps"], segment["tolerance"], UNSTEERED)
+    scheme = Scheme(False, np.empty((4, 0)), np.empty(0), segment["substeps"], segment["tolerance"], UNSTEERED)
     kept, forces, out = np.empty(0, dtype=np.int64), np.empty(0), (y_out, np.empty(0))
     return int(kernel(candidates, stretch, segment["start"], kept, scheme, forces, out))
 

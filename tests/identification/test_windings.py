@@ -23,7 +23,8 @@ from linid.physics.model import Model
 from linid.recording.noise import white_level
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.run import Simulator, currents_along, whole_recordings
+from linid.simulation.run import Simulator, whole_recordings
+from linid.simulation.winding_currents import currents_along
 from linid.stand.generate import resample_noise, true_parameters
 from tests.identification.stand import stand
 

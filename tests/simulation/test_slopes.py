@@ -85,7 +85,7 @@ def with_duals(simulator: Simulator, params: Any, tangents: Any, start: Any, mov
     candidates = Candidates(duals(params, tangents.T)[None], simulator.model.motor, 0, 0)
     clock = False, float(inputs.t_starts[0]), float(inputs.dts[0])
     stretch = Stretch(candidates.params[0], bool(inputs.powered[0]), inputs.coefficients, *clock, 0, T.size, 0.0, 0, 0)
-    scheme = Scheme(True, np.empty((4, 0)), SUBSTEPS, REVERSAL_TOLERANCE / SUBSTEPS**2, UNSTEERED)
+    scheme = Scheme(True, np.empty((4, 0)), np.empty(0), SUBSTEPS, REVERSAL_TOLERANCE / SUBSTEPS**2, UNSTEERED)
     y = np.empty(T.size, dtype=object)
     kernel(candidates, stretch, duals(start, moved), np.empty(0, dtype=np.int64), scheme, forces, (y, np.empty(0)))
     return y

@@ -150,7 +150,7 @@ def test_compiled_and_plain_simulations_are_the_same(effects: tuple[str, ...]) -
     first = (model.vector(values), True, inputs.coefficients, False, 0.0, inputs.dts[0], 0, t.size, 0.0)
     stretch = Stretch(*first, inputs.records[0], inputs.elapsed[0])
     kept = np.array(model.states, dtype=int)
-    scheme = Scheme(False, np.empty((4, 0)), 2, REVERSAL_TOLERANCE / 4.0, UNSTEERED)
+    scheme = Scheme(False, np.empty((4, 0)), np.empty(0), 2, REVERSAL_TOLERANCE / 4.0, UNSTEERED)
     out = (y, np.zeros(0))
     plain.of(kernel.simulate_one)(plain.of(terms_of()), candidates, stretch, start, kept, scheme, np.zeros(0), out)
     assert np.max(np.abs(y - compiled)) < 1e-12 * np.max(np.abs(y))

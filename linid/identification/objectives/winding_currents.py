@@ -15,7 +15,7 @@ from linid.physics.model import Model
 from linid.recording.jumps import find_jumps
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.run import currents_along
+from linid.simulation.winding_currents import currents_along
 
 _GROUP = 0.004  # s, residuals are grouped in bins of this length: noise hardly outlives a winding's memory
 _FLOOR = 1e-9  # A

@@ -22,7 +22,7 @@ from linid.physics.model import Model
 from linid.recording.noise import white_level
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
-from linid.simulation.run import currents_along
+from linid.simulation.winding_currents import currents_along
 
 _ROUNDS = 3
 _STEP = 1e-4  # of a search coordinate
