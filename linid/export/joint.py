@@ -11,6 +11,7 @@ from linid.export.simpler import (
     fundamental_phases,
     held_values,
     left_out,
+    mean_friction,
     need_mass,
     number,
     smooth_drag,
@@ -49,7 +50,7 @@ def joint_of(exported: Exported, target: str, *, breakaway: bool) -> Joint:
     """
     need_mass(exported, target)
     values, v = held_values(exported), speeds_of(exported)
-    factor, more = exported.mean_friction
+    factor, more = mean_friction(exported)
     friction = factor * (stribeck_curve(values, v) + more) + values["viscous_friction"] * v
     dynamic, viscous = coulomb_and_viscous(friction + smooth_drag(values, exported.model.effects, v), v)
     static = max(factor * (values["static_force"] + more), dynamic) if breakaway else dynamic

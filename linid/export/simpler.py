@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -19,6 +20,7 @@ _STRIBECK_REACH = 10.0
 _GRID = 400
 # A speed counts as motion above this share of the largest one.
 _STANDSTILL = 1e-3
+_mean_friction: WeakKeyDictionary[Exported, tuple[float, float]] = WeakKeyDictionary()
 
 
 def need_mass(exported: Exported, target: str) -> None:
@@ -75,6 +77,12 @@ def mean_friction(exported: Exported) -> tuple[float, float]:
     """Factor on friction and what is added to its level in N before, on average over the recordings: of friction along
     the way and of friction under load; 1 and 0 without recordings.
     """
+    if exported not in _mean_friction:  # several forms ask
+        _mean_friction[exported] = _mean_friction_of(exported)
+    return _mean_friction[exported]
+
+
+def _mean_friction_of(exported: Exported) -> tuple[float, float]:
     from linid.physics.effects.registry import find_effect
 
     values, effects = held_values(exported), exported.model.effects

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +21,7 @@ DEFAULT_STEP = 1.25e-4  # s, where no recording tells the step that the model wa
 _NO_WORD = re.compile(r"[^A-Za-z0-9_]+")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # each one is itself: what is worked out for it can be kept
 class Exported:
     """A model on its way to a target.
 
@@ -53,13 +52,6 @@ class Exported:
     def vector(self) -> Array:
         """The flat vector (size,) in SI of the parameters, as the simulation takes it."""
         return self.model.vector(self.values)
-
-    @cached_property
-    def mean_friction(self) -> tuple[float, float]:
-        """What friction along the way and under load is on average (`simpler.mean_friction`): several forms ask."""
-        from linid.export.simpler import mean_friction
-
-        return mean_friction(self)
 
 
 def step_of(result: FitResult, recordings: Sequence[Recording]) -> float:

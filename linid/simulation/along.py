@@ -24,7 +24,7 @@ from linid.simulation.along_effects import effected_before, effects_shared, know
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import Scheme, course_of, stretch_of
+from linid.simulation.course import measured_course, stretch_of
 from linid.simulation.forces import (
     axis_of,
     bristles_of,
@@ -285,9 +285,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     before, effected = shared[:2]
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    course = course_of(
-        terms, axis, stretch, Scheme(True, stretch.params[0:0], stretch.params[0:0], 1, 0.0, None), stretch.params[0:0]
-    )
+    course = measured_course(terms, axis, stretch)
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     mean = late = force = 0.0
     want_a = found.a.size > 0

@@ -18,7 +18,7 @@ from linid.simulation.along_load import currents_beside, load_beside
 from linid.simulation.along_motion import advance_by, advance_on, inputs_of_sample, midway
 from linid.simulation.along_own import own_columns, own_forces
 from linid.simulation.binding import allocating, compiled, inlined
-from linid.simulation.course import Scheme, course_of, stretch_of
+from linid.simulation.course import measured_course, stretch_of
 from linid.simulation.forces import (
     axis_of,
     bristles_of,
@@ -190,13 +190,7 @@ def started_beside(terms, candidates, recording, motion, w, given, room):
         stretch = stretch_of(candidates, inputs, candidate, r, 0, motion.y.size)
         axis = axis_of(terms, candidates, stretch)
         bristles = bristles_of(terms, axis, stretch.added_mass)
-        course = course_of(
-            terms,
-            axis,
-            stretch,
-            Scheme(True, stretch.params[0:0], stretch.params[0:0], 1, 0.0, None),
-            stretch.params[0:0],
-        )
+        course = measured_course(terms, axis, stretch)
         begins = begun_anew(terms, axis, bristles, course, motion)
         c, row = candidate - 1, 0
         if c >= 0:

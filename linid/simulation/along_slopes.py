@@ -55,7 +55,7 @@ from linid.simulation.along_effects import effected_before, given_over, samples_
 from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
-from linid.simulation.course import Scheme, course_of, stretch_of
+from linid.simulation.course import measured_course, stretch_of
 from linid.simulation.forces import axis_of, bristles_of
 from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
@@ -229,9 +229,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     stretch = stretch_of(candidates, inputs, 0, r, 0, motion.y.size)
     axis = axis_of(terms, candidates, stretch)
     bristles = bristles_of(terms, axis, stretch.added_mass)
-    course = course_of(
-        terms, axis, stretch, Scheme(True, stretch.params[0:0], stretch.params[0:0], 1, 0.0, None), stretch.params[0:0]
-    )
+    course = measured_course(terms, axis, stretch)
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
     bent = np.any(directions.table[3] != 0.0)
     room = room_beside(terms, axis, directions, candidates, recording)

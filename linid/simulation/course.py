@@ -149,6 +149,13 @@ def course_of(terms, axis, stretch, scheme, forces):
 
 
 @inlined
+def measured_course(terms, axis, stretch):
+    """The way through a recording along its measured motion, where no steps are taken."""
+    nothing = stretch.params[0:0]
+    return course_of(terms, axis, stretch, Scheme(True, nothing, nothing, 1, 0.0, None), nothing)
+
+
+@inlined
 def still_known(known, start):
     """From and to which point something is known, for a stretch that begins at point `start`: as `known` says, which
     overlapping stretches share, or nothing where that does not reach it."""

@@ -15,7 +15,10 @@ _OF_MOTOR = {"delay", "drive", "field", "thrust"}  # terms that only a motor wit
 
 
 def touched_by(model: Model, tangents: Array) -> Integers:
-    """The bits of the effects and own terms whose parameters directions (K, VECTOR_SIZE) change, (K,)."""
+    """The bits of the effects and own terms whose parameters directions change, (K,).
+
+    tangents: (K, VECTOR_SIZE), each in parameters' SI units per unit of its own.
+    """
     touched = np.zeros(len(tangents), dtype=np.int64)
     for name in model.effects:
         places = [model.slot(parameter.name) for parameter in find_effect(name).parameters]

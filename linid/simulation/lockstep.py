@@ -10,6 +10,7 @@ the terms name `beside`.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -212,6 +213,16 @@ def known_forces(terms, axis, guide, way, points, known):
     return begin, end
 
 
+@inlined
+def under_given_force(motion, bristles, start, force):
+    """The motion at a first sample under a force in N that is told already, which a bristle that is not given holds
+    where the axis rests."""
+    w = motion.w
+    if math.isnan(start[2]) and motion.v == 0.0:
+        w = min(max(force, -bristles.static), bristles.static) / bristles.sigma_0
+    return AxisState(motion.y, motion.v, w, force, motion.currents, motion.spring)
+
+
 @allocating
 def open_task(terms, tasks, number, motor, known, way, pool):
     """Open a simulation, task `number`; its first sample is written.
@@ -236,7 +247,7 @@ def open_task(terms, tasks, number, motor, known, way, pool):
     start, a = starts.values[candidate, s], offsets[s]
     motion = started(terms, axis, bristles, 0.0, start, starts.kept, currents)
     if powered and way.given:
-        motion = AxisState(motion.y, motion.v, motion.w, way.forces[point], currents, motion.spring)
+        motion = under_given_force(motion, bristles, start, way.forces[point])
     way.y_out[candidate, a] = motion.y
     if way.v_out.size > 0:
         way.v_out[candidate, a] = motion.v

@@ -199,7 +199,7 @@ class Simulator:
         Source: internal differentiation (Bock 1981, Springer Ser. Chem. Phys. 18, 102).
         """
         powered = bool(np.any(self.inputs.powered))
-        in_lanes = self.model.mask == 0 or self._goes_in_lanes(guided, starts)
+        in_lanes = self.model.mask == 0 or self._goes_in_lanes(guided)
         told = np.any(np.delete(tangents, [] if powered else silent_places(self.model), axis=1) != 0.0, axis=1)
         told |= np.any(start_slopes != 0.0, axis=(0, 1))
         tangents = tangents[told]
@@ -249,7 +249,7 @@ class Simulator:
     def _simulate(self, params: Array, segments: Segments, starts: Starts, guided: bool, traces: Traces) -> int:
         """Run the kernel over all candidates and segments."""
         # It never hangs on how many there are: the two kernels differ by rounding.
-        if not self._goes_in_lanes(guided, starts.values):
+        if not self._goes_in_lanes(guided):
             kernel, least = self._kernel().simulate_tasks, 1
         elif self.model.mask == 0:
             kernel, least = load_lockstep(), _ROUNDS * LANES
@@ -293,14 +293,12 @@ class Simulator:
         """The bits of effects whose forces are told beforehand where places are read as measured."""
         return told_beforehand(self.model) if bool(np.all(self.inputs.powered)) else 0
 
-    def _goes_in_lanes(self, guided: bool, starts: Array) -> bool:
-        """Whether simulations go side by side: without effects, or where all that these do is told beforehand. starts:
-        (..., 3 or more), of which those with effects must give the bristle."""
+    def _goes_in_lanes(self, guided: bool) -> bool:
+        """Whether simulations go side by side: without effects, or where all that these do is told beforehand."""
         model = self.model
         if model.winding or find_law(model.law).steps != LUGRE or self.steering.y.size or self.specialised:
             return False
-        told = guided and self._told == model.mask
-        return model.mask == 0 or (told and not bool(np.any(np.isnan(starts[..., 2]))))
+        return model.mask == 0 or (guided and self._told == model.mask)
 
     def along(
         self,

@@ -99,15 +99,16 @@ def told_tasks_with(terms: Bundle) -> Any:
             start, stop = pieces * first, pieces * (first + count - 1) + 1
             known_from, known_to = still_known(known, start)
             if stop > known_to:
-                a = pieces * inputs.offsets[r] + r
-                points, seen = points_of(inputs, scheme, r, known_to, stop), np.empty((4, stop - known_to))
-                here = forces[a + known_to : a + stop]
+                a, points = pieces * inputs.offsets[r] + r + known_to, points_of(inputs, scheme, r, known_to, stop)
+                # Put in once they are whole: another thread may have windows over the same points.
+                here, there, seen = np.empty(stop - known_to), np.empty(stop - known_to), np.empty((4, stop - known_to))
                 put_told(terms, candidates.motor, bits, p[0], points, seen, here)
+                for k in range(here.size):
+                    forces[a + k] = here[k]
                 for c in range(others):
-                    there = slopes[c, a + known_to : a + stop]
                     put_told(terms, candidates.motor, bits, p[1 + c], points, seen, there)
                     for k in range(here.size):
-                        there[k] = (there[k] - here[k]) / FORCE_STEP
+                        slopes[c, a + k] = (there[k] - here[k]) / FORCE_STEP
                 known_to = stop
             known = known_from, known_to
 

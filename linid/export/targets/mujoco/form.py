@@ -12,6 +12,7 @@ from linid.export.simpler import (
     fundamental_phases,
     held_values,
     left_out,
+    mean_friction,
     need_mass,
     own_force,
     own_over_position,
@@ -74,7 +75,7 @@ def form(exported: Exported) -> FitResult:
     changed = dict(values)
     changed["static_force"], changed["stribeck_velocity"] = square_stribeck(values)
     changed["stribeck_exponent"] = 2.0
-    factor, more = exported.mean_friction
+    factor, more = mean_friction(exported)
     for name in ("coulomb_force", "static_force"):
         changed[name] = factor * (changed[name] + more)
     changed["bristle_damping"] = max(values["bristle_damping"], 0.0)
