@@ -148,7 +148,7 @@ def course_of(terms, axis, stretch, scheme, forces):
     )
 
 
-@inlined
+@allocating
 def measured_course(terms, axis, stretch):
     """The way through a recording along its measured motion, where no steps are taken."""
     nothing = stretch.params[0:0]
