@@ -9,6 +9,7 @@ from functools import partial
 
 from linid.arrays import Array
 from linid.diagnosis.balance import Memory
+from linid.diagnosis.by_chance import by_chance
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.foretold import RISEN
 from linid.diagnosis.gap import Trace
@@ -73,9 +74,10 @@ def lacking_term(
     attempt, measured = _tried(joined, models, recordings, means, judge.balance.memory)
     means.watch("term", 2, 3)
     beside = [change for change, _ in measured.values()]
+    spoils = worse_somewhere(beside, _chances(measured, models))
     term = replace(term, measures=together(beside, [trace for _, trace in measured.values()], means.seed))
     there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
-    kept = not worse_somewhere(beside) and there.closed >= LEAST_CLOSED
+    kept = not spoils and there.closed >= LEAST_CLOSED
     more = _with_the_rest(attempt, measured, joined.fitted, models, recordings, means) if kept else models
     means.watch("term", 3, 3)
     return (there if kept else term), more
@@ -89,7 +91,8 @@ def _tried(
     held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
     attempt = Attempt(joined.fitted, fitted, means, memory)
     measured = _measures(attempt.result, models, recordings, held_out, means)
-    if worse_somewhere([change for change, _ in measured.values()]) and not attempt.ended:
+    changes = [change for change, _ in measured.values()]
+    if worse_somewhere(changes, _chances(measured, models)) and not attempt.ended:
         attempt.go_on()
         measured = _measures(attempt.result, models, recordings, held_out, means)
     return attempt, measured
@@ -130,13 +133,28 @@ def _joined(
     return min(options, key=lambda one: judge.fits.level(one.fitted.residual, one.fitted.floor, rows), default=None)
 
 
-def worse_somewhere(changes: Sequence[RecordingChange]) -> bool:
+def worse_somewhere(changes: Sequence[RecordingChange], chances: Sequence[bool]) -> bool:
     """Whether some held-out recording is predicted worse with the term, by more than next to nothing of what the term
-    mends in all of them together."""
-    ahead = [change.changes["ahead"] for change in changes if change.split == "held_out"]
-    won = math.hypot(*(change.before for change in ahead)) - math.hypot(*(change.after for change in ahead))
+    mends in all of them together, and, where it mends more than a rise may be, by more than chance explains.
+
+    chances: whether each one's rise may be chance (`by_chance`).
+    """
+    ahead = [(change.changes["ahead"], chance) for change, chance in zip(changes, chances, strict=True)]
+    before, after = (math.hypot(*(getattr(one, name) for one, _ in ahead)) for name in ("before", "after"))
+    won = before - after
     room = SMALL_RISE * won / math.sqrt(len(ahead)) if math.isfinite(won) and won > 0.0 else 0.0
-    return any(_rises(change, room) for change in ahead)
+    mends = before > RISEN * after
+    return any(_rises(one, room) and not (mends and chance) for one, chance in ahead)
+
+
+def _chances(measured: Measured, models: Models) -> list[bool]:
+    """Whether a rise of each recording's errors 0.1 s ahead may be chance; none where no windows are known."""
+    out = []
+    for k, (change, trace) in measured.items():
+        one, other = models.traces[k].ahead, trace.ahead
+        windows = None if one is None or other is None else (one.end_error, other.end_error)
+        out.append(windows is not None and by_chance(*windows, change.changes["ahead"].floor))
+    return out
 
 
 def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]:

@@ -49,8 +49,8 @@ def _likely(given: Sequence[float]) -> bool:
 
 
 def _worse(given: Sequence[Sequence[float]]) -> bool:
-    changes = [RecordingChange("", "", "held_out", {"ahead": Change(*one)}) for one in given]
-    return lacking.worse_somewhere(changes)
+    changes = [RecordingChange("", "", "held_out", {"ahead": Change(*one[:3])}) for one in given]
+    return lacking.worse_somewhere(changes, [bool(one[3]) for one in given])
 
 
 # By threshold: the module in which it stands, under which name its decision is recorded, and that decision.
@@ -92,10 +92,10 @@ def recorded() -> Iterator[Record]:
         out["likely"].append([part.evidence.certainty, part.evidence.closed])
         return likely(part)
 
-    def somewhere(changes: Sequence[RecordingChange]) -> bool:
-        ahead = [change.changes["ahead"] for change in changes if change.split == "held_out"]
-        out["worse"].append([[one.before, one.after, one.floor] for one in ahead])
-        return worse(changes)
+    def somewhere(changes: Sequence[RecordingChange], chances: Sequence[bool]) -> bool:
+        ahead = [change.changes["ahead"] for change in changes]
+        out["worse"].append([[one.before, one.after, one.floor, c] for one, c in zip(ahead, chances, strict=True)])
+        return worse(changes, chances)
 
     with ExitStack() as stack:
         for place, name, function in (

@@ -25,7 +25,7 @@ def test_a_threshold_turns_what_lies_between() -> None:
     assert turned("LIKELY", likely, 0.5) == 1 and turned("LIKELY", likely, 2.0) == 2
     rise = lacking.SMALL_RISE
     # metres: one error falls by far, the other rises by a share of that.
-    worse = [[[1e-3, 1e-4, 1e-6], [1e-4, 1e-4 + x * rise * 9e-4 / math.sqrt(2.0), 1e-6]] for x in (0.3, 0.8, 1.6)]
+    worse = [[[1e-3, 1e-4, 1e-6, 0], [1e-4, 1e-4 + x * rise * 9e-4 / math.sqrt(2.0), 1e-6, 0]] for x in (0.3, 0.8, 1.6)]
     assert turned("SMALL_RISE", worse, 0.5) == 1 and turned("SMALL_RISE", worse, 2.0) == 1
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -105,13 +106,17 @@ def changes(*ahead: tuple[float, float]) -> list[RecordingChange]:
 
 
 def test_a_term_that_mends_most_is_not_given_up_for_a_rise_of_next_to_nothing() -> None:
+    def worse(*ahead: tuple[float, float], chance: bool = False) -> bool:
+        return worse_somewhere(changes(*ahead), [chance] * len(ahead))
+
     mended = (1600.0, 40.0)
-    assert not worse_somewhere(changes(mended, (1.0, 17.0), (250.0, 235.0)))
-    assert worse_somewhere(changes(mended, (1.0, 170.0), (250.0, 235.0)))
+    assert not worse(mended, (1.0, 17.0), (250.0, 235.0))
+    assert worse(mended, (1.0, 170.0), (250.0, 235.0))
     # Where nothing is mended, a rise is one; one within what the windows tell is none.
-    assert worse_somewhere(changes((30.0, 28.0), (1.0, 17.0))) and not worse_somewhere(
-        changes((30.0, 31.0), (1.0, 1.05))
-    )
+    assert worse((30.0, 28.0), (1.0, 17.0)) and not worse((30.0, 31.0), (1.0, 1.05))
     # A simulation that ran away is no mending of anything.
-    assert worse_somewhere(changes((30.0, float("inf")), (1.0, 0.5))) and worse_somewhere(changes((1.0, float("nan"))))
-    assert not worse_somewhere([])
+    assert worse((30.0, math.inf), (1.0, 0.5)) and worse((1.0, math.nan)) and worse((30.0, math.inf), chance=True)
+    assert not worse()
+    # What chance explains is no rise where more is mended elsewhere.
+    assert worse((100.0, 60.0), (80.0, 92.0)) and not worse((100.0, 60.0), (80.0, 92.0), chance=True)
+    assert worse((100.0, 99.0), (80.0, 92.0), chance=True)
