@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from linid.simulation.along import (
     REST_AVERAGE,
     Resistance,
@@ -59,6 +57,7 @@ from linid.simulation.course import measured_course, stretch_of
 from linid.simulation.forces import axis_of, bristles_of
 from linid.simulation.friction_slopes import level_slopes
 from linid.simulation.lanes import LANES, lanes_at, put_lanes
+from linid.simulation.slope_steps import bends
 
 
 class Ends(NamedTuple):
@@ -221,6 +220,24 @@ def write_bristle(bristles, factor, here, means, a, room):
         a[c, k] = carried[WRITTEN * width + c]
 
 
+@inlined
+def some_have(ways, bits):
+    """Whether one of the directions has one of these ways."""
+    found = False
+    for way in ways:
+        found = found or way & bits != 0
+    return found
+
+
+@inlined
+def some_lack(ways, bits):
+    """Whether one of the directions has none of these ways."""
+    found = False
+    for way in ways:
+        found = found or way & bits == 0
+    return found
+
+
 @allocating
 def along_slopes_one(terms, candidates, directions, recording, motion, found):
     """Derivatives of the acceleration along a measured motion of one recording; recording: inputs of all and its
@@ -231,7 +248,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     bristles = bristles_of(terms, axis, stretch.added_mass)
     course = measured_course(terms, axis, stretch)
     acts, on, dt, count, y, v = terms.acts, axis.on, stretch.dt, stretch.count, motion.y, motion.v
-    bent = np.any(directions.table[3] != 0.0)
+    bent = bends(directions.table)
     room = room_beside(terms, axis, directions, candidates, recording)
     w = begun_anew(terms, axis, bristles, course, motion)
     samples = samples_of(terms, axis, course, motion)
@@ -239,8 +256,8 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
     told = told_between(terms, axis, bristles, course, motion, motion.standstill[0:0])
-    asks = np.any(room.ways & (TOLD | DERATES) == 0) or np.any(room.ways & HOLDS != 0)
-    stirs, reads = np.any(room.ways & (MOVES | ASKED) != 0), np.any(room.ways & READS != 0)
+    asks = some_lack(room.ways, TOLD | DERATES) or some_have(room.ways, HOLDS)
+    stirs, reads = some_have(room.ways, MOVES | ASKED), some_have(room.ways, READS)
     by_sample = on & (acts.stateful_sensor | acts.delay) != 0
     if reads and not by_sample:
         tell_readings(terms, axis, samples, found, room)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from llvmlite.binding import parse_assembly, parse_bitcode
 from numba import njit
 from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile, _CacheLocator
 
@@ -66,6 +67,17 @@ class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         self._lineno = function.__code__.co_firstlineno
         self._locator = place
         self._filename_base = self.get_filename_base(function.__name__, getattr(sys, "abiflags", ""))
+
+    def reduce(self, data: Any) -> Any:
+        """What is kept: machine code, and the names in it.
+
+        numba keeps intermediate code beside it, for callers that are compiled with it; a kernel has none, and it would
+        be two thirds of what is kept, and half of the time to load it.
+        """
+        (name, kind, (machine_code, bitcode)), *rest = super().reduce(data)
+        defined = [function.name for function in parse_bitcode(bitcode).functions if not function.is_declaration]
+        names = parse_assembly("\n".join(f'define void @"{one}"() {{ ret void }}' for one in defined))
+        return (name, kind, (machine_code, names.as_bitcode())), *rest
 
 
 class _KeyedCache(SharedCache):

@@ -28,6 +28,7 @@ from linid.simulation.slope_steps import (
     Columns,
     Motions,
     Pushes,
+    bends,
     bristle_lanes,
     bristle_of_step,
     joined,
@@ -84,10 +85,8 @@ def beside_of(terms, candidates, tangents, points, out):
     """Room for the columns. candidates: the one, then those a FORCE_STEP along each direction; points: of all
     recordings' forces."""
     params, count, given = candidates.params, out.shape[1], tangents.forces.size > 0
-    movers, kept = np.full(count, -1), 0
-    bent = False
+    movers, kept, bent = np.full(count, -1), 0, bends(tangents.table)
     for c in range(count):
-        bent = bent or tangents.table[3, c] != 0.0
         for k in range(MOTOR_START, params.shape[1]):
             if params[1 + c, k] != params[0, k] and movers[c] < 0:
                 movers[c] = kept

@@ -322,6 +322,15 @@ def phi_lanes(linear, jerky, even, odd):
 
 
 @inlined
+def bends(table):
+    """Whether a direction changes the curve's exponent; table: (8, width) of friction's parameters and the mass."""
+    found = False
+    for c in range(table.shape[1]):  # numba's own any would have a tenth of a second of Python loaded with the kernel
+        found = found or table[3, c] != 0.0
+    return found
+
+
+@inlined
 def slid_weights(bristles, h):
     """Weights of fast sliding over h seconds (`glide_weights`), and their derivatives by log(sigma_2 / mass)."""
     z = -bristles.sigma_2 * h / bristles.mass

@@ -32,7 +32,7 @@ from linid.simulation.slope_effects import (
 )
 from linid.simulation.slope_start import start_bristles, start_factor, start_forces, start_hidden
 from linid.simulation.slope_states import hidden_of
-from linid.simulation.slope_steps import slid_weights
+from linid.simulation.slope_steps import bends, slid_weights
 from linid.simulation.splines_at import spline_at
 from linid.simulation.steps import (
     Slide,
@@ -129,7 +129,7 @@ def carried_from(axis, course, first, force_slopes, tangents, s):
     """The slopes at sample `first`."""
     width = tangents.table.shape[1]
     rows = np.empty(3 * width), np.zeros(width), np.zeros(width)
-    carried = Carried(*rows, force_slopes.reshape(-1), np.any(tangents.table[3] != 0.0))
+    carried = Carried(*rows, force_slopes.reshape(-1), bends(tangents.table))
     point = 2 * first * course.substeps if axis.powered else 0
     for c in range(width):
         carried.force[c] = force_slopes[point, c]
