@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,19 @@ def test_processes_share_a_cache_and_a_third_compiles_nothing(tmp_path: Path) ->
     third = started(tmp_path / "cache").communicate(timeout=300)[0].split()
     assert third[:2] == ["1", "0"]
     assert {tuple(one[2:]) for one in (*said, third)} == {tuple(third[2:])}
+    (kept,) = (tmp_path / "cache").glob("lockstep_tasks-*.nbc")
+    _, kind, (machine_code, names) = pickle.loads(kept.read_bytes())[0]
+    assert kind == "object" and len(names) < 0.1 * len(machine_code)  # no intermediate code, which would be longer
+
+
+def test_loaded_kernels_bring_no_more_of_numba_than_they_call() -> None:
+    code = "import sys; from linid.simulation.compile_ahead import _kernels; "
+    code += "[kernel.use() for kernel in _kernels().values()]; print('numba.np.arraymath' in sys.modules)"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for _ in range(2):  # the first one may have to compile
+        run = [sys.executable, "-c", code]
+        said = subprocess.run(run, env=environment, capture_output=True, text=True, check=True, timeout=600).stdout
+    assert said.split() == ["False"]
 
 
 def test_a_cache_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
