@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numba
@@ -58,8 +59,11 @@ class Case:
         caught: list[Any] = []
 
         class Catcher(Simulator):
-            def _simulation(self, guided: bool) -> tuple[Callable[..., int], int]:
-                return (lambda *arguments: caught.append(arguments) or 0), 1
+            def _goes_in_lanes(self, guided: bool) -> bool:
+                return False
+
+            def _kernel(self) -> Any:
+                return SimpleNamespace(simulate_tasks=lambda *arguments: caught.append(arguments) or 0)
 
         catcher = Catcher(self.simulator.model, self.simulator.inputs, self.simulator.substeps)
         catcher.run(self.vector[None], self.segments, self.starts)
