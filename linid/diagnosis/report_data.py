@@ -247,8 +247,8 @@ class ProposedTerm:
     coefficients per recording; short: None where no short formula is as good; resembles: known effects, the likest
     first; refines: named effects that depend on the same, of whose form it may well be a part; effect: the term as an
     effect of the model (a user's own term), empty where no simulation can have it;
-    kept: whether the models after have it: with it no held-out recording is predicted worse; measures: the three
-    measures over the held-out recordings without it (`before`) and with it, empty where it was not simulated;
+    kept: whether the models after have it: with it no held-out recording is predicted worse, chance apart; measures:
+    the three measures over the held-out recordings without it (`before`) and with it, empty where it was not simulated;
     sentence, next_experiment: for people.
     """
 

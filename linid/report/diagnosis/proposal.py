@@ -151,7 +151,8 @@ def _short_words(diagnosis: Diagnosis, term: ProposedTerm, short: ShortFormula) 
 def _model_words(diagnosis: Diagnosis, term: ProposedTerm) -> str:
     """Whether the models after have the term, and if not, why."""
     if term.kept:
-        return f"{MODEL_AFTER} has it as a term of its own: with it no held-out recording is predicted worse."
+        spoils_none = "with it no held-out recording is predicted worse, chance apart"
+        return f"{MODEL_AFTER} has it as a term of its own: {spoils_none}."
     if not term.effect and term.curve is None:
         return "Left out: each recording has its own coefficients, which say nothing of a new recording."
     if not term.effect:
