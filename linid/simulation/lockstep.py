@@ -1,6 +1,7 @@
-"""Many simulations at once, each in a lane of its own: LuGre friction without effects.
+"""Many simulations at once, each in a lane of its own: LuGre friction.
 
-For models whose outer forces position and inputs alone decide, or that have none. Where that is the measured position,
+For models whose outer forces position and inputs alone decide, effects among them if these are told already
+(`Scheme.forces`), or that have none. Where that is the measured position,
 all forces are known beforehand; where it is the simulated one, a lane has them as it goes. A lane keeps its own place
 in time and its own length of step. Two blocks of lanes are driven in turn, one of simulations that slide fast and one
 of those whose bristle is followed; one that has come to its end, or must go over to the other kind, leaves its lane to
