@@ -1,8 +1,8 @@
 """The compiled simulation with its derivatives: positions of one candidate, and how they change by many columns.
 
 For LuGre friction, where measured positions and inputs alone decide the motor's force or there is no motor, with
-effects that slope_effects.py and slope_states.py know; models without any, or whose effects are all told beforehand, are
-for lockstep_slopes.py. The positions are those of `simulate_tasks` to the bit.
+effects that slope_effects.py and slope_states.py know; models without any, or whose effects are all told beforehand,
+are for lockstep_slopes.py. The positions are those of `simulate_tasks` to the bit.
 """
 
 from __future__ import annotations
