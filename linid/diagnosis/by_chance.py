@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from linid.arrays import Array
+from linid.diagnosis.forecast import PIECES
 
-PIECES = 20  # of a recording's windows, each long against what correlates, as overlapping ones do
 # That a recording which both models predict alike seems to be predicted worse by one of them, by either of two tests.
 CHANCE = 0.05
 

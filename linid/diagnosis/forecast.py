@@ -13,7 +13,7 @@ from linid.diagnosis.gap import Trace
 from linid.diagnosis.report_data import MEASURES, Change, RecordingChange
 
 _LEAST = 3  # recordings of a kind
-_PIECES = 20  # per recording, each long against what correlates
+PIECES = 20  # per recording, each long against what correlates
 
 
 def prediction_interval(values: Sequence[float]) -> tuple[float, float]:
@@ -81,4 +81,4 @@ def _pieces(measure: str, traces: Sequence[Trace]) -> NDArray[np.float64]:
             errors.append(trace.ahead.end_error)
         else:
             return np.zeros(0)
-    return np.array([np.mean(piece**2) for error in errors for piece in np.array_split(error, _PIECES) if piece.size])
+    return np.array([np.mean(piece**2) for error in errors for piece in np.array_split(error, PIECES) if piece.size])

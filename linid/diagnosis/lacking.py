@@ -74,10 +74,9 @@ def lacking_term(
     attempt, measured = _tried(joined, models, recordings, means, judge.balance.memory)
     means.watch("term", 2, 3)
     beside = [change for change, _ in measured.values()]
-    spoils = worse_somewhere(beside, _chances(measured, models))
     term = replace(term, measures=together(beside, [trace for _, trace in measured.values()], means.seed))
     there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
-    kept = not spoils and there.closed >= LEAST_CLOSED
+    kept = not _spoils(measured, models) and there.closed >= LEAST_CLOSED
     more = _with_the_rest(attempt, measured, joined.fitted, models, recordings, means) if kept else models
     means.watch("term", 3, 3)
     return (there if kept else term), more
@@ -91,8 +90,7 @@ def _tried(
     held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
     attempt = Attempt(joined.fitted, fitted, means, memory)
     measured = _measures(attempt.result, models, recordings, held_out, means)
-    changes = [change for change, _ in measured.values()]
-    if worse_somewhere(changes, _chances(measured, models)) and not attempt.ended:
+    if _spoils(measured, models) and not attempt.ended:
         attempt.go_on()
         measured = _measures(attempt.result, models, recordings, held_out, means)
     return attempt, measured
@@ -147,14 +145,14 @@ def worse_somewhere(changes: Sequence[RecordingChange], chances: Sequence[bool])
     return any(_rises(one, room) and not (mends and chance) for one, chance in ahead)
 
 
-def _chances(measured: Measured, models: Models) -> list[bool]:
-    """Whether a rise of each recording's errors 0.1 s ahead may be chance; none where no windows are known."""
-    out = []
+def _spoils(measured: Measured, models: Models) -> bool:
+    """Whether some recording is predicted worse with the term; a rise may be chance only where windows tell."""
+    chances = []
     for k, (change, trace) in measured.items():
         one, other = models.traces[k].ahead, trace.ahead
         windows = None if one is None or other is None else (one.end_error, other.end_error)
-        out.append(windows is not None and by_chance(*windows, change.changes["ahead"].floor))
-    return out
+        chances.append(windows is not None and by_chance(*windows, change.changes["ahead"].floor))
+    return worse_somewhere([change for change, _ in measured.values()], chances)
 
 
 def known_columns(judge: Judge, found: Selection, jobs: int) -> dict[str, Array]:

@@ -36,7 +36,7 @@ from linid.simulation.slope_effects import FORCE_STEP
 from linid.simulation.slopes import Tangents
 from linid.simulation.steering import UNSTEERED, Steering
 from linid.simulation.threads import summed
-from linid.simulation.told import forces_told, told_beforehand
+from linid.simulation.told import effects_told, forces_told
 
 # Share of the friction force by which a step may misjudge the bristle rate, at one step per sample; it falls with
 # the square of the step, so that refined steps near reversals keep the order.
@@ -291,7 +291,7 @@ class Simulator:
     @cached_property
     def _told(self) -> int:
         """The bits of effects whose forces are told beforehand where places are read as measured."""
-        return told_beforehand(self.model) if bool(np.all(self.inputs.powered)) else 0
+        return effects_told(self.model) if bool(np.all(self.inputs.powered)) else 0
 
     def _goes_in_lanes(self, guided: bool) -> bool:
         """Whether simulations go side by side: without effects, or where all that these do is told beforehand."""

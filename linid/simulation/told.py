@@ -21,7 +21,7 @@ _SEES_MOTOR = {"thrust", "drive", "field", "load"}  # terms that must know the m
 _OF_MOTOR = {"F", "acceleration"}  # variables of own terms that the motor's force is part of
 
 
-def told_beforehand(model: Model) -> int:
+def effects_told(model: Model) -> int:
     """The bits of a model's effects whose forces are told before a simulation that reads places as measured; none where
     another effect must know the motor's force by itself, or what the motor gets."""
     effects = [find_effect(name) for name in model.effects]
@@ -54,7 +54,7 @@ def forces_told(
     """The scheme with the forces in N at all points of segments by the first candidate, and how these answer the
     others, which lie a FORCE_STEP away, (others, points) per unit; what lies in no segment is undefined.
 
-    segments: S stretches (`Segments`); scheme: with the points; told: the bits of `told_beforehand`; pieces: of the
+    segments: S stretches (`Segments`); scheme: with the points; told: the bits of `effects_told`; pieces: of the
     segments, and among how many threads they are shared out.
     """
     points = scheme.guide.shape[1]

@@ -15,7 +15,7 @@ from linid.simulation.binding import allocating, compiled
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import still_known
 from linid.simulation.forces import motor_forces
-from linid.simulation.slope_effects import FORCE_STEP, of_recording
+from linid.simulation.slope_effects import FORCE_STEP, along_directions, of_recording
 from linid.simulation.splines_at import late_inputs
 
 
@@ -86,15 +86,13 @@ def told_tasks_with(terms: Bundle) -> Any:
         """
         forces, slopes = out
         others = candidates.params.shape[0] - 1
-        p = np.zeros((1 + others, WORK_SIZE))
+        p, own = np.zeros((others, WORK_SIZE)), np.zeros(WORK_SIZE)
         owner, known, pieces = -1, (np.int64(0), np.int64(0)), 2 * scheme.substeps
         for s in range(begin, end):
             r, first, count = segments.recording[s], segments.first[s], segments.count[s]
             if r != owner:
-                for c in range(1 + others):
-                    work = of_recording(candidates.params[c], inputs, r)
-                    for k in range(WORK_SIZE):
-                        p[c, k] = work[k]
+                own = of_recording(candidates.params[0], inputs, r)
+                along_directions(candidates, p, inputs, r)
                 owner, known = r, (np.int64(0), np.int64(0))
             start, stop = pieces * first, pieces * (first + count - 1) + 1
             known_from, known_to = still_known(known, start)
@@ -102,11 +100,11 @@ def told_tasks_with(terms: Bundle) -> Any:
                 a, points = pieces * inputs.offsets[r] + r + known_to, points_of(inputs, scheme, r, known_to, stop)
                 # Put in once they are whole: another thread may have windows over the same points.
                 here, there, seen = np.empty(stop - known_to), np.empty(stop - known_to), np.empty((4, stop - known_to))
-                put_told(terms, candidates.motor, bits, p[0], points, seen, here)
+                put_told(terms, candidates.motor, bits, own, points, seen, here)
                 for k in range(here.size):
                     forces[a + k] = here[k]
                 for c in range(others):
-                    put_told(terms, candidates.motor, bits, p[1 + c], points, seen, there)
+                    put_told(terms, candidates.motor, bits, p[c], points, seen, there)
                     for k in range(here.size):
                         slopes[c, a + k] = (there[k] - here[k]) / FORCE_STEP
                 known_to = stop

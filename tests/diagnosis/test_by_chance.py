@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from linid.diagnosis.by_chance import CHANCE, PIECES, by_chance
+from linid.diagnosis.by_chance import CHANCE, by_chance
+from linid.diagnosis.forecast import PIECES
 
 WINDOWS, DRAWS = 60, 400
 

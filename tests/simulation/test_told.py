@@ -15,7 +15,7 @@ from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
-from linid.simulation.told import told_beforehand
+from linid.simulation.told import effects_told
 from tests.simulation.axis_with_effects import AXIS, SAMPLES, simulate, start_of_run, synchronous_run
 
 TOLD = [
@@ -70,13 +70,13 @@ def one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_told_beforehand() -> None:
     for name in SAMPLES:
         expected = active_mask((name,)) if name in TOLD else 0
-        assert told_beforehand(Model("sine", (name,))) == expected, name
+        assert effects_told(Model("sine", (name,))) == expected, name
     cogging = active_mask(("cogging",))
     for other in ("flexible_load", "position_dependent_friction", "quadratic_drag", "way: c*sin(3*y)"):
-        assert told_beforehand(Model("sine", ("cogging", other))) == cogging, other
+        assert effects_told(Model("sine", ("cogging", other))) == cogging, other
     # Friction under load, heat in the winding and a share of the motor's force must know that force by itself.
     for other in ("load_dependent_friction", "thermal_derating", "grip: c*F*sin(3*y)", "sway: c*acceleration"):
-        assert told_beforehand(Model("sine", ("cogging", other))) == 0, other
+        assert effects_told(Model("sine", ("cogging", other))) == 0, other
 
 
 @pytest.mark.parametrize("effect", TOLD)
