@@ -24,7 +24,7 @@ from linid.diagnosis.forecast import together
 from linid.diagnosis.gap import Trace
 from linid.diagnosis.joint import Fitted
 from linid.diagnosis.judge import Judge
-from linid.diagnosis.lacking import Models, lacking_term
+from linid.diagnosis.lacking import Models, Sought, lacking_term, sought_term
 from linid.diagnosis.law_of_base import base_with_law, law_finding, select_under_law, untold
 from linid.diagnosis.lead import Lead, lead_of, with_effects_of
 from linid.diagnosis.means import Means
@@ -79,15 +79,15 @@ def diagnose(
     assumptions = [f"left out of consideration: {one.replace('_', ' ')}" for one in without]
     with Refining(fitted, means, since) as refining:
         base, found, law = _begun(recordings, (kind, effects, without), since, known, means, assumptions, refining)
-        found, shares, lead, compared = _borne_out(base, found, recordings, means, without, refining)
-    seen = Seen(base.judge, found, kind, recordings, means.seed)
-    means.watch("where", 1, 1)
-    lines = entries_of(found, shares, compared.after, recordings, compared.measures, means)
-    lines, other_values = of_one_curve(lines, parameter_changes(since, compared.after, recordings))
-    budget = seen.budget(shares, lines)
-    known_mass = _mass_is_known(base, known, since)
-    models = Models(compared.after, found.best, compared.changes, compared.traces_after)
-    term, models = (None, models) if lead is None else lacking_term(base.judge, found, lead, models, recordings, means)
+        found, shares, sought, compared = _borne_out(base, found, recordings, means, without, refining)
+        seen = Seen(base.judge, found, kind, recordings, means.seed)
+        means.watch("where", 1, 1)
+        lines = entries_of(found, shares, compared.after, recordings, compared.measures, means)
+        lines, other_values = of_one_curve(lines, parameter_changes(since, compared.after, recordings))
+        budget = seen.budget(shares, lines)
+        known_mass = _mass_is_known(base, known, since)
+        models = Models(compared.after, found.best, compared.changes, compared.traces_after)
+        term, models = (None, models) if sought is None else lacking_term(sought, models, recordings, means)
     same, checks = models.result is compared.after, checks_of(recordings)
     measures = compared.measures if same else together(models.changes, models.traces, means.seed)
     diagnosis = Diagnosis(
@@ -146,9 +146,13 @@ def _borne_out(
     means: Means,
     without: Sequence[str],
     refining: Refining,
-) -> tuple[Selection, Shares, Lead | None, _Compared]:
+) -> tuple[Selection, Shares, Sought | None, _Compared]:
     """The selection as `_led` leaves it, with what shows only beside its term, and what its models measure; without
     effects, where these bear them out nowhere. without: effects left out of consideration."""
+
+    def sought(found: Selection, lead: Lead | None) -> Sought | None:
+        return None if lead is None else sought_term(base.judge, found, lead, means, refining)
+
     refining.begin(found.best, base.judge.balance.memory)  # mostly the model after, whatever is found beside it
     found, shares, lead = _led(base, found, means)
     if lead is not None:
@@ -156,11 +160,13 @@ def _borne_out(
         more, lead = with_hidden_effects(base, screening, found, lead, shares.unexplained[0])
         if more is not found:
             found, shares = more, shares_of(base.judge, more.base, more.best, means.seed)
+    term = sought(found, lead)
     compared = _compared(base, found, recordings, means, refining)
     if found.parts and worse_throughout(compared.measures):
         found, shares, lead = _led(base, with_effects_of(found, found.base), means)
+        term = sought(found, lead)
         compared = _compared(base, found, recordings, means, refining)
-    return found, shares, lead, compared
+    return found, shares, term, compared
 
 
 def worse_throughout(measures: Mapping[str, Change]) -> bool:

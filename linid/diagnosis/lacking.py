@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 from linid.arrays import Array
-from linid.diagnosis.balance import Memory
 from linid.diagnosis.by_chance import by_chance
 from linid.diagnosis.forecast import together, with_forecasts
 from linid.diagnosis.foretold import RISEN
@@ -22,7 +21,7 @@ from linid.diagnosis.proposed.describe import described, in_the_model, with_form
 from linid.diagnosis.proposed.learned import Joined, effect_of, formula_instead, with_term
 from linid.diagnosis.proposed.propose import LEAST_CLOSED, WORTH, Proposal
 from linid.diagnosis.proposed.short_formula import FoundFormula, likely_formula, ranked_formulas, short_formula
-from linid.diagnosis.refined_models import Attempt, measured_beside
+from linid.diagnosis.refined_models import Attempt, Refining, measured_beside
 from linid.diagnosis.report_data import Change, ProposedTerm, RecordingChange
 from linid.diagnosis.select import Selection
 from linid.identification.guess.effect_values import EffectColumns
@@ -50,10 +49,23 @@ class Models:
     traces: tuple[Trace, ...]
 
 
-def lacking_term(
-    judge: Judge, found: Selection, lead: Lead, models: Models, recordings: Sequence[Recording], means: Means
-) -> tuple[ProposedTerm, Models]:
-    """A term in full, and the models with it where it is kept. models: with the effects found."""
+@dataclass(frozen=True)
+class Sought:
+    """A term that recordings ask for, described, and the model with it while it is refined.
+
+    lead, proposal: that it is, and as the model has it; joined: that model by the force balance, and attempt: as
+    `fit-motor` identifies it, to be called; both None where no model can have it.
+    """
+
+    lead: Lead
+    proposal: Proposal
+    term: ProposedTerm
+    joined: Joined | None
+    attempt: Callable[[], Attempt] | None
+
+
+def sought_term(judge: Judge, found: Selection, lead: Lead, means: Means, refining: Refining) -> Sought:
+    """A term described, and the model with it begun to be refined; found: the effects beside it."""
     problem, proposal = lead.problem, lead.proposal
     ranked = ranked_formulas(problem, proposal)
     formula = short_formula(problem, proposal, ranked)
@@ -68,27 +80,34 @@ def lacking_term(
     likely = likely_formula(proposal, ranked) if better is None else None
     joined = _joined(judge, lead, proposal, None if better is None else formula, likely)
     if joined is None:
+        return Sought(lead, proposal, term, None, None)
+    term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
+    return Sought(lead, proposal, term, joined, refining.attempt(joined.fitted, judge.balance.memory))
+
+
+def lacking_term(
+    sought: Sought, models: Models, recordings: Sequence[Recording], means: Means
+) -> tuple[ProposedTerm, Models]:
+    """A term in full, and the models with it where it is kept. models: with the effects found."""
+    term, joined = sought.term, sought.joined
+    if joined is None or sought.attempt is None:
         means.watch("term", 3, 3)
         return term, models
-    term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
-    attempt, measured = _tried(joined, models, recordings, means, judge.balance.memory)
+    attempt, measured = _tried(sought.attempt(), models, recordings, means)
     means.watch("term", 2, 3)
     beside = [change for change, _ in measured.values()]
     term = replace(term, measures=together(beside, [trace for _, trace in measured.values()], means.seed))
-    there = in_the_model(replace(term, kept=True), problem, proposal, lead.judged, joined.fitted.residual)
+    problem, judged = sought.lead.problem, sought.lead.judged
+    there = in_the_model(replace(term, kept=True), problem, sought.proposal, judged, joined.fitted.residual)
     kept = not _spoils(measured, models) and there.closed >= LEAST_CLOSED
     more = _with_the_rest(attempt, measured, joined.fitted, models, recordings, means) if kept else models
     means.watch("term", 3, 3)
     return (there if kept else term), more
 
 
-def _tried(
-    joined: Joined, models: Models, recordings: Sequence[Recording], means: Means, memory: Memory
-) -> tuple[Attempt, Measured]:
-    """A model with a term refined, and what it makes of the held-out recordings."""
-    fitted = [r for r in recordings if r.split == "fit"]
+def _tried(attempt: Attempt, models: Models, recordings: Sequence[Recording], means: Means) -> tuple[Attempt, Measured]:
+    """A model with a term, and what it makes of the held-out recordings; taken further where it predicts worse."""
     held_out = [k for k, recording in enumerate(recordings) if recording.split == "held_out"]
-    attempt = Attempt(joined.fitted, fitted, means, memory)
     measured = _measures(attempt.result, models, recordings, held_out, means)
     if _spoils(measured, models) and not attempt.ended:
         attempt.go_on()

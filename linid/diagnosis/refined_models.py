@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -35,13 +35,13 @@ _FINER = Ending(10, 3e-3)  # of what did not come to its end so: mass and all fo
 class Refining:
     """The models before and after identified as `fit-motor` does it, from where the force balance has brought them.
 
-    That before may begin while effects are still selected, in a thread of its own. To be closed by `with`.
-    fitted: the recordings to fit; since: a given model before, which is as it stands.
+    That before may begin while effects are still selected, and one with a term beside that after, each in a thread of
+    its own. To be closed by `with`. fitted: the recordings to fit; since: a given model before, which is as it stands.
     """
 
     def __init__(self, fitted: Sequence[Recording], means: Means, since: FitResult | None) -> None:
         self._fitted, self._means, self._since = tuple(fitted), means, since
-        self._pool = ThreadPoolExecutor(1, "refining")
+        self._pool = ThreadPoolExecutor(2, "refining")
         self._begun: dict[str, Future[str]] = {}
 
     def __enter__(self) -> Refining:
@@ -53,10 +53,18 @@ class Refining:
     def begin(self, one: Fitted, memory: Memory) -> None:
         """Begin with a model that will probably be asked for, where there are threads to spare."""
         key, means = _key(one), self._means
-        if self._since is not None or key in self._begun or key in memory:
-            return
-        if means.jobs > 1 and means.workers is None:
+        if self._since is None and self._beside and key not in self._begun and key not in memory:
             self._begun[key] = self._pool.submit(_refined, self._fitted, means.seed, means.jobs, (key, one), 1)
+
+    def attempt(self, one: Fitted, memory: Memory) -> Callable[[], Attempt]:
+        """An attempt at a model, begun at once where there are threads to spare, else when it is asked for."""
+        made = partial(Attempt, one, self._fitted, self._means, memory)
+        return self._pool.submit(made).result if self._beside else made
+
+    @property
+    def _beside(self) -> bool:
+        """Whether there are threads for what is asked for later."""
+        return self._means.jobs > 1 and self._means.workers is None
 
     def models(self, found: Selection, memory: Memory) -> tuple[FitResult, FitResult]:
         """Both models of a selection; that after a given one has its base as the force balance has moved it."""

@@ -21,7 +21,7 @@ from linid.simulation.along_between import (
     told_between,
 )
 from linid.simulation.along_effects import effected_before, effects_shared, known_beforehand
-from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
+from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway_if
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import measured_course, stretch_of
@@ -266,13 +266,13 @@ def put_acceleration(bristles, dt, v, rows, out):
 
 
 @allocating
-def told_or_before(terms, axis, bristles, course, motion, skip, before):
+def told_or_before(terms, axis, candidates, bristles, course, motion, skip, before):
     """What is told of the intervals, or was for the candidate before. skip: how far back the bristle remembers in m,
     and whether it is followed in parts; before: as of `told_between`, and whether that is known."""
     told, known = before
     if known:
         return told
-    return told_between(terms, axis, bristles, course, motion, asked_between(motion, *skip))
+    return told_between(terms, axis, candidates, bristles, course, motion, asked_between(motion, *skip))
 
 
 @allocating
@@ -295,7 +295,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
     raised = RAISED if on & acts.level or on & acts.load else 1.0
     memory = raised * FORGOTTEN * max(bristles.static, bristles.coulomb) / bristles.sigma_0
     given = known_beforehand(terms, axis, candidates, course, motion, effected, found)
-    told = told_or_before(terms, axis, bristles, course, motion, (memory, skipping), shared[2:])
+    told = told_or_before(terms, axis, candidates, bristles, course, motion, (memory, skipping), shared[2:])
     goal = k = -1  # goal: the next wanted sample
     while k < count - 1:
         k += 1
@@ -321,7 +321,7 @@ def along_one(terms, candidates, stretch, motion, w, kept, shared, found):
         found.w[k] = w
         write_hidden(terms, axis, k, t, motion, currents, kept, found)
         if k < count - 1:
-            where = midway(terms, axis, course, motion, k)
+            where = midway_if(told.kept.size == 0 or on & acts.advance != 0, terms, axis, course, motion, k)
             if told.kept.size > 0:
                 mean, late = told.mean[k] + told.mean_kept[k] * w, told.late[k] + told.late_kept[k] * w
                 w = told.end[k] + told.kept[k] * w
@@ -351,6 +351,7 @@ def along_tasks_with(terms: Bundle) -> Any:
         for r in range(inputs.dts.size):
             longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
         resists = on & (terms.acts.level | terms.acts.static) != 0  # what effects make of the way between samples
+        loads = on & terms.acts.load != 0  # hangs on the motor too
         before, effected, told = followed_before(longest), effected_before(longest), nothing_between()
         for number in range(begin, end):
             r = number // count
@@ -370,7 +371,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.inputs[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
-                (before_it, effects, told, same_friction and (effects.known or not resists)),
+                (before_it, effects, told, same_friction and not loads and (effects.known or not resists)),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],

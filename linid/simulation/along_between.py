@@ -1,7 +1,8 @@
 """What acts on the bristle between the samples of a measured motion, told beforehand by lanes of intervals.
 
-The measured motion alone tells the friction curve, and with it how far steady sliding bends the bristle and how much of
-what it was bent by before it keeps, where nothing that is known only sample by sample makes more or less of friction.
+The measured motion alone tells the friction curve, and with it, and what effects make of it by motion and inputs, how
+far steady sliding bends the bristle and how much of what it was bent by before it keeps, where nothing that is known
+only sample by sample makes more or less of friction.
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import DECAYED
-from linid.simulation.along_effects import Samples
+from linid.physics.own_terms.layout import LEVEL_BIT
+from linid.simulation.along_effects import Samples, driven_samples, motor_over
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.lane_functions import exp_lanes, power_lanes
-from linid.simulation.lanes import LANES, lanes_at, padded, put_lanes, select
+from linid.simulation.lanes import LANES, bits_of, lanes_at, padded, put_lanes, select
+from linid.simulation.splines_at import late_inputs
 
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
 PIECES = LANES
@@ -25,15 +28,17 @@ SHORT = 0.02  # deflections of steady sliding, within which means are taken by t
 class Between(NamedTuple):
     """Of each interval between samples (n or more,), or empty where not told. curve: friction at the mean speed in N;
     power: of that speed in Stribeck velocities, by the exponent; decayed: exp(-power); level: the factor that effects
-    make on the curve; rest: deflection of steady sliding in m, with the sign of the travel. The deflection w at an
-    interval's beginning becomes end + kept w at its end, its mean is mean + mean_kept w, and that with a weight that
-    grows from 0 to 1 late + late_kept w, in m; where the speed changes by much, of all PIECES together. curves:
-    friction in N at the mean speed of each piece where it does, PIECES of each interval; for laws that follow them."""
+    make on the curve and load; load: N that they add to it before; rest: deflection of steady sliding in m, with the
+    sign of the travel. The deflection w at an interval's beginning becomes end + kept w at its end, its mean is mean +
+    mean_kept w, and that with a weight that grows from 0 to 1 late + late_kept w, in m; where the speed changes by
+    much, of all PIECES together. curves: friction in N at the mean speed of each piece where it does, PIECES of each
+    interval; for laws that follow them."""
 
     curve: Any
     power: Any
     decayed: Any
     level: Any
+    load: Any
     rest: Any
     end: Any
     kept: Any
@@ -63,7 +68,10 @@ def curve_lanes(bristles, speed):
     coulomb, static, stribeck_velocity, exponent = bristles[:4]
     ratio = abs(speed) / stribeck_velocity
     power = ratio * ratio if exponent == 2.0 else power_lanes(ratio, exponent)
-    decayed = select(power > DECAYED, 0.0, exp_lanes(-power))
+    falling = ~(power > DECAYED)
+    decayed = select(falling, power, 0.0)
+    if bits_of(falling) != 0:
+        decayed = select(falling, exp_lanes(-power), 0.0)
     return coulomb + (static - coulomb) * decayed, power, decayed
 
 
@@ -139,7 +147,7 @@ def put_shares(sigma_0, travel, asked, between):
     for block in range(0, travel.size, LANES):
         if not is_asked(asked, block):
             continue
-        friction = lanes_at(between.level, block) * lanes_at(between.curve, block)
+        friction = lanes_at(between.level, block) * (lanes_at(between.curve, block) + lanes_at(between.load, block))
         rest, kept, first, second = shares_lanes(sigma_0, lanes_at(travel, block), friction)
         put_lanes(between.rest, block, rest)
         put_lanes(between.end, block, rest - rest * kept)
@@ -180,7 +188,7 @@ def put_uneven(bristles, dt, motion, travel, asked, pieces, between):
         if not is_uneven(*way) or not is_asked(asked, k):
             continue
         part = reached_at(ends, *way) - reached_at(begins, *way)
-        friction = between.level[k] * curve_lanes(bristles, part / (scale * dt))[0]
+        friction = between.level[k] * (curve_lanes(bristles, part / (scale * dt))[0] + between.load[k])
         found = shares_lanes(bristles.sigma_0, part, friction)
         for row in range(4):
             put_lanes(pieces, (2 + row) * PIECES, found[row])
@@ -200,26 +208,56 @@ def put_uneven(bristles, dt, motion, travel, asked, pieces, between):
 
 
 @allocating
-def put_levels(terms, axis, course, motion, travel, level):
-    """Put the factor of effects on friction in the middle between samples in; no effect there reads the inputs."""
+def samples_between(axis, course, motion, travel, by_inputs):
+    """The middle between all samples. by_inputs: whether what acts there hangs on the inputs, which are 0 otherwise."""
     count, dt = motion.y.size - 1, course.dt
-    y, v, none = np.empty(count), np.empty(count), np.zeros(count)
+    y, v, inputs = np.empty(count), np.empty(count), np.zeros((3, count))
     for k in range(count):
         y[k], v[k] = motion.y[k] + 0.5 * travel[k], travel[k] / dt
-    terms.over.level(level[:count], axis.on, Samples(course.t_start + 0.5 * dt, dt, y, v, none, none, none), axis.p)
+    if axis.powered and by_inputs:
+        for k in range(count):
+            currents = late_inputs(course.coefficients, dt, (k + 0.5) * dt - course.lag)
+            inputs[0, k], inputs[1, k], inputs[2, k] = currents
+    return Samples(course.t_start + 0.5 * dt, dt, y, v, inputs[0], inputs[1], inputs[2])
+
+
+@allocating
+def put_loads(terms, axis, candidates, samples, load):
+    """Put in what the motor's force and effects add to friction in the middle between samples (`friction_load`)."""
+    push = np.zeros(samples.y.size)
+    if axis.powered and axis.on & terms.acts.pressed:
+        driven = driven_samples(terms, axis, samples)
+        push = motor_over(terms, axis, candidates, driven)
+        if axis.on & terms.acts.thrust:
+            factor = np.ones(push.size)
+            terms.over.thrust(factor, axis.on, driven, axis.p)
+            for k in range(push.size):
+                push[k] *= factor[k]
+    terms.over.load(load, push, axis.on, samples, axis.p)
+
+
+@inlined
+def is_told(terms, on):
+    """Whether all that effects do to friction between samples is told by the motion and the inputs alone."""
+    acts = terms.acts
+    if on & acts.load:
+        states = acts.stateful_drive | acts.stateful_field | acts.stateful_thrust | acts.stateful_load
+        if on & (states | LEVEL_BIT):
+            return False
+    return not on & (acts.stateful_level | acts.level & acts.by_inputs)
 
 
 @allocating
 def nothing_between():
     """Nothing is told beforehand."""
     none = np.empty(0)
-    return Between(none, none, none, none, none, none, none, none, none, none, none, none)
+    return Between(none, none, none, none, none, none, none, none, none, none, none, none, none)
 
 
 @allocating
-def told_between(terms, axis, bristles, course, motion, asked):
-    """What is told of the intervals of a recording: the curve, and all else where it hangs on the motion alone. asked:
-    as of `asked_between`."""
+def told_between(terms, axis, candidates, bristles, course, motion, asked):
+    """What is told of the intervals of a recording: the curve, and all else where it hangs on the motion and the inputs
+    alone. asked: as of `asked_between`."""
     count, dt, acts, on = motion.y.size - 1, course.dt, terms.acts, axis.on
     size = room_for(count)
     travel, rooms = np.zeros(size), np.empty((10, size))
@@ -231,14 +269,18 @@ def told_between(terms, axis, bristles, course, motion, asked):
     if terms.law.plain == 0:
         curves = np.empty(count * PIECES)
         put_pieces(bristles, dt, motion, travel, asked, pieces, curves)
-        return Between(curve, power, decayed, none, none, none, none, none, none, none, none, curves)
-    if on & (acts.load | acts.stateful_level | acts.level & acts.by_inputs):
-        return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none)
-    level = np.ones(size)
-    if on & acts.level:
-        put_levels(terms, axis, course, motion, travel, level)
+        return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none, curves)
+    if not is_told(terms, on):
+        return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none, none)
+    level, load = np.ones(size), np.zeros(size)
+    if on & (acts.level | acts.load):
+        samples = samples_between(axis, course, motion, travel, on & acts.load != 0)
+        if on & acts.level:
+            terms.over.level(level[:count], on, samples, axis.p)
+        if on & acts.load:
+            put_loads(terms, axis, candidates, samples, load[:count])
     found = rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8], rooms[9]
-    between = Between(curve, power, decayed, level, *found, none)
+    between = Between(curve, power, decayed, level, load, *found, none)
     put_shares(bristles.sigma_0, travel, asked, between)
     put_uneven(bristles, dt, motion, travel, asked, pieces, between)
     return between

@@ -42,6 +42,12 @@ def midway(terms, axis, course, motion, k):
 
 
 @inlined
+def midway_if(asked, terms, axis, course, motion, k):
+    """`midway` where it is asked for, else of no meaning."""
+    return midway(terms, axis, course, motion, k) if asked else (0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
+
+
+@inlined
 def advance_on(terms, axis, course, motion, where):
     """Bring hidden states to the next sample; where: as of `midway`."""
     k = int(where[0])

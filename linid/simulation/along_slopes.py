@@ -255,7 +255,7 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     given = given_over(terms, axis, candidates, samples, effected_before(count))
     started_beside(terms, candidates, recording, motion, w, given, room)
     told_beforehand(terms, axis, directions.touched, samples, given, room)
-    told = told_between(terms, axis, bristles, course, motion, motion.standstill[0:0])
+    told = told_between(terms, axis, candidates, bristles, course, motion, motion.standstill[0:0])
     asks = some_lack(room.ways, TOLD | DERATES) or some_have(room.ways, HOLDS)
     stirs, reads = some_have(room.ways, MOVES | ASKED), some_have(room.ways, READS)
     by_sample = on & (acts.stateful_sensor | acts.delay) != 0

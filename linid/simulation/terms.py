@@ -239,8 +239,29 @@ def _driven_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
     return total
 
 
+def _loaded_over(rest: Any, term: Any, bit: int, where: Bundle) -> Any:
+    """push: the motor's force in N at all samples."""
+
+    @inlined
+    def total(out, push, on, samples, p):
+        rest(out, push, on, samples, p)
+        if on & bit:
+            others, record, elapsed = values_at(p, where), p[RECORD], p[ELAPSED]
+            for k in range(out.size):
+                t = samples.t_start + k * samples.dt
+                currents = samples.i_1[k], samples.i_2[k], samples.i_3[k]
+                out[k] += term(push[k], t, samples.y[k], samples.v[k], *currents, record, elapsed + t, *others)
+
+    return total
+
+
 @inlined
 def _nothing_over(out, on, samples, p):
+    pass
+
+
+@inlined
+def _no_load_over(out, push, on, samples, p):
     pass
 
 
@@ -251,13 +272,14 @@ _OVER: dict[str, Callable[..., Any]] = {
     "force": partial(_over, joined=_sum, place=_measured_place),
     "friction": partial(_over, joined=_product, place=_measured_place),
     "level": partial(_over, joined=_product, place=_measured_place),
+    "load": _loaded_over,
     "sensor": partial(_over, joined=_sum, place=_measured_place),
 }
 
 
 def _chain_over(term: str, effects: tuple[Effect, ...]) -> Any:
     """One function for a term of all effects without states at all samples, in their order."""
-    total = _nothing_over
+    total = _no_load_over if term == "load" else _nothing_over
     for effect in effects:
         if term in effect.terms and not effect.states_of(term):
             function = inlined(effect.terms[term].py_func)

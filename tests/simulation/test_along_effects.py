@@ -53,6 +53,19 @@ def _both(term: str) -> tuple[Any, Any]:
                 out[0, k], out[1, k], out[2, k] = each(on, t, samples.y[k], samples.v[k], currents, p)
 
         return at_once, in_turn
+    if term == "load":  # beside the samples, of the motor's force: what the second input is
+
+        @njit
+        def loads_at_once(out: Array, on: int, samples: Samples, p: Array) -> None:
+            over(out[0], samples.i_2, on, samples, p)
+
+        @njit
+        def loads_in_turn(out: Array, on: int, samples: Samples, p: Array) -> None:
+            for k in range(samples.y.size):
+                t, currents = samples.t_start + k * samples.dt, (samples.i_1[k], samples.i_2[k], samples.i_3[k])
+                out[0, k] = each(out[0, k], on, samples.i_2[k], t, samples.y[k], samples.v[k], currents, p)
+
+        return loads_at_once, loads_in_turn
 
     @njit
     def all_at_once(out: Array, on: int, samples: Samples, p: Array) -> None:
