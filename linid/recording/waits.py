@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linid.arrays import Array, Flags
+from linid.arrays import Array, Flags, Integers
 
 _STILL = 5.0  # deviations of the noise, or so many steps of the encoder, within which a reading stands still
 _STILL_STEPS = 1.5
@@ -219,26 +219,36 @@ def ahead_of_reading(waits: Sequence[Wait], y: Array, dt: float, play: float) ->
     waits: of positions y (n,) in m, every dt s. What forces do in between is left to whoever judges the acceleration.
     """
     found = Ahead(0.5 * play * _sides(waits, y), np.zeros(y.size), np.ones(y.size))
-    samples = np.arange(y.size)
-    for wait in waits:
-        travel, begin = wait.part * play, wait.end
-        if travel > 0.0:
-            time = (wait.end - wait.start) * dt
-            shape = wait.speed * time / travel
-            if shape > _FLATTEST:
-                time, shape = _EVEN * travel / wait.speed, _EVEN
-            shape = max(shape, _STEEPEST)
-            begin = max(wait.end - time / dt, 0.0)
-            first, last = int(np.ceil(begin)), int(np.ceil(wait.end))
-            part = 1.0 - (wait.end - samples[first:last]) * dt / time
-            way = (3.0 - shape) * part**2 + (shape - 2.0) * part**3
-            rate = (2.0 * (3.0 - shape) * part + 3.0 * (shape - 2.0) * part**2) / time
-            found.y[first:last] = wait.direction * play * (0.5 - wait.part * (1.0 - way))
-            found.v[first:last] = wait.direction * travel * rate
-        near = slice(max(int(wait.start), 0), min(int(begin) + 2, y.size))  # all others show it whole
-        unseen = np.minimum(samples[near] + 0.5, begin) - np.maximum(samples[near] - 0.5, wait.start)
-        np.minimum(found.seen[near], 1.0 - np.clip(unseen, 0.0, 1.0), out=found.seen[near])
+    if not waits:
+        return found
+    start, end, direction, speed, part = np.array(waits).T
+    travel, time, crosses = part * play, (end - start) * dt, part * play > 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):  # of those that cross nothing
+        shape = speed * time / travel
+        rested = crosses & (shape > _FLATTEST)
+        time = np.where(rested, _EVEN * travel / speed, time)
+        shape = np.maximum(np.where(rested, _EVEN, shape), _STEEPEST)
+    begin = np.where(crosses, np.maximum(end - time / dt, 0.0), end)
+    first = np.ceil(begin).astype(np.int64)
+    last = np.where(crosses, np.minimum(np.ceil(end).astype(np.int64), y.size), first)
+    of, k = _ranges(first, last)
+    gone = 1.0 - (end[of] - k) * dt / time[of]
+    way = (3.0 - shape[of]) * gone**2 + (shape[of] - 2.0) * gone**3
+    rate = (2.0 * (3.0 - shape[of]) * gone + 3.0 * (shape[of] - 2.0) * gone**2) / time[of]
+    found.y[k] = direction[of] * play * (0.5 - part[of] * (1.0 - way))
+    found.v[k] = direction[of] * travel[of] * rate
+    # All samples that are not near show it whole.
+    of, k = _ranges(np.maximum(start.astype(np.int64), 0), np.minimum(begin.astype(np.int64) + 2, y.size))
+    unseen = np.minimum(k + 0.5, begin[of]) - np.maximum(k - 0.5, start[of])
+    np.minimum.at(found.seen, k, 1.0 - np.clip(unseen, 0.0, 1.0))
     return found
+
+
+def _ranges(first: Integers, last: Integers) -> tuple[Integers, Integers]:
+    """All whole numbers from each first one (W,) to before each last one, (n,), and whose they are, (n,)."""
+    sizes = np.maximum(last - first, 0)
+    of = np.repeat(np.arange(first.size), sizes)
+    return of, np.arange(of.size) + (first - np.cumsum(sizes) + sizes)[of]
 
 
 def _sides(waits: Sequence[Wait], y: Array) -> Array:
