@@ -139,20 +139,14 @@ def _joined(
     """The model with a term: of the curve or the formula that stands for it, or of the likeliest formula, which may
     explain more than a curve once the base has moved."""
     problem = lead.problem
-
-    def found() -> Joined | None:
-        curve = formula is None and proposal is lead.proposal
-        return lead.joined if curve else with_term(judge, lead.start, problem, proposal, formula)
-
-    def likeliest() -> Joined | None:
-        if likely is None:
-            return None
-        instead = formula_instead(judge, lead.start, problem, proposal, likely, WORTH)
-        return None if instead is None else with_term(judge, lead.start, problem, instead, likely)
-
-    tried = [found] if likely is None else [found, likeliest]
-    made = [one for _, one in in_parallel(lambda model, _: model(), tried, judge.balance.jobs)]
-    options, rows = [one for one in made if one is not None], judge.balance.split
+    curve = formula is None and proposal is lead.proposal
+    joined = lead.joined if curve else with_term(judge, lead.start, problem, proposal, formula)
+    if likely is None:
+        return joined
+    instead = formula_instead(judge, lead.start, problem, proposal, likely, WORTH)
+    other = None if instead is None else with_term(judge, lead.start, problem, instead, likely)
+    options = [one for one in (joined, other) if one is not None]
+    rows = judge.balance.split
     return min(options, key=lambda one: judge.fits.level(one.fitted.residual, one.fitted.floor, rows), default=None)
 
 

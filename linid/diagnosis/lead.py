@@ -32,7 +32,6 @@ from linid.diagnosis.select import Selection
 from linid.diagnosis.shares import judged_rows
 from linid.diagnosis.steps_of_selection import without_effect
 from linid.diagnosis.verdict import leaves_nothing
-from linid.parallel_tasks import in_parallel
 from linid.physics.effects.registry import find_effect
 
 
@@ -80,15 +79,13 @@ def lead_of(base: Base, found: Selection, unexplained: float, means: Means) -> L
 def _first_lead(base: Base, found: Selection, means: Means) -> Lead | None:
     """The term that the recordings ask for beside the models as they are."""
     judge = base.judge
-    starts = [found.best, found.base] if found.parts else [found.best]
-    leads = dict(in_parallel(lambda k, _: lead_beside(judge, starts[k], means.seed), range(len(starts)), means.jobs))
-    beside = leads[0]
+    beside = lead_beside(judge, found.best, means.seed)
     cancelled = _cancelled(base, found, means.seed)
     if cancelled is not None and _level_with(judge, cancelled) < _level_with(judge, beside):
         return cancelled
     if not found.parts:
         return beside
-    alone = _unless_hopeless(found, leads[1], beside)
+    alone = _alone(judge, found, beside, means.seed)
     if alone is not None and _instead_of_effects(found, alone, beside):
         return alone
     for part in passing(found):
@@ -98,12 +95,13 @@ def _first_lead(base: Base, found: Selection, means: Means) -> Lead | None:
     return None if beside is None else _without_the_weak(judge, found, beside, means.seed)
 
 
-def _unless_hopeless(found: Selection, alone: Lead | None, beside: Lead | None) -> Lead | None:
-    """The term that recordings ask for in the stead of all effects; None where these and the best term beside them
-    leave too little for that."""
-    if alone is None or leave_next_to_nothing(_left(alone.problem, found.best), _left_by(beside, False)):
+def _alone(judge: Judge, found: Selection, beside: Lead | None, seed: int) -> Lead | None:
+    """The term that recordings ask for in the stead of all effects; None where they ask for none, or where these and
+    the best term beside them leave too little for that."""
+    problem = problem_of(judge, found.base, seed)
+    if leave_next_to_nothing(_left(problem, found.best), _left_by(beside, False)):
         return None
-    return alone
+    return _lead_in(problem, judged_families(problem), judge, found.base)
 
 
 def _instead_of_effects(found: Selection, alone: Lead, beside: Lead | None) -> bool:
