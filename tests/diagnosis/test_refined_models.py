@@ -10,7 +10,7 @@ import pytest
 
 from linid.diagnosis import refined_models
 from linid.diagnosis.means import Means
-from linid.diagnosis.refined_models import Attempt, refined_model
+from linid.diagnosis.refined_models import Attempt, Refining, refined_model
 from linid.identification.model_file import model_to_text
 from tests.diagnosis.machine import K, Noise
 from tests.diagnosis.test_joint import TRUE, fitted, judged
@@ -51,3 +51,16 @@ def test_an_attempt_is_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(AssertionError, match="refined again"):
         Attempt(moved, runs, Means(), memory)
     assert math.isfinite(kept.value("force_constant"))
+
+
+def test_an_attempt_that_is_begun_beside_other_work_is_the_one_made_when_it_is_asked_for() -> None:
+    """It is there, and remembered, though its result is asked for once nothing else is begun any more."""
+    judge = judged(Noise(encoder=1e-7, current=0.02), TRUE)
+    one, runs, memory = fitted(judge, TRUE), judge.balance.recordings[:3], {}
+    later = Refining(runs, Means(jobs=1), None).attempt(one, {})
+    with Refining(runs, Means(jobs=2), None) as refining:
+        begun = refining.attempt(one, memory)
+        found = begun()
+    assert model_to_text(found.result) == model_to_text(later().result) and found.ended == later().ended
+    assert model_to_text(found.kept()) == model_to_text(later().kept())
+    assert len(memory) == 2

@@ -19,8 +19,9 @@ DT = 1e-3
 FRICTION = {"coulomb_force": 2.0, "static_force": 3.2, "stribeck_velocity": 5e-3, "bristle_stiffness": 2e4}
 
 
-def after(w: float, way: tuple[float, float, float], level: float, exponent: float) -> float:
-    """The bristle after an interval: w' = v - sigma_0 |v| w / g (4, 42) at the mean speed, or at those of pieces."""
+def after(w: float, way: tuple[float, float, float], level: float, exponent: float, load: float = 0.0) -> float:
+    """The bristle after an interval: w' = v - sigma_0 |v| w / g (4, 42) at the mean speed, or at those of pieces; load:
+    N that are added to g."""
     travel, v, v_next = way
     pieces = PIECES if abs(v_next - v) > UNEVEN * abs(travel / DT) else 1
     done = 0.0
@@ -31,7 +32,7 @@ def after(w: float, way: tuple[float, float, float], level: float, exponent: flo
         ratio = abs(part) * pieces / DT / FRICTION["stribeck_velocity"]
         static, coulomb = FRICTION["static_force"], FRICTION["coulomb_force"]
         curve = coulomb + (static - coulomb) * math.exp(-(ratio**exponent))
-        rest = math.copysign(level * curve / FRICTION["bristle_stiffness"], part)
+        rest = math.copysign((level * curve + load) / FRICTION["bristle_stiffness"], part)
         w = rest + (w - rest) * math.exp(-abs(part / rest))
     return w
 
@@ -59,3 +60,32 @@ def test_every_interval_is_the_closed_form(seed: int, count: int, exponent: floa
     for k in range(count - 1):
         expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0 + more, exponent))
     assert found == pytest.approx(np.array(expected), rel=1e-11, abs=1e-18)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    count=st.integers(4, 60),
+    drawn=st.tuples(st.floats(-40.0, 40.0), st.floats(-40.0, 40.0)),
+    weak=st.sampled_from([1.0, 0.5]),
+)
+@settings(deadline=None, max_examples=60)
+def test_friction_that_the_motor_adds_is_in_the_closed_form(
+    seed: int, count: int, drawn: tuple[float, float], weak: float
+) -> None:
+    """g + mu |F| in the middle between samples, of an input that rises evenly and a thrust that an effect makes less."""
+    v = 1e-2 * np.random.default_rng(seed).normal(size=count)
+    y = np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))])
+    given_input = np.linspace(*drawn, count)
+    recording = Recording("r", DT * np.arange(count), y, drive_input=given_input, kind="motor", number=2)
+    model = Model("force", ("force_constant_change", "load_dependent_friction"))
+    values = {**FRICTION, "stribeck_exponent": 2.0, "mass": 1.0, "force_constant": 3.0, "load_friction": 0.2}
+    values["constant_change"] = weak - 1.0
+    start = 0.3 * FRICTION["coulomb_force"] / FRICTION["bristle_stiffness"]
+    none = np.zeros(count, dtype=bool)
+    simulator = Simulator(model, pack_inputs([recording]), 1)
+    found = simulator.along(model.vector(values)[None], y, v, none, np.array([[start]])).bristle[0]
+    expected = [start]
+    for k in range(count - 1):
+        load = 0.2 * abs(weak * 3.0 * 0.5 * (given_input[k] + given_input[k + 1]))
+        expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0, 2.0, load))
+    assert found == pytest.approx(np.array(expected), rel=1e-9, abs=1e-15)
