@@ -47,8 +47,9 @@ class Refining:
     def __enter__(self) -> Refining:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._pool.shutdown(cancel_futures=True)
+    def __exit__(self, stopped: type[BaseException] | None, *_: object) -> None:
+        # Whoever stops does not wait for what nobody will ask for.
+        self._pool.shutdown(wait=stopped is None, cancel_futures=True)
 
     def begin(self, one: Fitted, memory: Memory) -> None:
         """Begin with a model that will probably be asked for, where there are threads to spare."""

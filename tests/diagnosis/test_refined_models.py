@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import replace
 from typing import Any
 
@@ -64,3 +65,22 @@ def test_an_attempt_that_is_begun_beside_other_work_is_the_one_made_when_it_is_a
     assert model_to_text(found.result) == model_to_text(later().result) and found.ended == later().ended
     assert model_to_text(found.kept()) == model_to_text(later().kept())
     assert len(memory) == 2
+
+
+def test_who_is_interrupted_does_not_wait_for_an_attempt(monkeypatch: pytest.MonkeyPatch) -> None:
+    judge = judged(Noise(encoder=1e-7), TRUE)
+    begun, asked_for, over = threading.Event(), threading.Event(), threading.Event()
+
+    def long(*_: Any) -> None:
+        begun.set()
+        asked_for.wait(60.0)
+        over.set()
+
+    monkeypatch.setattr(refined_models, "Attempt", long)
+    with pytest.raises(KeyboardInterrupt), Refining(judge.balance.recordings, Means(jobs=2), None) as refining:
+        refining.attempt(fitted(judge, TRUE), {})
+        assert begun.wait(60.0)
+        raise KeyboardInterrupt
+    assert not over.is_set()
+    asked_for.set()
+    assert over.wait(60.0)

@@ -72,7 +72,7 @@ def test_every_interval_is_the_closed_form(seed: int, count: int, exponent: floa
 def test_friction_that_the_motor_adds_is_in_the_closed_form(
     seed: int, count: int, drawn: tuple[float, float], weak: float
 ) -> None:
-    """g + mu |F| in the middle between samples, of an input that rises evenly and a thrust that an effect makes less."""
+    """g + mu |F| in the middle between samples: an input that rises evenly, a thrust that an effect makes less."""
     v = 1e-2 * np.random.default_rng(seed).normal(size=count)
     y = np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))])
     given_input = np.linspace(*drawn, count)
