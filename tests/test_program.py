@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -77,3 +78,31 @@ def test_output_that_nobody_takes_is_no_success(tmp_path: Path) -> None:
 def test_a_fault_of_the_program_shows_its_traceback(tmp_path: Path) -> None:
     done = run(tmp_path, "1 / 0")
     assert done.returncode == 1 and "ZeroDivisionError" in done.stderr
+
+
+THREADS = """
+import ctypes, threading
+libc = ctypes.CDLL(None)
+libc.fopen.restype = ctypes.c_void_p
+together = threading.Barrier(8)
+def take():
+    libc.malloc(100_000)
+    together.wait()
+threads = [threading.Thread(target=take) for _ in range(8)]
+for thread in threads: thread.start()
+for thread in threads: thread.join()
+out = ctypes.c_void_p(libc.fopen(b"pools.xml", b"w"))
+libc.malloc_info(0, out)
+libc.fclose(out)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="pools of memory are glibc's")
+@pytest.mark.parametrize(("asked", "pools"), [("", 2), ("5", 5)])
+def test_threads_share_pools_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, asked: str, pools: int) -> None:
+    """Unless the user says how many there may be."""
+    monkeypatch.delenv("MALLOC_ARENA_MAX", raising=False)
+    if asked:
+        monkeypatch.setenv("MALLOC_ARENA_MAX", asked)
+    assert run(tmp_path, THREADS).returncode == 0
+    assert (tmp_path / "pools.xml").read_text().count("<heap nr=") == pools

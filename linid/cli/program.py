@@ -12,17 +12,31 @@ from linid.stop_signals import raise_on_sigterm
 # s, after which a thread that runs Python lets another one that waits have its turn. Simulations and linear algebra run
 # beside Python, a millisecond or two each: at Python's own 5 ms, whoever comes back from them waits as long again.
 _TURN = 5e-4
+# Pools of memory that all threads share. glibc gives each thread its own, up to eight a processor, and what one keeps
+# no other can use: of a diagnosis a sixth of its memory.
+_POOLS, _MOST_POOLS = 2, -8  # mallopt's M_ARENA_MAX
 
 
 def run_program(command: Callable[..., object]) -> None:
     """Run a click command as this process, which ends with its exit code."""
     raise_on_sigterm()
     sys.setswitchinterval(_TURN)
+    _share_memory()
     try:
         command(prog_name="linid")
     except SystemExit as ending:
         _leave(ending.code)
         raise
+
+
+def _share_memory() -> None:
+    """Have threads share pools of memory, where the system's library can be told so and the user has not."""
+    if sys.platform.startswith("linux") and "MALLOC_ARENA_MAX" not in os.environ:
+        import ctypes
+
+        tell = getattr(ctypes.CDLL(None), "mallopt", None)
+        if tell is not None:
+            tell(_MOST_POOLS, _POOLS)
 
 
 def _leave(code: str | int | None) -> None:
