@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from linid.arrays import Array
 from linid.physics.model import Model
 from linid.recording.recording import Recording
 from linid.simulation.along_between import PIECES, UNEVEN
@@ -37,6 +38,22 @@ def after(w: float, way: tuple[float, float, float], level: float, exponent: flo
     return w
 
 
+START = 0.3 * FRICTION["coulomb_force"] / FRICTION["bristle_stiffness"]  # m
+
+
+def moved(seed: int, count: int, speed: float) -> tuple[Array, Array]:
+    """Positions and speeds of so many samples, with reversals and speeds that change by much."""
+    v = speed * np.random.default_rng(seed).normal(size=count)
+    return np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))]), v
+
+
+def followed(model: Model, values: dict[str, float], recording: Recording, v: Array) -> Array:
+    """The bristle along a recording as the simulation follows it."""
+    simulator, none = Simulator(model, pack_inputs([recording]), 1), np.zeros(v.size, dtype=bool)
+    along = simulator.along(model.vector(FRICTION | values)[None], recording.y, v, none, np.array([[START]]))
+    return along.bristle[0]
+
+
 @given(
     seed=st.integers(0, 10_000),
     count=st.integers(2, 60),
@@ -46,19 +63,14 @@ def after(w: float, way: tuple[float, float, float], level: float, exponent: flo
 )
 @settings(deadline=None, max_examples=60)
 def test_every_interval_is_the_closed_form(seed: int, count: int, exponent: float, more: float, speed: float) -> None:
-    """Any number of samples, reversals and speeds that change by much; an effect makes more or less of friction."""
-    v = speed * np.random.default_rng(seed).normal(size=count)
-    y = np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))])
+    """Any number of samples; an effect makes more or less of friction."""
+    y, v = moved(seed, count, speed)
     recording = Recording("r", DT * np.arange(count), y, kind="free_wheel", number=2)
-    model = Model("friction", ("friction_level_change",))
-    values = {**FRICTION, "stribeck_exponent": exponent, "friction_change": more, "friction_change_recordings": 2.0}
-    start = 0.3 * FRICTION["coulomb_force"] / FRICTION["bristle_stiffness"]
-    none = np.zeros(count, dtype=bool)
-    simulator = Simulator(model, pack_inputs([recording]), 1)
-    found = simulator.along(model.vector(values)[None], y, v, none, np.array([[start]])).bristle[0]
-    expected = [start]
+    values = {"stribeck_exponent": exponent, "friction_change": more, "friction_change_recordings": 2.0}
+    expected = [START]
     for k in range(count - 1):
         expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0 + more, exponent))
+    found = followed(Model("friction", ("friction_level_change",)), values, recording, v)
     assert found == pytest.approx(np.array(expected), rel=1e-11, abs=1e-18)
 
 
@@ -73,19 +85,14 @@ def test_friction_that_the_motor_adds_is_in_the_closed_form(
     seed: int, count: int, drawn: tuple[float, float], weak: float
 ) -> None:
     """g + mu |F| in the middle between samples: an input that rises evenly, a thrust that an effect makes less."""
-    v = 1e-2 * np.random.default_rng(seed).normal(size=count)
-    y = np.concatenate([[0.0], np.cumsum(0.5 * DT * (v[1:] + v[:-1]))])
-    given_input = np.linspace(*drawn, count)
-    recording = Recording("r", DT * np.arange(count), y, drive_input=given_input, kind="motor", number=2)
-    model = Model("force", ("force_constant_change", "load_dependent_friction"))
-    values = {**FRICTION, "stribeck_exponent": 2.0, "mass": 1.0, "force_constant": 3.0, "load_friction": 0.2}
+    y, v = moved(seed, count, 1e-2)
+    rising = np.linspace(*drawn, count)
+    recording = Recording("r", DT * np.arange(count), y, drive_input=rising, kind="motor", number=2)
+    values = {"stribeck_exponent": 2.0, "mass": 1.0, "force_constant": 3.0, "load_friction": 0.2}
     values["constant_change"] = weak - 1.0
-    start = 0.3 * FRICTION["coulomb_force"] / FRICTION["bristle_stiffness"]
-    none = np.zeros(count, dtype=bool)
-    simulator = Simulator(model, pack_inputs([recording]), 1)
-    found = simulator.along(model.vector(values)[None], y, v, none, np.array([[start]])).bristle[0]
-    expected = [start]
+    expected = [START]
     for k in range(count - 1):
-        load = 0.2 * abs(weak * 3.0 * 0.5 * (given_input[k] + given_input[k + 1]))
+        load = 0.2 * abs(weak * 3.0 * 0.5 * (rising[k] + rising[k + 1]))
         expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0, 2.0, load))
+    found = followed(Model("force", ("force_constant_change", "load_dependent_friction")), values, recording, v)
     assert found == pytest.approx(np.array(expected), rel=1e-9, abs=1e-15)
