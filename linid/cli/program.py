@@ -13,7 +13,7 @@ from linid.stop_signals import raise_on_sigterm
 # beside Python, a millisecond or two each: at Python's own 5 ms, whoever comes back from them waits as long again.
 _TURN = 5e-4
 # Pools of memory that all threads share. glibc gives each thread its own, up to eight a processor, and what one keeps
-# no other can use: of a diagnosis a sixth of its memory.
+# no other can use: of a diagnosis a tenth to a sixth of its memory.
 _POOLS, _MOST_POOLS = 2, -8  # mallopt's M_ARENA_MAX
 
 
