@@ -14,6 +14,7 @@ from linid.simulation.along_between import (
     PIECES,
     SHORT,
     asked_between,
+    hangs_on_motor,
     is_uneven,
     nothing_between,
     reached_at,
@@ -351,7 +352,7 @@ def along_tasks_with(terms: Bundle) -> Any:
         for r in range(inputs.dts.size):
             longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
         resists = on & (terms.acts.level | terms.acts.static) != 0  # what effects make of the way between samples
-        loads = on & terms.acts.load != 0  # hangs on the motor too
+        shared = not hangs_on_motor(terms, on)
         before, effected, told = followed_before(longest), effected_before(longest), nothing_between()
         for number in range(begin, end):
             r = number // count
@@ -371,7 +372,7 @@ def along_tasks_with(terms: Bundle) -> Any:
                 MeasuredMotion(motion.y[a:b], motion.v[a:b], motion.inputs[:, a:b], motion.standstill[a:b], wanted),
                 starts[candidate, r],
                 kept,
-                (before_it, effects, told, same_friction and not loads and (effects.known or not resists)),
+                (before_it, effects, told, shared and same_friction and (effects.known or not resists)),
                 AlongTraces(
                     found.a[candidate, a:b] if found.a.size > 0 else found.a[0, 0:0],
                     found.w[candidate, a:b],

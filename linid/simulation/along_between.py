@@ -237,7 +237,7 @@ def put_loads(terms, axis, candidates, samples, load):
 
 
 @inlined
-def is_told(terms, on):
+def is_told_between(terms, on):
     """Whether all that effects do to friction between samples is told by the motion and the inputs alone."""
     acts = terms.acts
     if on & acts.load:
@@ -245,6 +245,12 @@ def is_told(terms, on):
         if on & (states | LEVEL_BIT):
             return False
     return not on & (acts.stateful_level | acts.level & acts.by_inputs)
+
+
+@inlined
+def hangs_on_motor(terms, on):
+    """Whether what is told of the intervals hangs on the motor too, not on friction, effects and motion alone."""
+    return terms.law.plain != 0 and on & terms.acts.load != 0 and is_told_between(terms, on)
 
 
 @allocating
@@ -270,7 +276,7 @@ def told_between(terms, axis, candidates, bristles, course, motion, asked):
         curves = np.empty(count * PIECES)
         put_pieces(bristles, dt, motion, travel, asked, pieces, curves)
         return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none, curves)
-    if not is_told(terms, on):
+    if not is_told_between(terms, on):
         return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none, none)
     level, load = np.ones(size), np.zeros(size)
     if on & (acts.level | acts.load):
