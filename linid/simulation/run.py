@@ -318,17 +318,18 @@ class Simulator:
         (samples,) where the axis rests; start_w: (C, R) deflection at each recording's start, m; without: what
         nobody asks for, acceleration or hidden states (empty then); wanted: (samples,) where the rest is, which without
         acceleration saves the way between (default: everywhere); among: (R,) recordings that are wanted at all
-        (default: all; what is found of others is undefined).
+        (default: all; what is found of others is 0).
         """
         kernel, inputs, candidates = self._kernel(), self.inputs, self._candidates(params)
         kept = self._kept[:0] if without == "states" else self._kept
         shape = (params.shape[0], y.size)
         reads = self._reads
+        room = np.empty if among is None else np.zeros  # callers reckon with all
         found = AlongTraces(
-            np.empty((1, 0)) if without == "acceleration" else np.empty(shape),
-            np.empty(shape) if wanted is None else np.full(shape, np.nan),
+            np.empty((1, 0)) if without == "acceleration" else room(shape),
+            room(shape) if wanted is None else np.full(shape, np.nan),
             np.full((*shape, kept.size) if kept.size else (1, 0, 0), np.nan),
-            np.empty(shape) if reads else np.empty((1, 0)),
+            room(shape) if reads else np.empty((1, 0)),
         )
         motion = MeasuredMotion(
             y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_) if wanted is None else wanted
@@ -364,7 +365,8 @@ class Simulator:
         count, width = tangents.shape[0], padded(tangents.shape[0])
         table, reads = np.zeros((8, width)), self._reads
         table[:, :count] = tangents[:, :8].T
-        found = AlongSlopes(np.empty((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
+        room = np.empty if among is None else np.zeros
+        found = AlongSlopes(room((count, y.size)), np.zeros((count, y.size)) if reads else np.empty((1, 0)))
         motion = MeasuredMotion(y, v, self.inputs.sampled, standstill, np.empty(0, dtype=np.bool_))
         candidates = self._candidates(np.vstack([params, params + FORCE_STEP * tangents]))
         kernel, directions = load_along_slopes(), Directions(touched_by(self.model, tangents), table)

@@ -117,3 +117,24 @@ def test_what_is_not_followed_is_forgotten(name: str, seed: int) -> None:
     assert np.count_nonzero(np.isfinite(parts)) < 0.9 * v.size
     # where an axis that moved has forgotten where it came from
     assert parts[wanted] == pytest.approx(followed[wanted], abs=1e-9 * np.max(np.abs(followed)))
+
+
+def test_recordings_that_nobody_wants_hold_zeros() -> None:
+    """Whoever wants some of them still reckons with all: what memory happened to hold raised warnings there."""
+    model, parts = Model("sine", ("encoder_periodic_error",)), [motion(1), motion(2)]
+    simulator = Simulator(model, pack_inputs([part[0] for part in parts]), 1, 1)
+    v, rests = (np.concatenate([part[k] for part in parts]) for k in (1, 2))
+    y, size = np.concatenate([part[0].y for part in parts]), parts[0][1].size
+    candidates, start = population(model, 3, np.random.default_rng(1)), np.full((3, 2), np.nan)
+    whole = simulator.along(candidates, y, v, rests, start)
+    part = simulator.along(candidates, y, v, rests, start, among=np.array([False, True]))
+    assert whole.reading_error is not None and part.reading_error is not None
+    for all_of_them, some in (
+        (whole.acceleration, part.acceleration),
+        (whole.bristle, part.bristle),
+        (whole.reading_error, part.reading_error),
+    ):
+        assert np.array_equal(some[:, size:], all_of_them[:, size:]) and not np.any(some[:, :size])
+    tangents = np.eye(candidates.shape[1])[[model.slot("coulomb_force"), model.slot("force_constant")]]
+    slopes, _ = simulator.slopes_along(candidates[0], tangents, y, v, rests, among=np.array([False, True]))
+    assert np.any(slopes[:, size:]) and not np.any(slopes[:, :size])
