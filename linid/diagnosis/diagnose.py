@@ -85,9 +85,9 @@ def diagnose(
         lines = entries_of(found, shares, compared.after, recordings, compared.measures, means)
         lines, other_values = of_one_curve(lines, parameter_changes(since, compared.after, recordings))
         budget = seen.budget(shares, lines)
-        known_mass = _mass_is_known(base, known, since)
         models = Models(compared.after, found.best, compared.changes, compared.traces_after)
         term, models = (None, models) if sought is None else lacking_term(sought, models, recordings, means)
+    known_mass = _mass_is_known(base, known, since)
     same, checks = models.result is compared.after, checks_of(recordings)
     measures = compared.measures if same else together(models.changes, models.traces, means.seed)
     diagnosis = Diagnosis(

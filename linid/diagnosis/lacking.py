@@ -53,15 +53,14 @@ class Models:
 class Sought:
     """A term that recordings ask for, described, and the model with it while it is refined.
 
-    lead, proposal: that it is, and as the model has it; joined: that model by the force balance, and attempt: as
-    `fit-motor` identifies it, to be called; both None where no model can have it.
+    lead, proposal: that it is, and as the model has it; begun: that model by the force balance, and as `fit-motor`
+    identifies it, to be called; None where no model can have the term.
     """
 
     lead: Lead
     proposal: Proposal
     term: ProposedTerm
-    joined: Joined | None
-    attempt: Callable[[], Attempt] | None
+    begun: tuple[Joined, Callable[[], Attempt]] | None
 
 
 def sought_term(judge: Judge, found: Selection, lead: Lead, means: Means, refining: Refining) -> Sought:
@@ -80,20 +79,21 @@ def sought_term(judge: Judge, found: Selection, lead: Lead, means: Means, refini
     likely = likely_formula(proposal, ranked) if better is None else None
     joined = _joined(judge, lead, proposal, None if better is None else formula, likely)
     if joined is None:
-        return Sought(lead, proposal, term, None, None)
+        return Sought(lead, proposal, term, None)
     term = replace(term, effect=joined.effect, short=joined.formula.said if joined.formula else term.short)
-    return Sought(lead, proposal, term, joined, refining.attempt(joined.fitted, judge.balance.memory))
+    return Sought(lead, proposal, term, (joined, refining.attempt(joined.fitted, judge.balance.memory)))
 
 
 def lacking_term(
     sought: Sought, models: Models, recordings: Sequence[Recording], means: Means
 ) -> tuple[ProposedTerm, Models]:
     """A term in full, and the models with it where it is kept. models: with the effects found."""
-    term, joined = sought.term, sought.joined
-    if joined is None or sought.attempt is None:
+    term = sought.term
+    if sought.begun is None:
         means.watch("term", 3, 3)
         return term, models
-    attempt, measured = _tried(sought.attempt(), models, recordings, means)
+    joined, refined = sought.begun
+    attempt, measured = _tried(refined(), models, recordings, means)
     means.watch("term", 2, 3)
     beside = [change for change, _ in measured.values()]
     term = replace(term, measures=together(beside, [trace for _, trace in measured.values()], means.seed))

@@ -222,7 +222,8 @@ def ahead_of_reading(waits: Sequence[Wait], y: Array, dt: float, play: float) ->
     if not waits:
         return found
     start, end, direction, speed, part = np.array(waits).T
-    travel, time, crosses = part * play, (end - start) * dt, part * play > 0.0
+    travel, time = part * play, (end - start) * dt
+    crosses = travel > 0.0
     with np.errstate(divide="ignore", invalid="ignore"):  # of those that cross nothing
         shape = speed * time / travel
         rested = crosses & (shape > _FLATTEST)

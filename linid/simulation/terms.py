@@ -265,25 +265,25 @@ def _no_load_over(out, push, on, samples, p):
     pass
 
 
-_OVER: dict[str, Callable[..., Any]] = {
-    "drive": _driven_over,
-    "field": partial(_over, joined=_replaced, place=_place_so_far),
-    "thrust": partial(_over, joined=_product, place=_measured_place),
-    "force": partial(_over, joined=_sum, place=_measured_place),
-    "friction": partial(_over, joined=_product, place=_measured_place),
-    "level": partial(_over, joined=_product, place=_measured_place),
-    "load": _loaded_over,
-    "sensor": partial(_over, joined=_sum, place=_measured_place),
+_OVER: dict[str, tuple[Any, Callable[..., Any]]] = {
+    "drive": (_nothing_over, _driven_over),
+    "field": (_nothing_over, partial(_over, joined=_replaced, place=_place_so_far)),
+    "thrust": (_nothing_over, partial(_over, joined=_product, place=_measured_place)),
+    "force": (_nothing_over, partial(_over, joined=_sum, place=_measured_place)),
+    "friction": (_nothing_over, partial(_over, joined=_product, place=_measured_place)),
+    "level": (_nothing_over, partial(_over, joined=_product, place=_measured_place)),
+    "load": (_no_load_over, _loaded_over),
+    "sensor": (_nothing_over, partial(_over, joined=_sum, place=_measured_place)),
 }
 
 
 def _chain_over(term: str, effects: tuple[Effect, ...]) -> Any:
     """One function for a term of all effects without states at all samples, in their order."""
-    total = _no_load_over if term == "load" else _nothing_over
+    total, link = _OVER[term]
     for effect in effects:
         if term in effect.terms and not effect.states_of(term):
             function = inlined(effect.terms[term].py_func)
-            total = _OVER[term](total, function, 1 << EFFECTS.index(effect), _places(effect, term))
+            total = link(total, function, 1 << EFFECTS.index(effect), _places(effect, term))
     return total
 
 
