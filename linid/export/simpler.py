@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from linid.errors import UsageError
+from linid.export.over_place import term_over
 
 if TYPE_CHECKING:
     from linid.arrays import Array
@@ -83,17 +84,13 @@ def mean_friction(exported: Exported) -> tuple[float, float]:
 
 
 def _mean_friction_of(exported: Exported) -> tuple[float, float]:
-    from linid.physics.effects.registry import find_effect
-
     values, effects = held_values(exported), exported.model.effects
     factor, more = 1.0, 0.0
     if "position_dependent_friction" in effects:
-        effect = find_effect("position_dependent_friction")
-        numbers = [values[p.name] for p in effect.parameters]
-        places = [y for r in exported.recordings if r.measured for y in r.y[:: max(r.y.size // _GRID, 1)]]
-        along = effect.friction.py_func  # to compile it takes a quarter of a second
-        factors = [along(0.0, float(y), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *numbers) for y in places]
-        factor = float(np.mean(factors)) if factors else 1.0
+        measured = [r.y[:: max(r.y.size // _GRID, 1)] for r in exported.recordings if r.measured]
+        if measured:
+            places = np.concatenate(measured)
+            factor = float(np.mean(term_over("position_dependent_friction", "friction", values, places)))
     if "load_dependent_friction" in effects:
         pushes = [np.abs(thrust_along(exported, r)) for r in exported.recordings if r.kind != "free_wheel"]
         more = values["load_friction"] * float(np.mean(np.concatenate(pushes))) if pushes else 0.0

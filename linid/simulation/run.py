@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -32,6 +31,7 @@ from linid.simulation.course import Candidates, Scheme, Starts, Traces
 from linid.simulation.directions import silent_places, touched_by
 from linid.simulation.inputs import Inputs, measured_points
 from linid.simulation.lanes import LANES, padded
+from linid.simulation.pieces import Pieces, evenly, of_recordings, of_windows
 from linid.simulation.slope_effects import FORCE_STEP
 from linid.simulation.slopes import Tangents
 from linid.simulation.steering import UNSTEERED, Steering
@@ -82,32 +82,9 @@ class Simulator:
     specialised: bool = False
     steering: Steering = UNSTEERED
 
-    def _split(self, tasks: int, least: int) -> list[tuple[int, int]]:
-        pieces = min(tasks // least, 4 * self.jobs)
-        if self.jobs < 2 or pieces < 2:
-            return [(0, tasks)]
-        return list(pairwise([tasks * k // pieces for k in range(pieces + 1)]))
-
-    def _of_recordings(self, among: Flags | None, each: int) -> list[tuple[int, int]]:
-        """Pieces of `each` tasks for every recording, or for those among them (R,) alone."""
-        if among is None:
-            return self._split(each * self.inputs.counts.size, 1)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], among.astype(int), [0]])))
-        runs = each * edges.reshape(-1, 2)
-        return [(int(first) + a, int(first) + b) for first, end in runs for a, b in self._split(int(end - first), 1)]
-
-    def _by_recording(self, segments: Segments) -> list[tuple[int, int]]:
-        """Pieces of whole recordings, where there are enough of them: each piece computes the motor's forces, and their
-        slopes, at all points of its recordings."""
-        count = segments.recording.size
+    def _by_recording(self, segments: Segments) -> Pieces:
         least = LANES if self.model.mask == 0 else 1  # side by side, fewer would leave lanes free
-        edges = [0]
-        for edge in np.flatnonzero(np.diff(segments.recording)) + 1:
-            if edge - edges[-1] >= least and count - edge >= least:
-                edges.append(int(edge))
-        if len(edges) < 2 * self.jobs:
-            return self._split(count, least)
-        return list(pairwise([*edges, count]))
+        return of_windows(segments.recording, least, self.jobs)
 
     @cached_property
     def _guide(self) -> Array:
@@ -268,7 +245,7 @@ class Simulator:
         """Run all candidates over all segments, guided: the forces are told beforehand, for one candidate at a time."""
         kernel, guided = load_lockstep(), self._scheme(True, self._guide)
 
-        def simulate(k: int, pieces: list[tuple[int, int]], jobs: int) -> int:
+        def simulate(k: int, pieces: Pieces, jobs: int) -> int:
             one = slice(k, k + 1)
             candidate, begins = self._candidates(params[one]), starts._replace(values=starts.values[one])
             scheme, _ = forces_told(candidate, self.inputs, segments, guided, self._told, (pieces, jobs))
@@ -339,7 +316,7 @@ class Simulator:
             kernel.along_tasks(candidates, inputs, motion, start_w, kept, *piece, found)
             return 0
 
-        summed(work, self._of_recordings(among, shape[0]), self.jobs)
+        summed(work, of_recordings(inputs.counts, among, shape[0], self.jobs), self.jobs)
         return AlongMotion(found.a, found.w, found.states, found.reading if reads else None)
 
     @property
@@ -375,7 +352,7 @@ class Simulator:
             kernel(candidates, self.inputs, motion, directions, *piece, found)
             return 0
 
-        summed(work, self._of_recordings(among, 1), self.jobs)
+        summed(work, of_recordings(self.inputs.counts, among, 1, self.jobs), self.jobs)
         return found.a, found.reading if reads else None
 
     def readings(self, params: Array, y: Array, v: Array) -> Array:
@@ -395,4 +372,4 @@ class Simulator:
         return out
 
     def _spread(self, work: Callable[[tuple[int, int]], int], tasks: int, least: int = 1) -> int:
-        return summed(work, self._split(tasks, least), self.jobs)
+        return summed(work, evenly(tasks, least, self.jobs), self.jobs)

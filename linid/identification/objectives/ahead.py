@@ -17,6 +17,9 @@ from linid.physics.model import EFFECT_START, MASS, Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
+from linid.simulation.threads import summed
+
+_AT_ONCE = 131072  # numbers that a piece of work holds: few enough to stay near the processor, and worth a thread
 
 
 @dataclass
@@ -132,12 +135,23 @@ class Ahead:
         """
         y, slopes = self._predicted(params, directions.params)
         if self.project:
-            edges = np.concatenate([[0], np.flatnonzero(np.diff(self.segments.count)) + 1, [self.segments.count.size]])
-            for a, b in pairwise(edges):  # windows of one length after another
-                basis, rows = self.bases[int(self.segments.count[a])], self.segments.out_offsets[[a, b]]
-                block = slopes[rows[0] : rows[1]].reshape(b - a, len(basis), -1)
-                block -= basis @ (basis.T @ block)
-        return self._projected((y - self.measured)[None])[0], slopes
+            summed(lambda piece: self._without_lines(slopes, *piece), self._alike(slopes.shape[1]), self.jobs)
+        return self._errors(y[None])[0], slopes
+
+    def _alike(self, each: int) -> list[tuple[int, int]]:
+        """Pieces of windows of one length, one after another; each: numbers of every sample."""
+        lengths = self.segments.count
+        edges = [0, *np.flatnonzero(np.diff(lengths)) + 1, lengths.size]
+        least = [max(1, _AT_ONCE // (max(each, 1) * int(lengths[a]))) for a in edges[:-1]]
+        starts = [k for (a, b), step in zip(pairwise(edges), least, strict=True) for k in range(a, b, step)]
+        return list(pairwise([*map(int, starts), lengths.size]))
+
+    def _without_lines(self, slopes: Array, begin: int, end: int) -> int:
+        """Take the straight lines out of derivatives (N, K) of windows of one length, from and to which it is."""
+        basis, rows = self.bases[int(self.segments.count[begin])], self.segments.out_offsets[[begin, end]]
+        block = slopes[rows[0] : rows[1]].reshape(end - begin, len(basis), -1)
+        block -= basis @ (basis.T @ block)
+        return 0
 
     def _predicted(self, params: Array, tangents: Array) -> tuple[Array, Array]:
         """Predicted positions (N,) in m of one candidate, and their derivatives (N, K)."""
@@ -165,22 +179,23 @@ class Ahead:
         """(C, N) prediction errors in m, each window without its straight line. params: (C, VECTOR_SIZE);
         offsets: (C, 0), there are none.
         """
-        errors = self.simulate(params)
-        errors -= self.measured
-        return self._projected(errors)
+        return self._errors(self.simulate(params))
 
-    def _projected(self, errors: Array) -> Array:
-        """Errors (C, N), each window without its straight line."""
-        if not self.project:
-            return errors
-        offsets_out = self.segments.out_offsets
-        for length, basis in self.bases.items():
-            windows = np.flatnonzero(self.segments.count == length)
-            rows = (offsets_out[windows][:, None] + np.arange(length)).ravel()
-            for row in errors:  # one at a time: of long recordings, a copy of all takes hundreds of MB
-                block = row[rows].reshape(windows.size, length)
-                row[rows] = (block - (block @ basis) @ basis.T).ravel()
-        return errors
+    def _errors(self, predicted: Array) -> Array:
+        """Errors (C, N) of predicted positions, which they replace, each window without its straight line."""
+        summed(lambda piece: self._put_errors(predicted, *piece), self._alike(len(predicted)), self.jobs)
+        return predicted
+
+    def _put_errors(self, predicted: Array, begin: int, end: int) -> int:
+        """`_errors` of windows of one length, from and to which it is."""
+        first, last = self.segments.out_offsets[[begin, end]]
+        errors = predicted[:, first:last]
+        errors -= self.measured[first:last]
+        if self.project:
+            basis = self.bases[int(self.segments.count[begin])]
+            block = errors.reshape(len(errors), end - begin, len(basis))
+            block -= (block @ basis) @ basis.T
+        return 0
 
 
 def _line_basis(length: int) -> Array:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from linid.export.over_place import term_over
 from linid.export.simpler import (
     held_values,
     own_force,
@@ -49,30 +49,11 @@ class PlaceTables:
         return max(len(self.force), len(self.thrust), len(self.friction))
 
 
-@cache
-def _compiled(function: Callable[..., float]) -> Callable[..., float]:
-    """A term for Python to call, its machine code kept on disk."""
-    from linid.simulation.compiled import entry_of
-
-    entry: Callable[..., float] = entry_of(function)
-    return entry
-
-
-def _term_over(exported: Exported, name: str, term: str, values: dict[str, float], y: Array) -> Array:
-    """A term of an effect of the library at positions (n,) in m, at rest and without current."""
-    from linid.physics.effects.registry import find_effect
-
-    effect = find_effect(name)
-    function = _compiled(getattr(effect, term).py_func)
-    parameters = [values.get(p.name, p.default) for p in effect.parameters]
-    return np.array([function(0.0, float(x), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *parameters) for x in y])
-
-
 def _force_over(exported: Exported, values: dict[str, float], y: Array) -> Array:
     total = own_force(exported, y)
     for name in kept(exported):
         if name in OVER_POSITION:
-            total += _term_over(exported, name, "force", values, y)
+            total += term_over(name, "force", values, y)
     return total
 
 
@@ -80,7 +61,7 @@ def _factor_over(exported: Exported, names: tuple[str, ...], term: str, values: 
     total = np.ones_like(y)
     for name in kept(exported):
         if name in names:
-            total *= _term_over(exported, name, term, values, y)
+            total *= term_over(name, term, values, y)
     return total
 
 
