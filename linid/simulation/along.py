@@ -227,10 +227,12 @@ def outer_force(terms, axis, motion, k, t, currents, given, derating):
     if not on & acts.push:
         return given.motor[k]
     motor, push = given.motor[k] * given.thrust[k] * derating, given.push[k]
-    if on & (acts.stateful_force | acts.pushed):
+    if given.own.size > 0:
+        push += given.own[k]
+    if on & acts.stateful_force or (on & acts.pushed and given.own.size == 0):
         i = given.inputs[0][k], given.inputs[1][k], given.inputs[2][k]
         push = terms.force(push, on & acts.stateful_force, t, y, v, i, axis.p)
-        if on & acts.pushed:
+        if on & acts.pushed and given.own.size == 0:
             return terms.pushed(motor + push, on, motor, t, y, v, i, axis.p)
     return motor + push
 
@@ -351,7 +353,9 @@ def along_tasks_with(terms: Bundle) -> Any:
         longest = 0
         for r in range(inputs.dts.size):
             longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
-        resists = on & (terms.acts.level | terms.acts.static) != 0  # what effects make of the way between samples
+        resists = (
+            on & (terms.acts.level | terms.acts.load | terms.acts.static) != 0
+        )  # what effects make of the way between samples
         shared = not hangs_on_motor(terms, on)
         before, effected, told = followed_before(longest), effected_before(longest), nothing_between()
         for number in range(begin, end):

@@ -12,11 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linid.physics.friction import DECAYED
-from linid.physics.own_terms.layout import LEVEL_BIT
+from linid.physics.own_terms.layout import LEVEL_BIT, MEMORY_BIT
 from linid.simulation.along_effects import Samples, driven_samples, motor_over
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.lane_functions import exp_lanes, power_lanes
 from linid.simulation.lanes import LANES, bits_of, lanes_at, padded, put_lanes, select
+from linid.simulation.own_over import own_sums
+from linid.simulation.own_terms import LEAST_LEVEL, LEVEL
 from linid.simulation.splines_at import late_inputs
 
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
@@ -223,7 +225,8 @@ def samples_between(axis, course, motion, travel, by_inputs):
 
 @allocating
 def put_loads(terms, axis, candidates, samples, load):
-    """Put in what the motor's force and effects add to friction in the middle between samples (`friction_load`)."""
+    """Put in what the motor's force, effects and own terms add to friction in the middle between samples
+    (`friction_load`)."""
     push = np.zeros(samples.y.size)
     if axis.powered and axis.on & terms.acts.pressed:
         driven = driven_samples(terms, axis, samples)
@@ -234,23 +237,29 @@ def put_loads(terms, axis, candidates, samples, load):
             for k in range(push.size):
                 push[k] *= factor[k]
     terms.over.load(load, push, axis.on, samples, axis.p)
+    if axis.on & terms.acts.load & LEVEL_BIT:
+        own, least = np.empty(push.size), (LEAST_LEVEL - 1.0) * axis.p[0]
+        own_sums(axis.p, axis.on, LEVEL, push, samples, own)
+        for k in range(own.size):
+            value = load[k] + own[k]
+            load[k] = least if value < least else value
 
 
 @inlined
 def is_told_between(terms, on):
     """Whether all that effects do to friction between samples is told by the motion and the inputs alone."""
     acts = terms.acts
-    if on & acts.load:
-        states = acts.stateful_drive | acts.stateful_field | acts.stateful_thrust | acts.stateful_load
-        if on & (states | LEVEL_BIT):
-            return False
+    if on & acts.pressed and on & (acts.stateful_drive | acts.stateful_field | acts.stateful_thrust):
+        return False
+    if on & acts.load and (on & acts.stateful_load or (on & LEVEL_BIT and on & MEMORY_BIT)):
+        return False
     return not on & (acts.stateful_level | acts.level & acts.by_inputs)
 
 
 @inlined
 def hangs_on_motor(terms, on):
     """Whether what is told of the intervals hangs on the motor too, not on friction, effects and motion alone."""
-    return terms.law.plain != 0 and on & terms.acts.load != 0 and is_told_between(terms, on)
+    return terms.law.plain != 0 and on & terms.acts.pressed != 0 and is_told_between(terms, on)
 
 
 @allocating
@@ -280,7 +289,7 @@ def told_between(terms, axis, candidates, bristles, course, motion, asked):
         return Between(curve, power, decayed, none, none, none, none, none, none, none, none, none, none)
     level, load = np.ones(size), np.zeros(size)
     if on & (acts.level | acts.load):
-        samples = samples_between(axis, course, motion, travel, on & acts.load != 0)
+        samples = samples_between(axis, course, motion, travel, on & acts.by_inputs != 0)
         if on & acts.level:
             terms.over.level(level[:count], on, samples, axis.p)
         if on & acts.load:

@@ -9,10 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linid.physics.model import EFFECT_START, VECTOR_SIZE
+from linid.physics.model import EFFECT_START, RECORD
+from linid.physics.own_terms.layout import ACCELERATION_BIT, MEMORY_BIT, PUSH_BIT, STRIBECK_BIT
 from linid.simulation.along_motion import inputs_of_sample
-from linid.simulation.binding import allocating
+from linid.simulation.binding import allocating, inlined
 from linid.simulation.forces import motor_forces
+from linid.simulation.own_over import own_sums
+from linid.simulation.own_terms import FORCE
 
 
 class Samples(NamedTuple):
@@ -29,43 +32,46 @@ class Samples(NamedTuple):
 
 
 class Effected(NamedTuple):
-    """What effects did last at the samples (n,) of a recording, for the next candidate. params: (VECTOR_SIZE,) of
-    effects that decided it; known: whether this candidate has the same; thrust, friction: factors on the motor's force
-    alone and the bristle's; push: all else on the mass in N."""
+    """What effects did last at the samples (n,) of a recording, for the next candidate. params: of effects and own
+    terms that decided it; known: whether this candidate has the same; thrust, friction: factors on the motor's force
+    alone and the bristle's; push: all else on the mass in N, but for own terms; own: what these add."""
 
     params: Any
     known: Any
     thrust: Any
     push: Any
     friction: Any
+    own: Any
 
 
 class Given(NamedTuple):
     """What is known beforehand of the samples (n,), or empty. inputs: what the motor gets, as `Samples` has them;
-    motor: its force alone in N; thrust, push, friction: of effects without hidden states, as in `Effected`."""
+    motor: its force alone in N; thrust, push, friction: of effects without hidden states, as in `Effected`; own: of own
+    terms, empty where hidden states decide these."""
 
     inputs: Any
     motor: Any
     thrust: Any
     push: Any
     friction: Any
+    own: Any
 
 
 @allocating
 def effected_before(samples):
     """Room for what effects do at so many samples at most, of which nothing is known."""
-    params = np.full(VECTOR_SIZE, np.nan)
-    return Effected(params, False, np.empty(samples), np.empty(samples), np.empty(samples))
+    params, rooms = np.full(RECORD, np.nan), np.empty((4, samples))
+    return Effected(params, False, rooms[0], rooms[1], rooms[2], rooms[3])
 
 
 @allocating
 def effects_shared(params, before):
     """What the effects of the candidate before did, unknown if this one's are others."""
     same = True
-    for k in range(EFFECT_START, VECTOR_SIZE):
+    for k in range(EFFECT_START, params.size):
         same = same and before.params[k] == params[k]
         before.params[k] = params[k]
-    return Effected(before.params, same, before.thrust, before.push, before.friction)
+    return Effected(before.params, same, before.thrust, before.push, before.friction, before.own)
 
 
 @allocating
@@ -107,7 +113,27 @@ def motor_over(terms, axis, candidates, samples):
 def nothing_given():
     """Nothing is known beforehand."""
     none = np.empty(0)
-    return Given((none, none, none), none, none, none, none)
+    return Given((none, none, none), none, none, none, none, none)
+
+
+@inlined
+def is_own_told(terms, on):
+    """Whether the motion and the inputs alone tell what own terms add to the forces."""
+    if on & (PUSH_BIT | ACCELERATION_BIT) and on & terms.acts.stateful_thrust:
+        return False
+    return on & terms.acts.pushed != 0 and not on & MEMORY_BIT
+
+
+@allocating
+def own_over(axis, known, samples, motor, thrust, own):
+    """Put in what own terms add to the forces in N at all samples, unless it is known and hangs on the motion alone."""
+    if known and not axis.on & (PUSH_BIT | ACCELERATION_BIT | STRIBECK_BIT):
+        return
+    push = np.zeros(own.size)
+    if axis.powered:
+        for k in range(own.size):
+            push[k] = motor[k] * thrust[k]
+    own_sums(axis.p, axis.on, FORCE, push, samples, own)
 
 
 @allocating
@@ -128,8 +154,11 @@ def given_over(terms, axis, candidates, samples, effected):
         if on & acts.friction:
             friction[:] = 1.0
             terms.over.friction(friction, on, samples, axis.p)
-    motor = motor_over(terms, axis, candidates, driven)
-    return Given((driven.i_1, driven.i_2, driven.i_3), motor, thrust, push, friction)
+    motor, own = motor_over(terms, axis, candidates, driven), effected.own[0:0]
+    if is_own_told(terms, on):
+        own = effected.own[:count]
+        own_over(axis, effected.known, samples, motor, thrust, own)
+    return Given((driven.i_1, driven.i_2, driven.i_3), motor, thrust, push, friction, own)
 
 
 @allocating

@@ -19,12 +19,15 @@ from linid.simulation.threads import summed
 _TOLD = {"delay", "drive", "field", "thrust", "force"}  # terms that forces at known places and times hold
 _SEES_MOTOR = {"thrust", "drive", "field", "load"}  # terms that must know the motor's own force, or decide it
 _OF_MOTOR = {"F", "acceleration"}  # variables of own terms that the motor's force is part of
+_OF_PLACE = {"y", "t", "T"}  # variables of own terms that are known where place and time are
 
 
 def effects_told(model: Model) -> int:
     """The bits of a model's effects whose forces are told before a simulation that reads places as measured; none where
-    another effect must know the motor's force by itself, or what the motor gets."""
+    another effect must know the motor's force by itself, or what the motor gets. Own terms are told where all is."""
     effects = [find_effect(name) for name in model.effects]
+    if all(_is_told(effect) or _hangs_on_place(effect) for effect in effects):
+        return model.mask
     told = [effect for effect in effects if _is_told(effect)]
     if any(_needs_motor(effect) for effect in effects if effect not in told):
         return 0
@@ -32,8 +35,13 @@ def effects_told(model: Model) -> int:
 
 
 def _is_told(effect: Effect) -> bool:
-    """Whether place, inputs and time decide all that an effect does."""
+    """Whether place, inputs and time decide all that an effect of the library does."""
     return effect.own is None and not effect.states and effect.terms.keys() <= _TOLD and not effect.pushes_by_speed
+
+
+def _hangs_on_place(effect: Effect) -> bool:
+    """Whether an effect is an own term whose force place and time decide."""
+    return effect.own is not None and effect.own.variables <= _OF_PLACE and effect.own.part(friction=True) is None
 
 
 def _needs_motor(effect: Effect) -> bool:

@@ -15,6 +15,8 @@ from linid.simulation.binding import allocating, compiled
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import still_known
 from linid.simulation.forces import motor_forces
+from linid.simulation.own_over import own_sums
+from linid.simulation.own_terms import FORCE
 from linid.simulation.slope_effects import FORCE_STEP, along_directions, of_recording
 from linid.simulation.splines_at import late_inputs
 
@@ -56,11 +58,15 @@ def put_told(terms, motor, bits, p, points, seen, out):
         seen_by_motor(terms, on, p, clock, guide, coefficients, seen)
         field, i_1, i_2, i_3 = seen[0], seen[1], seen[2], seen[3]
     motor_forces(terms, motor, p, field, (i_1, i_2, i_3), out)
+    samples = Samples(clock[0] + clock[3] * clock[1], clock[1], y, y, i_1, i_2, i_3)  # nothing asks for the speed
     if told & (terms.acts.thrust | terms.acts.force):
-        begin = clock[0] + clock[3] * clock[1]
-        samples = Samples(begin, clock[1], y, y, i_1, i_2, i_3)  # nothing asks for the speed
         terms.over.thrust(out, told, samples, p)
         terms.over.force(out, told, samples, p)
+    if told & terms.acts.pushed:
+        own = np.empty(out.size)
+        own_sums(p, told, FORCE, y, samples, own)  # nor for the motor's force
+        for k in range(out.size):
+            out[k] += own[k]
 
 
 @allocating

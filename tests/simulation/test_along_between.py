@@ -96,3 +96,29 @@ def test_friction_that_the_motor_adds_is_in_the_closed_form(
         expected.append(after(expected[-1], (y[k + 1] - y[k], v[k], v[k + 1]), 1.0, 2.0, load))
     found = followed(Model("force", ("force_constant_change", "load_dependent_friction")), values, recording, v)
     assert found == pytest.approx(np.array(expected), rel=1e-9, abs=1e-15)
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    count=st.integers(4, 600),
+    drawn=st.tuples(st.floats(-3.0, 3.0), st.floats(-30.0, 30.0)),
+    weak=st.sampled_from([0.0, 0.5, -0.3]),
+)
+@settings(deadline=None, max_examples=60)
+def test_friction_that_an_own_term_adds_is_in_the_closed_form(
+    seed: int, count: int, drawn: tuple[float, float], weak: float
+) -> None:
+    """g + c + d y in the middle between samples, of which a twentieth of Coulomb's is left at least; on all of it, the
+    factor that an effect makes."""
+    y, v = moved(seed, count, 1e-2)
+    recording = Recording("r", DT * np.arange(count), y, kind="free_wheel", number=2)
+    values = {"stribeck_exponent": 2.0, "grip_c": drawn[0], "grip_d": drawn[1]}
+    values |= {"friction_change": weak, "friction_change_recordings": 2.0}
+    expected = [START]
+    for k in range(count - 1):
+        load = max(drawn[0] + drawn[1] * 0.5 * (y[k] + y[k + 1]), -0.95 * FRICTION["coulomb_force"])
+        way = y[k + 1] - y[k], v[k], v[k + 1]
+        expected.append(after(expected[-1], way, 1.0 + weak, 2.0, (1.0 + weak) * load))
+    own = "grip: -(c + d * y) * sign(v)"
+    found = followed(Model("friction", ("friction_level_change", own)), values, recording, v)
+    assert found == pytest.approx(np.array(expected), rel=1e-9, abs=1e-15)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from linid.physics.effects.registry import active_mask
-from linid.physics.model import Model
+from linid.physics.model import VECTOR_SIZE, Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
 from linid.simulation.run import Segments, Simulator
@@ -33,6 +33,12 @@ TOLD = [
     "force_constant_change",
     "commutation_change",
 ]
+OWN = {
+    "way: c * sin(90 * y)": {"way_c": 2.0},
+    "tide: c * y * sin(40 * t + T)": {"tide_c": 9.0},
+    "bump: c * exp(-0.5 * ((y - 0.03) / 0.01)**2)": {"bump_c": 3.0},
+}
+WAY = next(iter(OWN))
 PERIOD = 1e-3  # s
 
 
@@ -49,7 +55,8 @@ def simulator_of(effects: tuple[str, ...], substeps: int = 3, jobs: int = 1, *ot
 
 def vector_of(effects: tuple[str, ...]) -> np.ndarray:
     """Parameters (1, VECTOR_SIZE) of the axis with these effects."""
-    values = AXIS | {name: value for effect in effects for name, value in SAMPLES[effect].items()}
+    samples = SAMPLES | OWN
+    values = AXIS | {name: value for effect in effects for name, value in samples[effect].items()}
     return Model("sine", effects).vector(values)[None]
 
 
@@ -72,14 +79,20 @@ def test_what_is_told_beforehand() -> None:
         expected = active_mask((name,)) if name in TOLD else 0
         assert effects_told(Model("sine", (name,))) == expected, name
     cogging = active_mask(("cogging",))
-    for other in ("flexible_load", "position_dependent_friction", "quadratic_drag", "way: c*sin(3*y)"):
+    for other in ("flexible_load", "position_dependent_friction", "quadratic_drag", "grip: c*sin(3*y)*sign(v)"):
         assert effects_told(Model("sine", ("cogging", other))) == cogging, other
+    # Own terms of place and time are told where all is: they have one bit in common.
+    for own in OWN:
+        for model in (Model("sine", ("cogging", own)), Model("sine", (own,)), Model("sine", tuple(OWN))):
+            assert effects_told(model) == model.mask, own
+        assert effects_told(Model("sine", ("cogging", own, "quadratic_drag"))) == cogging, own
+        assert effects_told(Model("sine", ("cogging", own, "grip: c*v"))) == cogging, own
     # Friction under load, heat in the winding and a share of the motor's force must know that force by itself.
     for other in ("load_dependent_friction", "thermal_derating", "grip: c*F*sin(3*y)", "sway: c*acceleration"):
         assert effects_told(Model("sine", ("cogging", other))) == 0, other
 
 
-@pytest.mark.parametrize("effect", TOLD)
+@pytest.mark.parametrize("effect", [*TOLD, *OWN])
 def test_windows_with_an_effect_are_as_one_at_a_time(effect: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """But for forces within base steps, which a parabola tells: as near as base steps of the same length are."""
     (segments, starts), vector = windows(), vector_of((effect,))
@@ -117,10 +130,10 @@ def test_windows_converge_as_one_at_a_time_does(monkeypatch: pytest.MonkeyPatch)
 @settings(max_examples=30, deadline=None)
 def test_a_window_with_effects_has_the_same_bits_in_any_company(seed: int, company: int, jobs: int) -> None:
     """In any order and number, beside any candidates, in any number of threads, its derivatives too."""
-    generator, effects = np.random.default_rng(seed), ("cogging", "input_delay", "end_effect")
+    generator, effects = np.random.default_rng(seed), ("cogging", "input_delay", "end_effect", WAY)
     segments, starts = windows()
     params = np.repeat(vector_of(effects), 3, axis=0)
-    for place in range(8, params.shape[1]):
+    for place in range(8, VECTOR_SIZE):
         params[1:, place] *= 1.0 + 0.1 * generator.uniform(-1.0, 1.0, 2)
     chosen = generator.permutation(segments.count.size)[:company]
     part = Segments(*(column[chosen] for column in segments))
@@ -132,7 +145,7 @@ def test_a_window_with_effects_has_the_same_bits_in_any_company(seed: int, compa
     a, b = part.out_offsets[s : s + 2]
     np.testing.assert_array_equal(together[c, a:b], y[0])
     model = Model("sine", effects)
-    names = ("force_constant", "mass", "cogging_sine_2", "input_delay", "coulomb_force")
+    names = ("force_constant", "mass", "cogging_sine_2", "input_delay", "way_c", "coulomb_force")
     tangents = np.zeros((len(names), params.shape[1]))
     for row, name in enumerate(names):
         tangents[row, model.slot(name)] = params[0, model.slot(name)]
