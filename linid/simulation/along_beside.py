@@ -1,4 +1,4 @@
-"""What directions beside a model do along a measured motion: to forces, friction, hidden states and readings.
+"""What directions beside a model do along a measured motion: to forces, friction and hidden states.
 
 By differences of the terms themselves, of those alone that a direction changes.
 """
@@ -13,11 +13,33 @@ import numpy as np
 from linid.physics.model import EFFECT_START, MOTOR_START, STATE_SIZE, STATE_START, WORK_SIZE
 from linid.physics.own_terms.layout import FORCE_BIT, LEVEL_BIT, MEMORY_BIT, PUSH_BIT
 from linid.simulation.along import begun, factor_at
-from linid.simulation.along_effects import Samples, nothing_given, write_readings_over
+from linid.simulation.along_between_slopes import answers_at_once
+from linid.simulation.along_effects import Samples, nothing_given
 from linid.simulation.along_load import currents_beside, load_beside
 from linid.simulation.along_motion import advance_by, advance_on, inputs_of_sample, midway
 from linid.simulation.along_own import own_columns, own_forces
-from linid.simulation.binding import allocating, compiled, inlined
+from linid.simulation.along_ways import (
+    ASKED,
+    BRISTLE,
+    DERATED,
+    DERATES,
+    FACTOR,
+    FORCE,
+    GRIPS,
+    HEARD,
+    HOLDS,
+    LEVEL,
+    LEVELS,
+    LOAD,
+    LOADS,
+    MOVES,
+    PRESS,
+    PRESSES,
+    READS,
+    ROWS,
+    TOLD,
+)
+from linid.simulation.binding import allocating, inlined
 from linid.simulation.course import measured_course, stretch_of
 from linid.simulation.forces import (
     axis_of,
@@ -27,7 +49,6 @@ from linid.simulation.forces import (
     friction_factor,
     level_factor,
     motor_forces,
-    reading_error,
 )
 from linid.simulation.own_slopes import own_slopes_of
 from linid.simulation.slope_effects import (
@@ -42,18 +63,6 @@ from linid.simulation.slope_effects import (
     part_at,
     table_of,
 )
-
-# Rows of what is carried along, each of one number per direction: the bristle's deflection, its mean over an interval
-# and that with a growing weight; what the interval before leaves for the next sample; the forces and the factor on the
-# bristle at a sample, the level of friction between two, what is added before and the motor's force that adds to it;
-# outer acceleration at the last sample and the one before; what is being written.
-BRISTLE, MEAN, LATE, LEFT, FORCE, FACTOR, LEVEL, LOAD, PRESS, LAST, BEFORE_LAST, WRITTEN, ROWS = range(13)
-# Bits of the ways of a direction: whether it changes the factor on the bristle, that on the level of friction, hidden
-# states and the reading; whether all that it does to the forces but by own terms is told beforehand, but for the factor
-# that hidden states make on the thrust; whether that is all that it changes of the forces; whether it is asked sample
-# by sample; whether own terms hear of it by the motor's force; whether it changes what effects add to friction, and the
-# motor's force of which they make that.
-HOLDS, LEVELS, MOVES, READS, TOLD, DERATED, DERATES, ASKED, HEARD, LOADS, PRESSES = (1 << k for k in range(11))
 
 
 class Directions(NamedTuple):
@@ -76,7 +85,7 @@ class Beside(NamedTuple):
     """What the directions are in one recording. params: (K, WORK_SIZE) a FORCE_STEP along each, with its own hidden
     states; lag: (K,) s by which the inputs act late; motor: the motor's own forces in N, (rows, samples), of the model
     and of those directions that change them; pressing: these in the middle after each sample, or empty where no
-    friction is made of them; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
+    friction is made of them, or of all at once; row: (K,) which of these is a direction's; ways: (K,) bits of its ways;
     forces: (K, samples) N, so far as told beforehand; part: (K,) bits of the effects that change these otherwise, for
     `part_at`; width: of a row of what follows; table: (8 * width) as of `Directions`, with what effects do to mass and
     static force; carried: (ROWS * width); own: of `own_slopes_of`.
@@ -157,12 +166,13 @@ def room_beside(terms, axis, directions, candidates, recording):
         moves = row[c] > 0 or touched[c] & (acts.thrust | acts.drive | acts.field | acts.delay) != 0
         ways[c] |= PRESSES if axis.powered and axis.on & acts.pressed and moves else 0
         ways[c] |= LOADS if ways[c] & PRESSES or touched[c] & acts.load & ~LEVEL_BIT else 0
+        ways[c] |= GRIPS if touched[c] & LEVEL_BIT else 0
     samples = inputs.sample_offsets[r + 1] - inputs.sample_offsets[r]
     return Beside(
         params,
         np.zeros(count),
         np.zeros((rows, samples)),
-        np.zeros((rows, samples if axis.on & acts.pressed else 0)),
+        np.zeros((rows, samples if axis.on & acts.pressed and not answers_at_once(terms, axis.on) else 0)),
         row,
         ways,
         np.zeros((count, samples)),
@@ -241,6 +251,7 @@ def told_beforehand(terms, axis, touched, samples, given, room):
     acts, on, n = terms.acts, axis.on, samples.y.size
     driven = Samples(samples.t_start, samples.dt, samples.y, samples.v, *given.inputs)
     before, after, factor = np.empty(n), np.empty(n), np.empty(n)
+    asks = HOLDS | READS | (0 if answers_at_once(terms, on) else LEVELS | LOADS)
     done = 0  # bits of the effects whose forces `before` holds
     for c in range(touched.size):
         bits, p, out, row = touched[c] & on & ~(FORCE_BIT | LEVEL_BIT), room.params[c], room.forces[c], room.row[c]
@@ -250,7 +261,7 @@ def told_beforehand(terms, axis, touched, samples, given, room):
         derates = known and is_derating(terms, axis, bits, row > 0)
         whole = row > 0 or bits & (acts.delay | of_motor(terms)) != 0
         room.part[c] = bits & acts.thrust if derates else of_motor(terms) if whole else bits & acts.push
-        asked = not told or room.ways[c] & (HOLDS | LEVELS | READS | LOADS) != 0
+        asked = not told or room.ways[c] & asks != 0
         room.ways[c] |= (TOLD if told else 0) | (DERATES if derates else 0) | (ASKED if asked else 0)
         room.ways[c] |= DERATED if told and moved and on & acts.stateful_thrust else 0
         room.ways[c] |= HEARD if on & PUSH_BIT and (whole or derates or moved) else 0
@@ -362,30 +373,3 @@ def states_beside(terms, axis, course, where, a, room):
         elif room.ways[c] & ASKED:
             for k in range(STATE_START, STATE_START + STATE_SIZE):
                 room.params[c, k] = axis.p[k]
-
-
-@allocating
-def tell_readings(terms, axis, samples, found, room):
-    """Put in how the readings at all samples answer, where they hang on no hidden state."""
-    known, other = np.empty(samples.y.size), np.empty(samples.y.size)
-    write_readings_over(terms, axis.on, samples, axis.p, known)
-    for c in range(room.lag.size):
-        if room.ways[c] & READS:
-            write_readings_over(terms, axis.on, samples, room.params[c], other)
-            for k in range(known.size):
-                found.reading[c, k] = (other[k] - known[k]) / FORCE_STEP
-
-
-@compiled
-def write_readings(terms, axis, course, here, found, room):
-    """Put in how the reading at sample k answers (`write_hidden`)."""
-    k, t, y, v, currents = here[:5]
-    on = axis.on
-    error = reading_error(terms, on, t, y, v, currents, axis.p)
-    reading = reading_error(terms, on, t, y - error, v, currents, axis.p)
-    for c in range(room.lag.size):
-        if room.ways[c] & READS:
-            p = room.params[c]
-            given = currents_beside(terms, axis, course, (k, currents), c, room)
-            error = reading_error(terms, on, t, y, v, given, p)
-            found.reading[c, k] = (reading_error(terms, on, t, y - error, v, given, p) - reading) / FORCE_STEP

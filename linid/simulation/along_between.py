@@ -224,9 +224,17 @@ def samples_between(axis, course, motion, travel, by_inputs):
 
 
 @allocating
-def put_loads(terms, axis, candidates, samples, load):
-    """Put in what the motor's force, effects and own terms add to friction in the middle between samples
-    (`friction_load`)."""
+def travel_between(motion):
+    """Travel in m between all samples, with room for lanes."""
+    travel = np.zeros(room_for(motion.y.size - 1))
+    for k in range(motion.y.size - 1):
+        travel[k] = motion.y[k + 1] - motion.y[k]
+    return travel
+
+
+@allocating
+def push_between(terms, axis, candidates, samples):
+    """The motor's force in N in the middle between samples; 0 where no friction is made of it."""
     push = np.zeros(samples.y.size)
     if axis.powered and axis.on & terms.acts.pressed:
         driven = driven_samples(terms, axis, samples)
@@ -236,6 +244,13 @@ def put_loads(terms, axis, candidates, samples, load):
             terms.over.thrust(factor, axis.on, driven, axis.p)
             for k in range(push.size):
                 push[k] *= factor[k]
+    return push
+
+
+@allocating
+def put_loads(terms, axis, samples, push, load):
+    """Put in what the motor's force `push` in N, effects and own terms add to friction in the middle between samples
+    (`friction_load`)."""
     terms.over.load(load, push, axis.on, samples, axis.p)
     if axis.on & terms.acts.load & LEVEL_BIT:
         own, least = np.empty(push.size), (LEAST_LEVEL - 1.0) * axis.p[0]
@@ -274,11 +289,9 @@ def told_between(terms, axis, candidates, bristles, course, motion, asked):
     """What is told of the intervals of a recording: the curve, and all else where it hangs on the motion and the inputs
     alone. asked: as of `asked_between`."""
     count, dt, acts, on = motion.y.size - 1, course.dt, terms.acts, axis.on
-    size = room_for(count)
-    travel, rooms = np.zeros(size), np.empty((10, size))
+    size, travel = room_for(count), travel_between(motion)
+    rooms = np.empty((10, size))
     curve, power, decayed = rooms[0], rooms[1], rooms[2]
-    for k in range(count):
-        travel[k] = motion.y[k + 1] - motion.y[k]
     put_curves(bristles, dt, travel, asked, curve, power, decayed)
     none, pieces = np.empty(0), begun_pieces()
     if terms.law.plain == 0:
@@ -293,7 +306,7 @@ def told_between(terms, axis, candidates, bristles, course, motion, asked):
         if on & acts.level:
             terms.over.level(level[:count], on, samples, axis.p)
         if on & acts.load:
-            put_loads(terms, axis, candidates, samples, load[:count])
+            put_loads(terms, axis, samples, push_between(terms, axis, candidates, samples), load[:count])
     found = rooms[3], rooms[4], rooms[5], rooms[6], rooms[7], rooms[8], rooms[9]
     between = Between(curve, power, decayed, level, load, *found, none)
     put_shares(bristles.sigma_0, travel, asked, between)

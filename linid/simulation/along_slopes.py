@@ -19,6 +19,22 @@ from linid.simulation.along import (
     reached_by,
 )
 from linid.simulation.along_beside import (
+    AlongSlopes,
+    Here,
+    begun_anew,
+    forces_beside,
+    level_beside,
+    room_beside,
+    started_beside,
+    states_beside,
+    told_beforehand,
+)
+from linid.simulation.along_between import SHORT, told_between
+from linid.simulation.along_between_slopes import answers_at_once, between_slopes, put_between
+from linid.simulation.along_effects import effected_before, given_over, samples_of
+from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
+from linid.simulation.along_readings import tell_readings, write_readings
+from linid.simulation.along_ways import (
     ASKED,
     BEFORE_LAST,
     BRISTLE,
@@ -36,21 +52,9 @@ from linid.simulation.along_beside import (
     READS,
     TOLD,
     WRITTEN,
-    AlongSlopes,
-    Here,
-    begun_anew,
-    forces_beside,
-    level_beside,
-    room_beside,
-    started_beside,
-    states_beside,
-    tell_readings,
-    told_beforehand,
-    write_readings,
+    some_have,
+    some_lack,
 )
-from linid.simulation.along_between import SHORT, told_between
-from linid.simulation.along_effects import effected_before, given_over, samples_of
-from linid.simulation.along_motion import MeasuredMotion, advance_on, inputs_of_sample, midway
 from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.bundle import Bundle
 from linid.simulation.course import measured_course, stretch_of
@@ -220,24 +224,6 @@ def write_bristle(bristles, factor, here, means, a, room):
         a[c, k] = carried[WRITTEN * width + c]
 
 
-@inlined
-def some_have(ways, bits):
-    """Whether one of the directions has one of these ways."""
-    found = False
-    for way in ways:
-        found = found or way & bits != 0
-    return found
-
-
-@inlined
-def some_lack(ways, bits):
-    """Whether one of the directions has none of these ways."""
-    found = False
-    for way in ways:
-        found = found or way & bits == 0
-    return found
-
-
 @allocating
 def along_slopes_one(terms, candidates, directions, recording, motion, found):
     """Derivatives of the acceleration along a measured motion of one recording; recording: inputs of all and its
@@ -262,7 +248,8 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
     if reads and not by_sample:
         tell_readings(terms, axis, samples, found, room)
     level, mean, late = (1.0, 0.0), 0.0, 0.0  # of friction: the factor on it, and N added before
-    by_level = on & (acts.level | acts.load) != 0
+    by_level, at_once = on & (acts.level | acts.load) != 0, answers_at_once(terms, on)
+    between = between_slopes(terms, axis, candidates, course, motion, told, room)
     for k in range(count):
         t = stretch.t_start + k * dt
         currents = inputs_of_sample(terms, axis, course, motion, k)
@@ -280,9 +267,12 @@ def along_slopes_one(terms, candidates, directions, recording, motion, found):
         before = mean, late
         mean = late = 0.0
         if k < count - 1:
-            if by_level or on & acts.advance:
+            if by_level and at_once:
+                level = told.level[k], told.load[k]
+                put_between(between, k, room)
+            if (by_level and not at_once) or on & acts.advance:
                 where = midway(terms, axis, course, motion, k)
-                if by_level:
+                if by_level and not at_once:
                     level = level_beside(terms, axis, course, where, room)
                 if on & acts.advance:
                     advance_on(terms, axis, course, motion, where)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from linid.physics.friction import stribeck
-from linid.physics.model import ELAPSED, OWN_START, OWN_STACK, OWN_VARIABLES
+from linid.physics.model import ELAPSED, OWN_STACK, OWN_START, OWN_VARIABLES
 from linid.physics.own_terms import layout
 from linid.physics.own_terms.layout import ACCELERATION_BIT, HEAD, STRIBECK_BIT, TERMS
 from linid.simulation.binding import allocating, compiled

@@ -25,6 +25,8 @@ TOGETHER = [
     # Friction by the motor's force, which all of these change.
     ("load_dependent_friction", "pole_pitch_error", "force_saturation", "force_ripple", "thermal_derating"),
     ("load_dependent_friction", "input_delay", "position_dependent_friction", "cogging"),
+    # What they make of it is told for all intervals at once, beside hidden states that do not change it.
+    ("load_dependent_friction", "force_constant_change", "asymmetric_friction", "flexible_load"),
 ]
 OWN = [
     ("mine: c_1 * cos(90 * y) + spline(v, -0.4, 0.4, 5)",),
@@ -36,6 +38,8 @@ OWN = [
     ("mine: c_1 * F * tanh(slid) + spline2(y, -0.1, 0.3, 4, v, -1, 1, 4)", "input_delay", "dwell_stiction"),
     ("mine: c_1 * acceleration * y + c_2 * F * v", "backlash", "drive_train_backlash", "force_saturation"),
     ("mine: 0.1 * (c_1 * F * sign(v) + c_2 * abs(F) * sign(v))", "commutation_change", "end_effect"),
+    ("mine: 0.1 * (c_1 * abs(F) + c_2 * F * y) * sign(v)", "load_dependent_friction", "commutation_change", "backlash"),
+    ("mine: (c_1 * stribeck + spline(y, -0.1, 0.3, 5)) * sign(v) + c_2 * y", "asymmetric_friction", "thermal_derating"),
     ("mine: 0.1 * c_1 * abs(F) * sign(v) + c_2 * y", "load_dependent_friction", "thermal_derating", "input_delay"),
 ]
 
