@@ -40,10 +40,10 @@ def are_within(rows, at, most):
 
 
 @compiled
-def filled(rows, at, value):
+def fill(rows, at, value):
     """Put a number into a whole row."""
-    for block in range(at, at + AT_ONCE, LANES):
-        put_lanes(rows, block, 0.0 * lanes_at(rows, 0) + value)
+    for k in range(at, at + AT_ONCE):
+        rows[k] = value
 
 
 @compiled
@@ -54,7 +54,7 @@ def put_operand(p, place, rows, at):
         for block in range(at, at + AT_ONCE, LANES):
             put_lanes(rows, block, lanes_at(rows, source + block))
     else:
-        filled(rows, at, p[place])
+        fill(rows, at, p[place])
 
 
 @compiled
@@ -122,7 +122,7 @@ def two_over(code, rows, at):
 def pushed_over(p, pc, code, rows, at):
     """Put a number into a row above all others; its own numbers stand at pc. Returns where the next operation does."""
     if code == _NUMBER:
-        filled(rows, at, p[pc])
+        fill(rows, at, p[pc])
         return pc + 1
     put_operand(p, int(p[pc]), rows, at)
     if code == _LOAD:

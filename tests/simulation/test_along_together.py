@@ -22,6 +22,10 @@ MODELS = {
     "drift": Model("sine", ("friction_drift", "asymmetric_friction")),
     "late": Model("sine", ("input_delay", "cogging")),
     "field": Model("sine", ("pole_pitch_error", "position_dependent_friction")),
+    "own force": Model("sine", ("way: c * cos(90 * y) + d * v", "cogging")),
+    "own share": Model("sine", ("way: F * (c * cos(90 * y) + d * abs(v))", "force_ripple")),
+    "own friction": Model("sine", ("grip: (c * cos(90 * y) + d * stribeck) * sign(v)", "asymmetric_friction")),
+    "own load": Model("sine", ("grip: (c * abs(F) + d * acceleration) * sign(v)", "load_dependent_friction")),
     "state": Model("sine", ("drive_train_backlash",)),
     "dahl": Model("sine", law="dahl"),
     "elasto_plastic": Model("sine", law="elasto_plastic"),
@@ -45,7 +49,9 @@ def population(model: Model, size: int, generator: np.random.Generator) -> np.nd
     rows: list[np.ndarray] = []
     for k in range(size):
         values = {
-            p.name: p.default * (1.0 + 0.3 * generator.random()) if p.log else generator.uniform(p.lower, p.upper)
+            p.name: p.default * (1.0 + 0.3 * generator.random())
+            if p.log
+            else generator.uniform(max(p.lower, -9.0), min(p.upper, 9.0))
             for p in model.parameters
         }
         values["static_force"] = values["coulomb_force"] * 1.5
