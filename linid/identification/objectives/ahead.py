@@ -142,8 +142,8 @@ class Ahead:
         """Pieces of windows of one length, one after another; each: numbers of every sample."""
         lengths = self.segments.count
         edges = [0, *np.flatnonzero(np.diff(lengths)) + 1, lengths.size]
-        least = [max(1, _AT_ONCE // (max(each, 1) * int(lengths[a]))) for a in edges[:-1]]
-        starts = [k for (a, b), step in zip(pairwise(edges), least, strict=True) for k in range(a, b, step)]
+        sizes = [max(1, _AT_ONCE // (max(each, 1) * int(lengths[a]))) for a in edges[:-1]]
+        starts = [k for (a, b), size in zip(pairwise(edges), sizes, strict=True) for k in range(a, b, size)]
         return list(pairwise([*map(int, starts), lengths.size]))
 
     def _without_lines(self, slopes: Array, begin: int, end: int) -> int:
