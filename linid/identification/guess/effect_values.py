@@ -97,14 +97,18 @@ class EffectColumns:
             self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
         part, plain = self._parts[effect.name]
         steps = [(name, _SMALL * size) for name, size in sizes.items()]
-        vectors = np.array(
-            [model.vector(self.values | entry | {name: step}) for entry in entries for name, step in steps]
-        )
-        if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
-            rows = part.reading_acceleration(vectors)
-        else:
-            rows = part.model_acceleration(vectors) - plain
-        return np.asarray((rows / np.tile([step for _, step in steps], len(entries))[:, None]).T, dtype=np.float32)
+        each = [(entry, name, step) for entry in entries for name, step in steps]
+        out = np.empty((plain.size, len(each)), dtype=np.float32)
+        for first in range(0, len(each), _CHUNK):  # of many, all samples at once would take GB
+            batch = each[first : first + _CHUNK]
+            vectors = np.array([model.vector(self.values | entry | {name: step}) for entry, name, step in batch])
+            if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
+                rows = part.reading_acceleration(vectors)
+            else:
+                rows = part.model_acceleration(vectors)
+                rows -= plain
+            out[:, first : first + len(batch)] = (rows / np.array([step for *_, step in batch])[:, None]).T
+        return out
 
     def in_recording(
         self,
