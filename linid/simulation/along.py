@@ -353,9 +353,8 @@ def along_tasks_with(terms: Bundle) -> Any:
         longest = 0
         for r in range(inputs.dts.size):
             longest = max(longest, inputs.sample_offsets[r + 1] - inputs.sample_offsets[r])
-        resists = (
-            on & (terms.acts.level | terms.acts.load | terms.acts.static) != 0
-        )  # what effects make of the way between samples
+        # What effects make of the way between samples.
+        resists = on & (terms.acts.level | terms.acts.load | terms.acts.static) != 0
         shared = not hangs_on_motor(terms, on)
         before, effected, told = followed_before(longest), effected_before(longest), nothing_between()
         for number in range(begin, end):
