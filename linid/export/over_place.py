@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,17 +13,13 @@ if TYPE_CHECKING:
 
 
 @cache
-def _entry(function: Callable[..., float]) -> Callable[..., None]:
+def _entry(term: Callable[..., float]) -> Callable[..., None]:
     """A term over positions for Python to call, its machine code kept on disk."""
-    from numba import njit
-
     from linid.simulation.compiled import entry_of
-
-    compiled: Any = njit(error_model="numpy")(function)
 
     def over_places(y: Array, parameters: tuple[float, ...], values: Array) -> None:
         for k in range(y.size):
-            values[k] = compiled(0.0, y[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *parameters)
+            values[k] = term(0.0, y[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *parameters)
 
     entry: Callable[..., None] = entry_of(over_places)
     return entry
@@ -40,5 +36,5 @@ def term_over(name: str, term: str, values: dict[str, float], y: Array) -> Array
     effect = find_effect(name)
     parameters = tuple(float(values.get(p.name, p.default)) for p in effect.parameters)
     found = np.empty(y.size)
-    _entry(getattr(effect, term).py_func)(np.ascontiguousarray(y, dtype=float), parameters, found)
+    _entry(getattr(effect, term))(np.ascontiguousarray(y, dtype=float), parameters, found)
     return found

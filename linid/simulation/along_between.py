@@ -18,7 +18,7 @@ from linid.simulation.binding import allocating, compiled, inlined
 from linid.simulation.lane_functions import exp_lanes, power_lanes
 from linid.simulation.lanes import LANES, bits_of, lanes_at, padded, put_lanes, select
 from linid.simulation.own_over import own_sums
-from linid.simulation.own_terms import LEAST_LEVEL, LEVEL
+from linid.simulation.own_terms import LEVEL, with_least
 from linid.simulation.splines_at import late_inputs
 
 UNEVEN = 0.1  # relative change of speed between samples, from which the bristle is followed in PIECES
@@ -253,11 +253,10 @@ def put_loads(terms, axis, samples, push, load):
     (`friction_load`)."""
     terms.over.load(load, push, axis.on, samples, axis.p)
     if axis.on & terms.acts.load & LEVEL_BIT:
-        own, least = np.empty(push.size), (LEAST_LEVEL - 1.0) * axis.p[0]
+        own = np.empty(push.size)
         own_sums(axis.p, axis.on, LEVEL, push, samples, own)
         for k in range(own.size):
-            value = load[k] + own[k]
-            load[k] = least if value < least else value
+            load[k] = with_least(axis.p, load[k] + own[k])
 
 
 @inlined

@@ -33,7 +33,7 @@ def answers_at_once(terms, on):
 
 @allocating
 def with_parameters(axis, p):
-    """The axis with other parameters, but for its motor's table."""
+    """`beside` for who counts references to arrays: the axis with other parameters, but for its motor's table."""
     return Axis(axis.on, axis.powered, axis.motor, axis.harmonics, axis.wavenumber, axis.phase, p, axis.table)
 
 

@@ -16,7 +16,15 @@ from linid.physics.own_terms.layout import ACCELERATION_BIT, HEAD, STRIBECK_BIT,
 from linid.simulation.binding import allocating, compiled
 from linid.simulation.lane_functions import exp_lanes, sine_cosine_lanes
 from linid.simulation.lanes import LANES, bits_of, lanes_at, put_lanes
-from linid.simulation.own_terms import driven_acceleration, of_one, of_two, periodic_value, spline_value, surface_value
+from linid.simulation.own_terms import (
+    driven_acceleration,
+    of_one,
+    of_two,
+    periodic_value,
+    ramped,
+    spline_value,
+    surface_value,
+)
 
 AT_ONCE = 256  # samples, a multiple of LANES: all rows of a program stay near the processor
 _VARIABLES = OWN_STACK - OWN_VARIABLES
@@ -27,7 +35,7 @@ _LOAD, _NUMBER, _RAMP, _SPLINE, _SURFACE = layout.LOAD, layout.NUMBER, layout.RA
 _PERIODIC, _WAVE, _SIN, _COS, _EXP = layout.PERIODIC, layout.WAVE, layout.SIN, layout.COS, layout.EXP
 _ABS = layout.ABS
 _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE = layout.ADD, layout.SUBTRACT, layout.MULTIPLY, layout.DIVIDE
-_MIN, _MAX, _WITH_NUMBER, _WITH_LOAD = layout.MIN, layout.MAX, layout.WITH_NUMBER, layout.WITH_LOAD
+_MAX, _WITH_NUMBER, _WITH_LOAD = layout.MAX, layout.WITH_NUMBER, layout.WITH_LOAD
 
 
 @compiled
@@ -128,8 +136,7 @@ def pushed_over(p, pc, code, rows, at):
     if code == _LOAD:
         return pc + 1
     for k in range(at, at + AT_ONCE):
-        x = of_two(_MAX, of_two(_MIN, rows[k], p[pc + 2]), p[pc + 1])
-        rows[k] = p[pc + 4] * (x - p[pc + 3])
+        rows[k] = ramped(p, pc, rows[k])
     return pc + 5
 
 

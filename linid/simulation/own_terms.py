@@ -165,15 +165,19 @@ def of_two(code, x, x2):
 
 
 @inlined
+def ramped(p, pc, x):
+    """A piece of a polyline at x; its numbers stand at pc: a place, ends, zero and slope."""
+    x = of_two(_MAX, of_two(_MIN, x, p[pc + 2]), p[pc + 1])
+    return p[pc + 4] * (x - p[pc + 3])
+
+
+@inlined
 def pushed_value(p, pc, code):
     """A number that an operation puts on the stack; its own numbers stand at pc."""
     if code == _NUMBER:
         return p[pc]
     x = p[int(p[pc])]
-    if code == _RAMP:
-        x = of_two(_MAX, of_two(_MIN, x, p[pc + 2]), p[pc + 1])
-        return p[pc + 4] * (x - p[pc + 3])
-    return x
+    return ramped(p, pc, x) if code == _RAMP else x
 
 
 @inlined
@@ -285,6 +289,13 @@ def advance_memory(p, h, y):
         p[MEMORY_AT + 7], p[MEMORY_AT + 8] = p[MEMORY_AT + 6], 0.0
 
 
+@inlined
+def with_least(p, load):
+    """What is added to the level of friction in N, of which a share of Coulomb's force is left at least."""
+    least = (LEAST_LEVEL - 1.0) * p[0]
+    return least if load < least else load
+
+
 def with_own(rest: Any, part: int, bit: int) -> Any:
     """What effects add to the forces (part 0) or to the level of friction (part 1), with what own terms add, which the
     bit switches on; at least a share of Coulomb's force is left of all friction."""
@@ -294,9 +305,8 @@ def with_own(rest: Any, part: int, bit: int) -> Any:
         value = rest(value, on, push, t, y, v, currents, p)
         if on & bit:
             value += own_sum(p, on, part, push, t, y, v)
-            least = (LEAST_LEVEL - 1.0) * p[0]
-            if part == LEVEL and value < least:
-                value = least
+            if part == LEVEL:
+                value = with_least(p, value)
         return value
 
     return total

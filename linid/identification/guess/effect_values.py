@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -33,6 +33,7 @@ _CHUNK = 48  # candidates per batch
 _COORDINATE_STEP = 1e-4
 _FLOOR = 1e-5  # of a recording's mean square residual: what is below it does not count
 _SMALL = 0.02  # of an amplitude's range, the step of its column
+_Step = tuple[Values, str, float]  # an entry of a grid, an amplitude, and how much of it
 
 
 @dataclass(frozen=True)
@@ -96,17 +97,24 @@ class EffectColumns:
             part = self._part(model)
             self._parts[effect.name] = part, part.model_acceleration(model.vector(self.values)[None, :])[0]
         part, plain = self._parts[effect.name]
-        steps = [(name, _SMALL * size) for name, size in sizes.items()]
-        each = [(entry, name, step) for entry in entries for name, step in steps]
+        each = [(entry, name, _SMALL * size) for entry in entries for name, size in sizes.items()]
+        if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
+            return self._by_differences(model, part.reading_acceleration, np.zeros(plain.size), each)
+        return self._by_differences(model, part.model_acceleration, plain, each)
+
+    def _by_differences(
+        self, model: Model, acceleration: Callable[[Array], Array], plain: Array, each: Sequence[_Step]
+    ) -> NDArray[np.float32]:
+        """Columns (N, k) in m/s^2 per unit, each at an entry by an amplitude's step; plain: (N,) without any.
+
+        By batches: all at once would take GB of long recordings.
+        """
         out = np.empty((plain.size, len(each)), dtype=np.float32)
-        for first in range(0, len(each), _CHUNK):  # of many, all samples at once would take GB
+        for first in range(0, len(each), _CHUNK):
             batch = each[first : first + _CHUNK]
             vectors = np.array([model.vector(self.values | entry | {name: step}) for entry, name, step in batch])
-            if set(effect.terms) == {"sensor"}:  # the motion is as it is: no need to follow it
-                rows = part.reading_acceleration(vectors)
-            else:
-                rows = part.model_acceleration(vectors)
-                rows -= plain
+            rows = acceleration(vectors)
+            rows -= plain
             out[:, first : first + len(batch)] = (rows / np.array([step for *_, step in batch])[:, None]).T
         return out
 
@@ -124,14 +132,9 @@ class EffectColumns:
         """
         model = Model(self.kind, (effect.name,), law=self.law)
         part = Acceleration(model, (recording,), self.jobs, half_widths=(half_width,))
-        plain = part.model_acceleration(model.vector(self.values)[None, :])
-        out = np.empty((plain.size, len(entries)), dtype=np.float32)
-        for first in range(0, len(entries), _CHUNK):
-            batch = entries[first : first + _CHUNK]
-            vectors = [model.vector(self.values | entry | {amplitude: _SMALL * size}) for entry in batch]
-            rows = part.model_acceleration(np.array(vectors)) - plain
-            out[:, first : first + len(batch)] = (rows / (_SMALL * size)).T
-        return out
+        plain = part.model_acceleration(model.vector(self.values)[None, :])[0]
+        each = [(entry, amplitude, _SMALL * size) for entry in entries]
+        return self._by_differences(model, part.model_acceleration, plain, each)
 
     def _part(self, model: Model) -> Acceleration:
         if self.rows is not None:

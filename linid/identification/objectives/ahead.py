@@ -16,6 +16,7 @@ from linid.identification.signals.motion import input_jumps, measure_motion
 from linid.physics.model import EFFECT_START, MASS, Model
 from linid.recording.recording import Recording
 from linid.simulation.inputs import pack_inputs
+from linid.simulation.pieces import Pieces
 from linid.simulation.run import Segments, Simulator
 from linid.simulation.threads import summed
 
@@ -138,7 +139,7 @@ class Ahead:
             summed(lambda piece: self._without_lines(slopes, *piece), self._alike(slopes.shape[1]), self.jobs)
         return self._errors(y[None])[0], slopes
 
-    def _alike(self, each: int) -> list[tuple[int, int]]:
+    def _alike(self, each: int) -> Pieces:
         """Pieces of windows of one length, one after another; each: numbers of every sample."""
         lengths = self.segments.count
         edges = [0, *np.flatnonzero(np.diff(lengths)) + 1, lengths.size]
