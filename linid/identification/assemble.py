@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -65,6 +66,17 @@ def assemble(
     task: Task, problem: Problem, searched: SearchState, solution: LeastSquaresFit, uncertainty: Uncertainty
 ) -> FitResult:
     """The result of a fit. searched: the last state of the global search; solution: of the least squares from there."""
+    result = unchecked(task, problem, searched, solution, uncertainty)
+    residual_rms = _residual_rms(problem, solution)
+    step_error, complaint = _step_error(task, problem, solution, residual_rms)
+    warnings = (*result.warnings, *complaint)
+    return replace(result, residual_rms=residual_rms, step_error=step_error, warnings=warnings)
+
+
+def unchecked(
+    task: Task, problem: Problem, searched: SearchState, solution: LeastSquaresFit, uncertainty: Uncertainty
+) -> FitResult:
+    """As `assemble`, without what takes more simulations: residuals and the error of the internal step."""
     model = problem.space.model
     recordings = task.recordings
     axis = recordings[0].axis
@@ -72,8 +84,6 @@ def assemble(
     estimates, fitted, covariance, correlation = make_estimates(
         problem.space, solution.point, uncertainty, axis, unit, task.per_mass
     )
-    residual_rms = _residual_rms(problem, solution)
-    step_error, complaint = _step_error(task, problem, solution, residual_rms)
     loose = uncertainty.aligned and _phase_is_loose(problem.space, uncertainty)
     result = FitResult(
         model=model.kind,  # type: ignore[arg-type]
@@ -88,17 +98,16 @@ def assemble(
         objectives={
             r.name: part.name for part in problem.parts if part.name != "winding_currents" for r in part.recordings
         },
-        residual_rms=residual_rms,
+        residual_rms={},
         history=searched.generations() + solution.history,
         stop_reasons=(task.reason, solution.reason),
         converged=solution.converged,
         seed=task.settings.search.seed,
         evaluations=solution.evaluations,
         substeps=task.substeps,
-        step_error=step_error,
+        step_error=math.nan,
         warnings=(
             *task.warnings,
-            *complaint,
             *((_ALIGNED,) if loose else ()),
             *little_travel(recordings, {e.name: e.value for e in estimates if e.status != "fixed"}),
         ),

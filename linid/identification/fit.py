@@ -9,7 +9,7 @@ import numpy as np
 
 from linid.arrays import Array
 from linid.errors import UsageError
-from linid.identification.assemble import Task, assemble
+from linid.identification.assemble import Task, unchecked
 from linid.identification.guess.first_values import first_values, guess_effects, mass_known, seed_candidates
 from linid.identification.minima import Freed, best_minimum, freed_of_noise
 from linid.identification.objectives.choose import FULL, Look, check_recordings, coarse_parts, make_parts, thinning
@@ -191,7 +191,7 @@ class Refined:
     def bare(self) -> FitResult:
         """The model as if nothing but the search box told the parameters: to predict with."""
         nothing = box_alone(len(self.problem.space.names))
-        return assemble(self.task, self.problem, self.state, self.freed.solution, nothing)
+        return unchecked(self.task, self.problem, self.state, self.freed.solution, nothing)
 
     def with_intervals(self) -> FitResult:
         """The model as a fit gives it."""
