@@ -37,11 +37,25 @@ def one_thread() -> Iterator[None]:
 
     with _lock:
         _inside += 1
+        _let_any_thread_set()
         _limits.append(threadpool_limits(1))
     try:
         yield
     finally:
         with _lock:
             _inside -= 1
+            _let_any_thread_set()
             while not _inside and _limits:
                 _limits.pop().restore_original_limits()
+            _let_any_thread_set()
+
+
+def _let_any_thread_set() -> None:
+    """Take the number of threads out of the hand of the thread that has set it last.
+
+    From threadpoolctl 3.8 on, others set nothing otherwise, and are not told: OpenBLAS has one number for the process.
+    """
+    from threadpoolctl import OpenBLASController
+
+    if hasattr(OpenBLASController, "clear_controlling_thread"):
+        OpenBLASController.clear_controlling_thread(force=True)

@@ -21,6 +21,7 @@ import pytest
 
 from linid.cli.main import cli
 from linid.installed_kernels import SWITCH
+from linid.threads import ONE_THREAD
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -74,7 +75,8 @@ print([name for names in lacking(ALL) for name in names], len(list(found.glob("*
 def run(*command: object, cwd: Path, timeout: float = 600.0, **variables: str) -> str:
     """Standard output of a program that knows nothing of the checkout; fails with all it said. variables: of its
     environment; no kernels are compiled unless these ask for it."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV")}
+    inherited = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", *ONE_THREAD)
+    environment = {k: v for k, v in os.environ.items() if k not in inherited}
     environment |= {SWITCH: "0", **variables}
     done = subprocess.run(
         [str(part) for part in command], cwd=cwd, env=environment, capture_output=True, text=True, timeout=timeout

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import scipy.linalg  # noqa: F401 - its library of linear algebra, beside numpy's
@@ -28,6 +29,29 @@ def test_the_limit_holds_until_the_last_one_leaves() -> None:
         assert counts() == {1}
         second.__exit__(None, None, None)
         assert counts() == before
+
+
+def test_every_thread_may_limit_and_lift() -> None:
+    with threadpool_limits(2):
+        before = counts()
+        with one_thread():
+            assert counts() == {1}
+
+        def elsewhere() -> set[int]:
+            with one_thread():
+                return counts()
+
+        with ThreadPoolExecutor(1) as pool:
+            assert pool.submit(elsewhere).result() == {1}
+            first, last = one_thread(), one_thread()
+            first.__enter__()
+            pool.submit(last.__enter__).result()
+            first.__exit__(None, None, None)
+            assert counts() == {1}
+            pool.submit(last.__exit__, None, None, None).result()
+            assert counts() == before
+        with threadpool_limits(1):
+            assert counts() == {1}
 
 
 def test_libraries_that_are_loaded_later_begin_with_one_thread_unless_the_user_says_so() -> None:
