@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.free_run import FreeRun
-from linid.identification.objectives.noisy import driven, opposite_draws, under_noise
+from linid.identification.objectives.noisy import Draw, Parts, answers_under_noise, driven, opposite_draws, under_noise
 from linid.identification.objectives.problem import Problem
 from linid.identification.signals.motion import input_jumps, input_noise, with_inputs_moved
 from linid.identification.space.bounds import build_space
@@ -36,6 +37,28 @@ def both() -> Problem:
     everything = (*recordings("free_wheel"), *recordings("motor"))
     space = build_space(MODEL, everything, values, {}, {}, False, (), True)
     return Problem(space, (FreeRun(MODEL, recordings("free_wheel"), 2, 1), Ahead(MODEL, recordings("motor"), 2, 1)))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_no_more_draws_are_there_at_once_than_threads(jobs: int) -> None:
+    """Each has packed inputs of its own, of long recordings hundreds of MB."""
+    part, drawn, answered = both().parts[1], [0], [0]
+
+    def draws() -> Iterator[Draw]:
+        for draw in opposite_draws((part,), 3, np.random.default_rng(3)):
+            drawn[0] += 1
+            assert drawn[0] <= answered[0] + jobs
+            yield draw
+
+    def ask(parts: Parts) -> float:
+        (moved,) = parts
+        return float(np.max(moved.recordings[0].phase_currents))
+
+    wanted = [float(np.max(one[0][0].phase_currents)) for one in opposite_draws((part,), 3, np.random.default_rng(3))]
+    for answer in answers_under_noise((part,), draws(), ask, jobs):
+        assert answer == wanted[answered[0]]
+        answered[0] += 1
+    assert answered[0] == 6
 
 
 def test_moved_inputs_give_what_an_objective_on_such_recordings_gives() -> None:

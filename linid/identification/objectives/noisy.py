@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -55,7 +56,7 @@ def driven(problem: Problem) -> Driven:
 
 
 def answers_under_noise(
-    parts: Parts, draws: Iterable[Draw], ask: Callable[[Parts], Answer], jobs: int
+    parts: Parts, draws: Iterator[Draw], ask: Callable[[Parts], Answer], jobs: int
 ) -> Iterator[Answer]:
     """ask(parts) of the objectives over their recordings with noise in the inputs, in order; what it is given is let go
     of before the next.
@@ -66,11 +67,9 @@ def answers_under_noise(
     def one(draw: Draw, _: int) -> Answer:
         return ask(tuple(under_noise(part, recordings) for part, recordings in zip(parts, draw, strict=True)))
 
-    if sum(part.classes.size for part in parts) > _LONG:
-        yield from (one(draw, jobs) for draw in draws)
-        return
-    for _, answer in in_parallel(one, list(draws), jobs):
-        yield answer
+    at_once = 1 if sum(part.classes.size for part in parts) > _LONG else jobs
+    while drawn := list(islice(draws, at_once)):
+        yield from (answer for _, answer in in_parallel(one, drawn, jobs))
 
 
 def under_noise(part: Part, recordings: Sequence[Recording]) -> Part:

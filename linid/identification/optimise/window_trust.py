@@ -7,6 +7,7 @@ for the fit follows it (weighted least squares by known variances: Aitken 1936, 
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +32,7 @@ def fit_by_trust(
     vector = problem.space.vectors(fit.point)[0]
     generator = np.random.default_rng([seed, 4])
     parts: tuple[Part, ...] = tuple(
-        replace(part, trust=trust_of(part, vector, generator, jobs))
+        _weighed(part, trust_of(part, vector, generator, jobs))
         if isinstance(part, Ahead) and not isinstance(part, WhitenedAhead)
         else part
         for part in problem.parts
@@ -45,6 +46,13 @@ def fit_by_trust(
     counted = fit.evaluations + found.evaluations
     # What these steps lessen is another cost, that of the weighed windows: the history is of the plain one.
     return weighed, replace(found, history=fit.history, evaluations=counted, cost=fit.cost)
+
+
+def _weighed(part: Ahead, trust: Array) -> Ahead:
+    """The same objective, with a weight (windows,) of each window: nothing else of it hangs on that."""
+    moved = copy(part)
+    moved.trust = trust
+    return moved
 
 
 def trust_of(part: Ahead, vector: Array, generator: np.random.Generator, jobs: int = 1) -> Array:
