@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.arrays import Array, Integers
+from linid.arrays import Array, Integers, joined
 from linid.recording.input_course import input_coefficients
 from linid.recording.recording import Recording
 from linid.recording.splines import cubic_spline_coefficients
@@ -46,11 +46,6 @@ class Inputs(NamedTuple):
         return np.diff(self.sample_offsets)
 
 
-def _joined(parts: Sequence[Array], axis: int) -> Array:
-    """Arrays one after the other; a single one as it is, which may be long."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=axis)
-
-
 def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> Inputs:
     """Inputs of recordings on uniform grids between their samples (the paper's section 5.2, but for jumps), packed.
 
@@ -60,8 +55,8 @@ def pack_inputs(recordings: Sequence[Recording], *, voltages: bool = False) -> I
     offsets = np.concatenate([[0], np.cumsum(sizes - 1)]).astype(np.int64)
     blocks = [_block(recording, voltages) for recording in recordings]
     return Inputs(
-        coefficients=_joined([block.coefficients for block in blocks], 0) if blocks else np.empty((0, 4, 4)),
-        sampled=_joined([block.sampled for block in blocks], 1) if blocks else np.empty((3, 0)),
+        coefficients=joined([block.coefficients for block in blocks], 0) if blocks else np.empty((0, 4, 4)),
+        sampled=joined([block.sampled for block in blocks], 1) if blocks else np.empty((3, 0)),
         offsets=offsets,
         sample_offsets=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         t_starts=np.array([r.t[0] for r in recordings]),

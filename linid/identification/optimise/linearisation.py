@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linid.arrays import Array, Flags
+from linid.arrays import Array, Flags, joined
 from linid.identification.objectives.ahead import Ahead
 from linid.identification.objectives.objective import counts_samples
 from linid.identification.objectives.problem import COORDINATE_STEP, OFFSET_STEP, Cost, Problem
@@ -189,7 +189,7 @@ class Linearisation:
         self.cost.evaluations += batch.shape[0]
         parts = self.problem.residuals(batch[:, : self.p], batch[:, self.p :])
         weighted = [part * weight for part, weight in zip(parts, self.weights, strict=True)]
-        return weighted[0] if len(weighted) == 1 else np.concatenate(weighted, axis=1)
+        return joined(weighted, 1)
 
 
 def _group_weights(relative: Array, groups: NDArray[np.int64]) -> Array:
